@@ -1,0 +1,1 @@
+"""Anchoring: from vision objects, which come and go, to car symbols, which stay."""

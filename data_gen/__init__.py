@@ -1,0 +1,1 @@
+"""Synthetic traffic: simulated, drawn as video, with exact truth."""

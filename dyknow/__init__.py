@@ -1,0 +1,1 @@
+"""DyKnow: labelled streams, policies and processes that carry samples between engines."""

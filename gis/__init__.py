@@ -1,0 +1,1 @@
+"""Roads and cameras: where things are on the ground and on the road network."""

@@ -1,0 +1,1 @@
+"""Qualitative spatial relations between cars and places, as change events."""

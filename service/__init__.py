@@ -1,0 +1,1 @@
+"""The service: pipeline wiring, event log, HTTP, command line."""

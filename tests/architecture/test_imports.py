@@ -1,0 +1,104 @@
+"""The house rules about who may import whom."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("gis", "vision", "chronicles", "dyknow", "anchoring", "qsr", "data_gen", "service")
+MAY_IMPORT = {
+    "gis": set[str](),
+    "vision": set[str](),
+    "chronicles": set[str](),
+    "dyknow": set[str](),
+    "anchoring": {"gis"},
+    "qsr": {"gis"},
+    "data_gen": {"gis"},
+    "service": set(PACKAGES),
+}
+SERVICE_ONLY = {"fastapi", "starlette", "uvicorn", "sqlalchemy", "typer", "rich"}
+CLOCKS_AND_STORES = {"time", "sqlite3", "socket"}
+FORBIDDEN_FILE_NAMES = {"utils", "helpers", "common", "misc"}
+
+FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+def imported_modules(path: Path) -> set[str]:
+    """Return every module a file imports, at any depth of nesting."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: expected an absolute import"
+            assert node.module is not None
+            found.add(node.module)
+    return found
+
+
+def of_ours(modules: set[str]) -> set[str]:
+    return {name.split(".")[0] for name in modules} & set(PACKAGES)
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_package_imports_only_what_its_level_allows(path: Path) -> None:
+    package = path.relative_to(ROOT).parts[0]
+    allowed = {package} | MAY_IMPORT[package]
+    if path.name == "adapter.py":
+        allowed = {package, "dyknow"}
+    assert of_ours(imported_modules(path)) <= allowed
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_only_service_imports_adapters(path: Path) -> None:
+    if path.relative_to(ROOT).parts[0] != "service":
+        assert not [name for name in imported_modules(path) if name.endswith(".adapter")]
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_http_sql_and_command_line_live_in_service(path: Path) -> None:
+    if path.relative_to(ROOT).parts[0] != "service":
+        assert not {name.split(".")[0] for name in imported_modules(path)} & SERVICE_ONLY
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_engines_read_no_clock_and_open_no_store(path: Path) -> None:
+    if path.relative_to(ROOT).parts[0] != "service":
+        assert not {name.split(".")[0] for name in imported_modules(path)} & CLOCKS_AND_STORES
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_no_file_imports_its_own_package_root(path: Path) -> None:
+    package = path.relative_to(ROOT).parts[0]
+    if path.name != "__init__.py":
+        assert package not in imported_modules(path)
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_file_is_named_after_its_thing(path: Path) -> None:
+    assert path.stem not in FORBIDDEN_FILE_NAMES
+    inside_a_package_of_its_own_level = path.parent == ROOT
+    assert not (inside_a_package_of_its_own_level and path.stem in sys.stdlib_module_names)
+
+
+def test_no_import_cycles_between_modules() -> None:
+    modules = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in FILES}
+    graph = {name: {other for other in imported_modules(path) if other in modules} for name, path in modules.items()}
+    done: set[str] = set()
+
+    def visit(name: str, trail: tuple[str, ...]) -> None:
+        assert name not in trail, f"cycle: {' -> '.join((*trail[trail.index(name) :], name))}"
+        if name in done:
+            return
+        for other in sorted(graph[name]):
+            visit(other, (*trail, name))
+        done.add(name)
+
+    for name in sorted(graph):
+        visit(name, ())

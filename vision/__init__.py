@@ -1,0 +1,1 @@
+"""Vision: from timed video frames to tracked objects on the ground."""
