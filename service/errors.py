@@ -3,3 +3,44 @@
 
 class ServiceError(Exception):
     """Base of every error that `service` raises: where, what was expected, what came."""
+
+
+class InputError(ServiceError):
+    """An input file that is missing, unreadable or not what it should be."""
+
+
+class SiteError(InputError):
+    """A site file with a missing, wrong or unknown field."""
+
+
+class LogError(ServiceError):
+    """An event log that cannot be opened, is not one, or is too new."""
+
+
+class TruthError(InputError):
+    """A truth folder that is missing or does not fit the log."""
+
+
+class QueryError(ServiceError):
+    """A question to the event log with a malformed parameter.
+
+    Attributes
+    ----------
+    parameter : the parameter at fault, as HTTP spells it.
+    """
+
+    def __init__(self, message: str, *, parameter: str) -> None:
+        super().__init__(message)
+        self.parameter = parameter
+
+
+class FilterError(QueryError):
+    """Parameters that are well formed one by one, but contradict each other."""
+
+
+class CursorError(QueryError):
+    """A page cursor that is not one of ours, or belongs to other filters."""
+
+
+class ExportError(ServiceError):
+    """An export that cannot be made from this log, or a file of ours that cannot be read back."""

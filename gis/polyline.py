@@ -1,0 +1,175 @@
+"""Where does a line run to the left of another one, and how long is it?
+
+A polyline is a (n, 2) array of vertices in metres, n >= 2, in order along the line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gis.errors import GisError
+
+FloatArray = NDArray[np.float64]
+
+# Past this factor a mitred corner would grow a long spike; the same limit as for the lane areas.
+MITRE_LIMIT = 5.0
+
+
+def as_polyline(points_m: ArrayLike, *, where: str) -> FloatArray:
+    """Check a line and return it as a read-only array.
+
+    Parameters
+    ----------
+    points_m : (n, 2), n >= 2, x east and y north in metres. Repeated vertices are dropped.
+    where : what the line belongs to, for the error message.
+
+    Returns
+    -------
+    (k, 2) with 2 <= k <= n, no two neighbouring vertices equal.
+
+    Raises
+    ------
+    GisError
+        If the shape is wrong, a number is not finite or fewer than two vertices differ.
+
+    Examples
+    --------
+    >>> as_polyline([[0, 0], [0, 0], [5, 0]], where="lane 'a'")
+    array([[0., 0.],
+           [5., 0.]])
+    """
+    line_m = _as_points(points_m, where)
+    keep = np.ones(len(line_m), dtype=np.bool_)
+    keep[1:] = np.any(np.diff(line_m, axis=0) != 0.0, axis=1)
+    line_m = line_m[keep]
+    if len(line_m) < 2:
+        raise GisError(f"{where}: expected a line of at least 2 different points, got {line_m.tolist()!r}")
+    line_m.flags.writeable = False
+    return line_m
+
+
+def as_ring(points_m: ArrayLike, *, where: str) -> FloatArray:
+    """Check the outline of an area and return it, open, as a read-only array.
+
+    Parameters
+    ----------
+    points_m : (n, 2), n >= 3 different vertices; the first may be repeated at the end.
+    where : what the outline belongs to, for the error message.
+
+    Returns
+    -------
+    (k, 2), k >= 3, without the repeated first vertex.
+
+    Raises
+    ------
+    GisError
+        If the shape is wrong, a number is not finite or fewer than three vertices differ.
+    """
+    ring_m = as_polyline(points_m, where=where)
+    if np.array_equal(ring_m[0], ring_m[-1]):
+        ring_m = ring_m[:-1]
+    if len(ring_m) < 3:
+        raise GisError(f"{where}: expected an outline of at least 3 different points, got {ring_m.tolist()!r}")
+    return ring_m
+
+
+def counter_clockwise(ring_m: FloatArray) -> FloatArray:
+    """Turn a ring so that its inside is on the left.
+
+    Parameters
+    ----------
+    ring_m : (n, 2), open, not crossing itself.
+
+    Returns
+    -------
+    (n, 2), the same vertices, in reversed order if the ring was clockwise.
+    """
+    x, y = ring_m.T
+    doubled_area = np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))
+    return ring_m if doubled_area >= 0 else ring_m[::-1]
+
+
+def offset(line_m: FloatArray, left_m: float) -> FloatArray:
+    """Shift a polyline sideways, corners mitred, so that parallel lines stay parallel.
+
+    Parameters
+    ----------
+    line_m : (n, 2), no repeated vertices.
+    left_m : how far to the left of its own direction; negative to the right.
+
+    Returns
+    -------
+    (n, 2), one vertex for each vertex of the input. Not checked for loops: where the line bends tighter than
+    `left_m`, the result crosses itself.
+
+    Examples
+    --------
+    >>> offset(np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]]), 1.0)
+    array([[ 0.,  1.],
+           [ 9.,  1.],
+           [ 9., 10.]])
+    """
+    return np.asarray(line_m + left_m * mitres(line_m), dtype=np.float64)
+
+
+def mitres(line_m: FloatArray) -> FloatArray:
+    """Give the direction in which each vertex of a line moves when the line is shifted to the left.
+
+    Parameters
+    ----------
+    line_m : (n, 2), no repeated vertices.
+
+    Returns
+    -------
+    (n, 2), for a shift of one metre: the left normal at both ends, longer than 1 at a corner, `MITRE_LIMIT` at most.
+    """
+    step_m = np.diff(line_m, axis=0)
+    unit = step_m / np.hypot(step_m[:, 0], step_m[:, 1])[:, None]
+    normal = np.column_stack((-unit[:, 1], unit[:, 0]))
+    before, after = np.vstack((normal[:1], normal)), np.vstack((normal, normal[-1:]))
+    # The mitre of two unit normals a and b is (a + b) / (1 + a.b): it has length 1 / cos(half the turn).
+    stretch = np.maximum(1.0 + np.sum(before * after, axis=1), 2.0 / MITRE_LIMIT**2)
+    return np.asarray((before + after) / stretch[:, None], dtype=np.float64)
+
+
+def across(line_m: FloatArray, points_m: FloatArray) -> FloatArray:
+    """Measure how far points lie to the left of a directed line.
+
+    Parameters
+    ----------
+    line_m : (k, 2), no repeated vertices; it goes on straight past both ends.
+    points_m : (n, 2).
+
+    Returns
+    -------
+    (n,) metres to the nearest point of the line, negative to the right.
+
+    Examples
+    --------
+    >>> across(np.array([[0.0, 0.0], [10.0, 0.0]]), np.array([[3.0, 2.0], [-5.0, -1.0]])).tolist()
+    [2.0, -1.0]
+    """
+    step_m = np.diff(line_m, axis=0)
+    size_m = np.hypot(step_m[:, 0], step_m[:, 1])
+    unit = step_m / size_m[:, None]
+    from_start_m = points_m[:, None, :] - line_m[None, :-1, :]
+    forward_m = np.einsum("nkc,kc->nk", from_start_m, unit)
+    left_m = unit[:, 0] * from_start_m[..., 1] - unit[:, 1] * from_start_m[..., 0]
+    low_m, high_m = np.zeros_like(size_m), size_m.copy()
+    low_m[0], high_m[-1] = -np.inf, np.inf
+    distance_m = np.hypot(forward_m - np.clip(forward_m, low_m, high_m), left_m)
+    row, nearest = np.arange(len(points_m)), distance_m.argmin(axis=1)
+    return np.asarray(np.copysign(distance_m[row, nearest], left_m[row, nearest]), dtype=np.float64)
+
+
+def _as_points(points_m: ArrayLike, where: str) -> FloatArray:
+    try:
+        array = np.array(points_m, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise GisError(f"{where}: expected points as [[x, y], ...] in metres, got {points_m!r}") from error
+    if array.ndim != 2 or array.shape[1] != 2 or len(array) == 0:
+        raise GisError(f"{where}: expected points of shape (n, 2), got shape {array.shape!r}")
+    if not np.isfinite(array).all():
+        raise GisError(f"{where}: expected finite coordinates, got {array[~np.isfinite(array).all(axis=1)].tolist()!r}")
+    return array
