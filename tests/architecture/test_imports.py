@@ -34,8 +34,13 @@ def imported_modules(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: expected an absolute import"
             assert node.module is not None
-            found.add(node.module)
+            found.update(_module_behind(node.module, alias.name) for alias in node.names)
     return found
+
+
+def _module_behind(module: str, name: str) -> str:
+    """Return `package.name` where that is a module of ours, else the module that the name is taken from."""
+    return f"{module}.{name}" if (ROOT / module.replace(".", "/") / f"{name}.py").is_file() else module
 
 
 def of_ours(modules: set[str]) -> set[str]:

@@ -1,0 +1,186 @@
+"""How fast is the event log written and asked?
+
+Prints floors and ratios: rows inserted a second, a deep page against the first one, an overlap against a start query,
+and requests a second of `GET /api/v1/events` (100 events of a million) through the ASGI application.
+
+    python benchmarks/bench_service.py [EVENTS] [STATES]
+"""
+
+import asyncio
+import random
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from service.queries import MAX_LIMIT, EventFilter, find_events
+from service.records import CarState, ChronicleRef, EventDraft, Place, RunRecord, SubEvent
+from service.store.log import EventLog, open_log
+from service.times import TimePoint
+
+T = TypeVar("T")
+
+CARS_A_FRAME = 20
+FRAME_US = 40_000
+EVENT_GAP_US = 50_000
+TYPES = tuple(f"type{number}" for number in range(20))
+CONNECTIONS = 16
+REQUESTS = 1_500
+
+
+def main() -> None:
+    events = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+    states = int(sys.argv[2]) if len(sys.argv) > 2 else 400_000
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "bench.db"
+        with open_log(str(path), "w") as log:
+            writer = log.begin_run(RunRecord(id="bench", source="bench.mp4", start_utc_us=0))
+            rows = make_states(states)
+            print_rate("car states", "rows", states, partial(append_all, writer.append_states, rows))
+            drafts = make_events(events)
+            print_rate("events", "events", events, partial(append_all, writer.append_events, drafts))
+            writer.finish("finished")
+        print(f"log: {path.stat().st_size / 1e6:.0f} MB")
+        with open_log(str(path)) as log:
+            bench_pages(log, events)
+        asyncio.run(bench_http(str(path), events))
+
+
+def make_states(count: int) -> list[list[CarState]]:
+    """Make frames of 20 cars each."""
+    return [
+        [
+            CarState(frame * FRAME_US, f"car{car}", 1.5 * frame, 3.0 * car, 0.1, 13.9, 4.5, 1.8, "car", "road1",
+                     2.5 * car, "road1_0", True, f"v{car}")
+            for car in range(CARS_A_FRAME)
+        ]
+        for frame in range(count // CARS_A_FRAME)
+    ]  # fmt: skip
+
+
+def make_events(count: int) -> list[list[EventDraft]]:
+    """Make events of 20 types in batches of 1,000; one lasts long, as in every real log."""
+    rng = random.Random(1)
+    drafts = []
+    for number in range(count):
+        start_us = number * EVENT_GAP_US
+        length_us = 60_000_000 if number == count // 2 else rng.randrange(500_000, 8_000_000)
+        drafts.append(
+            EventDraft(
+                type=rng.choice(TYPES),
+                chronicle=ChronicleRef("overtake", "0123456789abcdef"),
+                start_us=start_us,
+                end_us=start_us + length_us,
+                roles={"overtaker": f"car{number // 3}", "overtaken": f"car{number // 3 + 1}", "road": "road1"},
+                recognised_us=start_us + length_us,
+                hypotheses=("h1", "h2"),
+                sub_events=(SubEvent("begin", start_us), SubEvent("end", start_us + length_us)),
+                place=Place("road1", 12.25, -3.5),
+            )
+        )
+    return [drafts[first : first + 1000] for first in range(0, count, 1000)]
+
+
+def append_all(append: Callable[[Iterable[T]], None], batches: Iterable[Iterable[T]]) -> None:
+    for batch in batches:
+        append(batch)
+
+
+def print_rate(what: str, unit: str, count: int, work: Callable[[], object]) -> None:
+    began_s = time.perf_counter()
+    work()
+    print(f"insert {what}: {count / (time.perf_counter() - began_s):,.0f} {unit}/s")
+
+
+def bench_pages(log: EventLog, events: int) -> None:
+    """Time single questions; the ratios are what counts."""
+    end_us = events * EVENT_GAP_US
+    from_, to = TimePoint(end_us // 2, "media"), TimePoint(end_us, "media")
+    rare = EventFilter(actors=(f"car{events // 6}",))
+    first = print_median("page 1", lambda: find_events(log, EventFilter()))
+    cursor = deep_cursor(log, events)
+    deep = print_median(
+        f"page {(events - MAX_LIMIT) // 100 + 1:,}", lambda: find_events(log, EventFilter(), cursor=cursor)
+    )
+    start = print_median("start in window", lambda: find_events(log, EventFilter(match="start", from_=from_, to=to)))
+    overlap = print_median("overlap window", lambda: find_events(log, EventFilter(from_=from_, to=to)))
+    print_median("one of 20 types", lambda: find_events(log, EventFilter(types=TYPES[:1])))
+    print_median("three of 20 types", lambda: find_events(log, EventFilter(types=TYPES[:3])))
+    print_median("one car", lambda: find_events(log, rare))
+    print_median("role filled everywhere", lambda: find_events(log, EventFilter(roles=(("road", ("road1",)),))))
+    print(f"deep page / page 1: {deep / first:.2f}   overlap / start: {overlap / start:.2f}")
+
+
+def deep_cursor(log: EventLog, events: int) -> str:
+    """Walk to the last page but one, and return its cursor."""
+    cursor = None
+    for _ in range(events // MAX_LIMIT - 1):
+        cursor = find_events(log, EventFilter(), limit=MAX_LIMIT, cursor=cursor).next_cursor
+    assert cursor is not None
+    return cursor
+
+
+def print_median(what: str, work: Callable[[], object], repeats: int = 100) -> float:
+    """Time a question several times and print the median."""
+    times_s = []
+    for _ in range(repeats):
+        began_s = time.perf_counter()
+        work()
+        times_s.append(time.perf_counter() - began_s)
+    median_ms = statistics.median(times_s) * 1e3
+    print(f"{what}: {median_ms:.2f} ms")
+    return median_ms
+
+
+async def bench_http(url: str, events: int) -> None:
+    """Ask for pages of 100 events by type and time, from 16 clients at once, without sockets."""
+    from service.api.app import create_app
+
+    app = create_app(url, shipped=())
+    rng = random.Random(2)
+    left = REQUESTS
+
+    async def client() -> None:
+        nonlocal left
+        while left > 0:
+            left -= 1
+            query = f"type={rng.choice(TYPES)}&from={rng.randrange(events // 2) * EVENT_GAP_US}"
+            assert await ask(app, query) > 10_000
+
+    async with app.router.lifespan_context(app):
+        began_s, began_cpu_s = time.perf_counter(), time.process_time()
+        await asyncio.gather(*(client() for _ in range(CONNECTIONS)))
+        elapsed_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
+    print(f"GET /api/v1/events, 100 of {events:,}: {REQUESTS / elapsed_s:,.0f} requests/s")
+    print(f"  processor time: {cpu_s / REQUESTS * 1e3:.2f} ms a request")
+
+
+async def ask(app: Callable[..., object], query: str) -> int:
+    """Send one request to an ASGI application; return the length of the answer."""
+    length = 0
+    scope = {
+        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "GET", "scheme": "http",
+        "path": "/api/v1/events", "raw_path": b"/api/v1/events", "query_string": query.encode(), "root_path": "",
+        "headers": [], "client": ("127.0.0.1", 1), "server": ("127.0.0.1", 80),
+    }  # fmt: skip
+
+    async def receive() -> dict[str, object]:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message: dict[str, object]) -> None:
+        nonlocal length
+        assert message.get("status", 200) == 200, message
+        body = message.get("body", b"")
+        assert isinstance(body, bytes)
+        length += len(body)
+
+    await app(scope, receive, send)  # type: ignore[misc]  # an ASGI application is awaitable
+    return length
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""When does a noisy quantity count as having crossed its threshold, and at what time did it?
+
+Hysteresis decides *that* a quantity has changed sides: only when it has passed the threshold by a margin, so that noise
+around the threshold says nothing. It does not say *when*: the change is dated back to the moment the raw quantity last
+crossed the bare threshold, found by straight interpolation between two frames.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+LongArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class RelationChange:
+    """Say that one relation instance has another value than before.
+
+    Attributes
+    ----------
+    name : of the relation, as in `qsr.relations`.
+    args : primary object first.
+    t_us : when it changed: the raw crossing, dated back from ``decided_us``; strictly increasing per (name, args).
+    decided_us : the frame that decided it.
+    old, new : values before and after; None where unknown: the object, or the pair, was not or is no longer looked at.
+    """
+
+    name: str
+    args: tuple[str, ...]
+    t_us: int
+    decided_us: int
+    old: bool | None
+    new: bool | None
+
+
+class SwitchBank:
+    """Keep many quantities with a threshold at zero, as an array of switches with hysteresis.
+
+    Row r holds one kind of quantity with its own margin, column k one object or pair. A new column starts on the side
+    where its quantity is, without a margin.
+
+    Parameters
+    ----------
+    margins : (rows,) how far a quantity must pass zero before its switch turns.
+    backdate_us : a change is dated back at most this far.
+
+    Attributes
+    ----------
+    is_on : (rows, columns) the switches.
+    since_us : (rows, columns) when each last turned, or first was seen.
+
+    Examples
+    --------
+    >>> bank = SwitchBank(np.array([0.5]), backdate_us=2_000_000)
+    >>> bank.keep(np.array([-1]))                           # one new column
+    >>> for t_us, gap_m in ((0, -1.0), (100_000, 0.0), (200_000, 0.4), (300_000, 0.9)):
+    ...     turned = bank.update(t_us, np.array([[gap_m]]))
+    >>> bool(turned[0, 0]), int(bank.since_us[0, 0])        # decided at 300 ms, crossed at 100 ms
+    (True, 100000)
+    """
+
+    __slots__ = ("_backdate_us", "_crossed_us", "_fresh", "_last_t_us", "_last_values", "_margins", "is_on", "since_us")
+
+    def __init__(self, margins: FloatArray, *, backdate_us: int) -> None:
+        rows = len(margins)
+        self._margins = np.asarray(margins, dtype=np.float64).reshape(rows, 1)
+        self._backdate_us = backdate_us
+        self._last_t_us = 0
+        self._last_values: FloatArray = np.zeros((rows, 0))
+        self._crossed_us: LongArray = np.zeros((rows, 0), dtype=np.int64)
+        self._fresh: LongArray | None = None
+        self.is_on: BoolArray = np.zeros((rows, 0), dtype=np.bool_)
+        self.since_us: LongArray = np.zeros((rows, 0), dtype=np.int64)
+
+    def keep(self, columns: NDArray[np.intp]) -> None:
+        """Rearrange the columns: new column k is old column ``columns[k]``, or a fresh one where that is -1."""
+        if self.is_on.shape[1] == 0:
+            empty = np.zeros((len(self._margins), len(columns)))
+            self._last_values = empty
+            self.is_on, self._crossed_us = empty.astype(np.bool_), empty.astype(np.int64)
+            self.since_us = self._crossed_us.copy()
+        else:
+            self._last_values = self._last_values.take(columns, axis=1)
+            self._crossed_us = self._crossed_us.take(columns, axis=1)
+            self.since_us = self.since_us.take(columns, axis=1)
+            self.is_on = self.is_on.take(columns, axis=1)
+        fresh = np.flatnonzero(columns < 0)
+        self._fresh = fresh if len(fresh) else None
+
+    def update(self, t_us: int, values: FloatArray) -> BoolArray:
+        """Take the quantities of one frame; later than the last.
+
+        Parameters
+        ----------
+        t_us : time of the frame.
+        values : (rows, columns) the quantities; kept, so do not write into them afterwards.
+
+        Returns
+        -------
+        (rows, columns) True where a switch turned. Fresh columns start and never turn.
+        """
+        if self._fresh is not None:
+            self._start(self._fresh, t_us, values)
+            self._fresh = None
+        crossed = (values > 0) != (self._last_values > 0)
+        if crossed.any():
+            before, after = self._last_values[crossed], values[crossed]
+            share = before / (before - after)
+            elapsed_us = np.rint(share * (t_us - self._last_t_us)).astype(np.int64)
+            self._crossed_us[crossed] = self._last_t_us + elapsed_us
+        turned = np.where(self.is_on, values < -self._margins, values > self._margins)
+        if turned.any():
+            self.is_on ^= turned
+            self.since_us[turned] = np.maximum(self._crossed_us[turned], t_us - self._backdate_us)
+        self._last_values = values
+        self._last_t_us = t_us
+        return turned
+
+    def _start(self, fresh: NDArray[np.int64], t_us: int, values: FloatArray) -> None:
+        started = values[:, fresh]
+        self._last_values[:, fresh] = started
+        self._crossed_us[:, fresh] = t_us
+        self.since_us[:, fresh] = t_us
+        self.is_on[:, fresh] = started > 0

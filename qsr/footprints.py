@@ -1,0 +1,64 @@
+"""Where does every car stand, at one time? The input of the relations, as a struct of arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qsr.errors import QsrError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class Footprints:
+    """Hold the bodies of all objects at one time; entry k of every array belongs to ``ids[k]``.
+
+    Attributes
+    ----------
+    t_us : time of the frame, microseconds.
+    ids : n identifiers, all different, in any order.
+    centre_m : (n, 2) centres of the bodies, local east/north frame.
+    heading_rad : (n,) direction of the nose; 0 east, counter-clockwise.
+    speed_mps, length_m, width_m : (n,).
+    road : (n,) int32, index of the road under the centre; -1 for none.
+    along_m, across_m : (n,) position on that road's reference line, across positive to the left; nan off the roads.
+    tangent_rad : (n,) direction of that line there; nan off the roads.
+    junction : (n,) int32, index of the junction under the centre; -1 for none.
+
+    Raises
+    ------
+    QsrError
+        If an array has another length than ``ids``, or an identifier comes twice.
+    """
+
+    t_us: int
+    ids: tuple[str, ...]
+    centre_m: FloatArray
+    heading_rad: FloatArray
+    speed_mps: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+    road: IntArray
+    along_m: FloatArray
+    across_m: FloatArray
+    tangent_rad: FloatArray
+    junction: IntArray
+
+    def __post_init__(self) -> None:
+        """Check the sizes once, at the border."""
+        count = len(self.ids)
+        if len(set(self.ids)) != count:
+            raise QsrError(f"footprints at {self.t_us} us: expected different ids, got {self.ids!r}")
+        if self.centre_m.shape != (count, 2):
+            raise QsrError(
+                f"footprints at {self.t_us} us: centre_m must have shape {(count, 2)!r}, got {self.centre_m.shape!r}"
+            )
+        rows = (self.heading_rad, self.speed_mps, self.length_m, self.width_m)
+        places = (self.road, self.along_m, self.across_m, self.tangent_rad, self.junction)
+        for row in (*rows, *places):
+            if row.shape != (count,):
+                raise QsrError(
+                    f"footprints at {self.t_us} us: every array must have {count} entries, got {row.shape!r}"
+                )

@@ -1,0 +1,154 @@
+"""How far along, sideways and apart are the two objects of every near pair?
+
+Two objects on one road are measured along that road: the gap follows its bends and is continuous in the oncoming lane.
+Elsewhere the pair is measured along the mean of the two headings, so that "a behind b" and "b ahead of a" are one fact.
+Left and right are of the reference object: across its road in its direction of travel, else across its body.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qsr.footprints import Footprints
+from qsr.relations import Switch
+from qsr.settings import RelationSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# Headings that are nearly opposite have no mean; the gap means nothing there and only has to stay finite.
+_LEAST_MEAN = 0.01
+# On one road, but this many times the near radius apart along it: a ring or a hairpin, where free space is meant.
+_FAR_ALONG = 2.0
+
+# Rows of the object table.
+X, Y, COS, SIN, HALF_LENGTH, HALF_WIDTH, ALONG, ACROSS, TRAVEL, ROAD = range(10)
+
+
+def object_table(footprints: Footprints) -> FloatArray:
+    """Lay out what pairs are measured from.
+
+    Parameters
+    ----------
+    footprints : of one frame.
+
+    Returns
+    -------
+    (10, n): x, y, cosine and sine of the heading, half length, half width, along, across, cosine between heading and
+    road (0 off the roads), road.
+    """
+    heading_rad = footprints.heading_rad
+    table = np.empty((10, len(footprints.ids)))
+    table[X], table[Y] = footprints.centre_m.T
+    table[COS], table[SIN] = np.cos(heading_rad), np.sin(heading_rad)
+    table[HALF_LENGTH], table[HALF_WIDTH] = 0.5 * footprints.length_m, 0.5 * footprints.width_m
+    table[ALONG], table[ACROSS] = footprints.along_m, footprints.across_m
+    table[TRAVEL] = np.cos(heading_rad - footprints.tangent_rad)
+    table[ROAD] = footprints.road
+    off_road = footprints.road < 0
+    if off_road.any():
+        table[ALONG : TRAVEL + 1, off_road] = 0.0
+    return table
+
+
+@dataclass(slots=True)
+class _Measures:
+    """Hold what is measured of every pair (a, b), each (pairs,)."""
+
+    gap: FloatArray  # a's centre ahead of b's, in the direction of travel
+    lateral: FloatArray  # between the centres, sideways, >= 0
+    direction: FloatArray  # above zero in the same direction
+    left_of_b: FloatArray  # a's centre, in b's frame
+    left_of_a: FloatArray  # b's centre, in a's frame
+    apart: FloatArray  # between the bodies, >= 0
+
+
+def switch_values(a: FloatArray, b: FloatArray, settings: RelationSettings) -> FloatArray:
+    """Measure the quantity of every switch of every pair.
+
+    Parameters
+    ----------
+    a, b : (10, pairs) columns of the object table: the objects of each pair.
+    settings : thresholds.
+
+    Returns
+    -------
+    (9, pairs) rows as in `qsr.relations.Switch`; a switch is on above zero. Metres, and cosines for the direction.
+    """
+    measures = _measure_in_free_space(a, b, settings)
+    _measure_along_road(a, b, settings, measures)
+    half_lengths = a[HALF_LENGTH] + b[HALF_LENGTH]
+    half_widths = a[HALF_WIDTH] + b[HALF_WIDTH]
+    values = np.empty((len(Switch), a.shape[1]))
+    values[Switch.PAST_REAR] = measures.gap + half_lengths
+    values[Switch.PAST_FRONT] = measures.gap - half_lengths
+    values[Switch.LATERAL_NEAR] = settings.beside_lateral_m - measures.lateral
+    values[Switch.SAME_DIRECTION] = measures.direction
+    values[Switch.CLOSE] = settings.close_m - measures.apart
+    values[Switch.A_LEFT_OF_B] = measures.left_of_b - half_widths
+    values[Switch.A_RIGHT_OF_B] = -measures.left_of_b - half_widths
+    values[Switch.B_LEFT_OF_A] = measures.left_of_a - half_widths
+    values[Switch.B_RIGHT_OF_A] = -measures.left_of_a - half_widths
+    return values
+
+
+def switch_margins(settings: RelationSettings) -> FloatArray:
+    """List the margin of every switch, (9,), in the unit of its quantity."""
+    margins = np.full(len(Switch), settings.margin_m)
+    margins[Switch.SAME_DIRECTION] = settings.direction_margin
+    margins[Switch.CLOSE] = max(settings.close_margin_m, settings.margin_m)
+    return margins
+
+
+def _measure_in_free_space(a: FloatArray, b: FloatArray, settings: RelationSettings) -> _Measures:
+    apart_x, apart_y = a[X] - b[X], a[Y] - b[Y]
+    ahead_of_b = apart_x * b[COS] + apart_y * b[SIN]
+    left_of_b = apart_y * b[COS] - apart_x * b[SIN]
+    ahead_of_a = -(apart_x * a[COS] + apart_y * a[SIN])
+    left_of_a = apart_x * a[SIN] - apart_y * a[COS]
+    cos_between = a[COS] * b[COS] + a[SIN] * b[SIN]
+    turn = np.abs(cos_between), np.abs(a[COS] * b[SIN] - a[SIN] * b[COS])
+    # The unit vectors of both headings add up to their mean direction; the sum is the root of 2 + 2 cos long.
+    mean = np.sqrt(np.maximum(2.0 + 2.0 * cos_between, _LEAST_MEAN))
+    return _Measures(
+        gap=(ahead_of_b - ahead_of_a) / mean,
+        lateral=np.abs(left_of_b - left_of_a) / mean,
+        direction=cos_between - math.cos(settings.heading_limit_rad),
+        left_of_b=left_of_b,
+        left_of_a=left_of_a,
+        # Each is a lower bound, exact for parallel bodies; the larger is off by a few decimetres at most, which is
+        # nothing at the distances where cars are called close.
+        apart=np.maximum(
+            _distance_to_body(b, a, (ahead_of_b, left_of_b), turn),
+            _distance_to_body(a, b, (ahead_of_a, left_of_a), turn),
+        ),
+    )
+
+
+def _distance_to_body(
+    body: FloatArray, other: FloatArray, offset: tuple[FloatArray, FloatArray], turn: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """Measure from a body to the box around the other one that is parallel to it; 0 where they overlap."""
+    cos, sin = turn
+    ahead = np.abs(offset[0]) - (body[HALF_LENGTH] + other[HALF_LENGTH] * cos + other[HALF_WIDTH] * sin)
+    aside = np.abs(offset[1]) - (body[HALF_WIDTH] + other[HALF_LENGTH] * sin + other[HALF_WIDTH] * cos)
+    distance: FloatArray = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+    return distance
+
+
+def _measure_along_road(a: FloatArray, b: FloatArray, settings: RelationSettings, measures: _Measures) -> None:
+    """Overwrite the measures of pairs on one road."""
+    along = a[ALONG] - b[ALONG]
+    on_one_road = (a[ROAD] == b[ROAD]) & (a[ROAD] >= 0)
+    on_one_road &= np.abs(along) <= _FAR_ALONG * settings.leave_radius_m
+    if not on_one_road.any():
+        return
+    across = a[ACROSS] - b[ACROSS]
+    forward = np.where(a[TRAVEL] + b[TRAVEL] >= 0, 1.0, -1.0)
+    np.copyto(measures.gap, along * forward, where=on_one_road)
+    np.copyto(measures.lateral, np.abs(across), where=on_one_road)
+    np.copyto(measures.direction, a[TRAVEL] * b[TRAVEL] - settings.road_alignment, where=on_one_road)
+    np.copyto(measures.left_of_b, np.where(b[TRAVEL] >= 0, across, -across), where=on_one_road)
+    np.copyto(measures.left_of_a, np.where(a[TRAVEL] >= 0, -across, across), where=on_one_road)

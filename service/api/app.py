@@ -1,0 +1,66 @@
+"""How is the HTTP interface of one event log put together?"""
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+
+import anyio.to_thread
+from fastapi import FastAPI
+
+from service.api.middleware import RequestFrame
+from service.api.openapi import describe_bodies
+from service.api.problems import register_problems
+from service.api.routes import make_routes
+from service.records import ChronicleRecord
+from service.store.log import open_log
+
+# The driver gives up the interpreter lock at every row. With many threads a page of 100 rows then waits 100 times
+# behind the others, and the same requests cost three times the processor time. A few let slow questions overlap.
+WORKER_THREADS = 3
+
+
+def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None) -> FastAPI:
+    """Make the ASGI application that answers questions to an event log.
+
+    Parameters
+    ----------
+    log_url : `sqlite:///PATH`, or a path that ends in `.db`; the log is only read.
+    shipped : the chronicles to list beside those of the log's runs; None for the library.
+
+    Raises
+    ------
+    LogError
+        If there is no such log, or it cannot be read.
+    """
+    log = open_log(log_url)
+    version = software_version()
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        anyio.to_thread.current_default_thread_limiter().total_tokens = WORKER_THREADS
+        yield
+        log.close()
+
+    # No /docs page: the framework's loads its scripts from other people's servers.
+    app = FastAPI(title="DyKnow", version=version, lifespan=lifespan, docs_url=None, redoc_url=None)
+    library = _library() if shipped is None else shipped
+    app.include_router(make_routes(log, library, version=version))
+    app.add_middleware(RequestFrame)
+    register_problems(app)
+    describe_bodies(app)
+    return app
+
+
+def software_version() -> str:
+    """Return the version of the installed package, or `0` when run from a bare checkout."""
+    try:
+        return version_of("dyknow")
+    except PackageNotFoundError:
+        return "0"
+
+
+def _library() -> Sequence[ChronicleRecord]:
+    from service.chronicle_files import load_chronicle_files
+
+    return load_chronicle_files(()).records

@@ -1,0 +1,56 @@
+"""What do the answers of the HTTP interface look like? The structs that are sent, and that OpenAPI describes."""
+
+from msgspec import Struct
+
+from service.records import ChronicleRecord, EventRecord
+
+
+class EventList(Struct, frozen=True):
+    """One page of events; `next_cursor` is null on the last page, `as_of_seq` the newest number in the log."""
+
+    items: list[EventRecord]
+    next_cursor: str | None
+    as_of_seq: int
+
+
+class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):
+    """A chronicle with where it comes from: shipped with DyKnow, used by runs of this log, or both."""
+
+    is_shipped: bool
+    runs: list[str]
+
+
+class ChronicleList(Struct, frozen=True):
+    """All chronicles; one name may come in several versions."""
+
+    items: list[ChronicleUse]
+
+
+class Index(Struct, frozen=True):
+    """Where to go from here."""
+
+    name: str
+    version: str
+    as_of_seq: int
+    default_limit: int
+    max_limit: int
+    links: dict[str, str]
+
+
+class ProblemDetail(Struct, frozen=True, omit_defaults=True):
+    """What is wrong with one parameter."""
+
+    detail: str
+    parameter: str | None = None
+
+
+class Problem(Struct, frozen=True, omit_defaults=True):
+    """An error by RFC 9457; `type` is `about:blank` where the status says it all."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str
+    request_id: str
+    errors: list[ProblemDetail] = []

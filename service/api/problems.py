@@ -1,0 +1,107 @@
+"""How does the HTTP interface say what went wrong? Every error is an RFC 9457 `application/problem+json` body.
+
+The framework has its own bodies for wrong parameters, unknown paths and wrong methods; all of them are replaced here,
+so that a client needs one way to read an error.
+"""
+
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from typing import Any
+
+import msgspec
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from service.api.bodies import Problem, ProblemDetail
+from service.errors import CursorError, FilterError, LogError, QueryError
+
+MEDIA_TYPE = "application/problem+json"
+REQUEST_ID = "dyknow.request_id"
+
+TYPES = {
+    CursorError: "urn:dyknow:problem:bad-cursor",
+    FilterError: "urn:dyknow:problem:bad-filter",
+    QueryError: "urn:dyknow:problem:bad-parameter",
+    LogError: "urn:dyknow:problem:log-unavailable",
+}
+
+
+def register_problems(app: FastAPI) -> None:
+    """Answer every error of an application with a problem."""
+    app.add_exception_handler(RequestValidationError, _on_invalid)
+    app.add_exception_handler(HTTPException, _on_http)
+    app.add_exception_handler(QueryError, _on_query)
+    app.add_exception_handler(LogError, _on_log)
+    app.add_exception_handler(Exception, _on_bug)
+
+
+def problem(
+    request: Request,
+    status: int,
+    detail: str,
+    *,
+    kind: str = "about:blank",
+    errors: Sequence[ProblemDetail] = (),
+    headers: Mapping[str, str] | None = None,
+) -> Response:
+    """Build the answer for an error.
+
+    Parameters
+    ----------
+    kind : a URN that tells errors of one status apart; `about:blank` if the status says it all.
+    """
+    body = Problem(
+        type=kind,
+        title=HTTPStatus(status).phrase,
+        status=status,
+        detail=detail,
+        instance=request.url.path,
+        request_id=request.scope.get(REQUEST_ID, ""),
+        errors=list(errors),
+    )
+    named = {"X-Request-Id": body.request_id, **(headers or {})}
+    return Response(msgspec.json.encode(body), status, named, MEDIA_TYPE)
+
+
+async def _on_invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    details = [_describe(one) for one in error.errors()]
+    summary = "; ".join(one.detail for one in details)
+    return problem(request, 422, summary, kind=TYPES[QueryError], errors=details)
+
+
+def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework's own error records
+    parameter = ".".join(str(part) for part in error["loc"][1:2])
+    wanted = error["msg"].removeprefix("Input should be ")
+    return ProblemDetail(f"{parameter}: expected {wanted}, got {error.get('input')!r}", parameter)
+
+
+async def _on_http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    method, path = request.method, request.url.path
+    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+        detail = f"{path}: expected method GET or HEAD, got {method!r}"
+        return problem(request, 405, detail, headers={"Allow": "GET, HEAD"})
+    if error.status_code == HTTPStatus.NOT_FOUND and error.detail == HTTPStatus.NOT_FOUND.phrase:
+        detail = f"{path}: expected a path of this interface (see /api/v1), got an unknown one"
+        return problem(request, 404, detail)
+    return problem(request, error.status_code, str(error.detail), headers=error.headers)
+
+
+async def _on_query(request: Request, error: Exception) -> Response:
+    assert isinstance(error, QueryError)
+    status = 400 if isinstance(error, CursorError | FilterError) else 422
+    detail = ProblemDetail(str(error), error.parameter)
+    return problem(request, status, str(error), kind=TYPES[type(error)], errors=[detail])
+
+
+async def _on_log(request: Request, error: Exception) -> Response:
+    return problem(request, 503, str(error), kind=TYPES[LogError], headers={"Retry-After": "1"})
+
+
+async def _on_bug(request: Request, error: Exception) -> Response:
+    # What went wrong inside is for the server's own records, not for a client; the server logs it with its trace.
+    detail = f"{request.url.path}: expected an answer, got an internal error"
+    return problem(request, 500, detail)

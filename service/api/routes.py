@@ -1,0 +1,138 @@
+"""Which questions does the HTTP interface answer?
+
+Routes are plain functions run in worker threads: the database is asked and the answer put together there, off the
+event loop. Events are sent as the text that is stored; nothing is decoded on the way.
+"""
+
+from collections.abc import Iterable
+from typing import Final
+from urllib.parse import urlencode
+
+import msgspec
+from fastapi import APIRouter, HTTPException, Request
+from starlette.responses import PlainTextResponse, Response
+
+from service.api.bodies import ChronicleList, ChronicleUse, EventList, Index
+from service.api.openapi import answers
+from service.api.parameters import Pairs, describe_parameters, read_question
+from service.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
+from service.records import ChronicleRecord, EventRecord
+from service.store.log import EventLog
+
+JSON: Final = "application/json"
+
+HELLO = """\
+DyKnow: what happened in the traffic, recognised from video.
+
+curl '{base}api/v1/events?type=overtake&from=00:10&to=02:00'     all overtakes between two times
+curl '{base}api/v1'                                              everything else there is to ask
+"""
+
+
+def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: str) -> APIRouter:
+    """Make the routes of one event log.
+
+    Parameters
+    ----------
+    shipped : the chronicles that come with DyKnow.
+    version : of the software, for the index.
+    """
+    router = APIRouter()
+    library = tuple(shipped)
+
+    @router.get("/", include_in_schema=False, response_class=PlainTextResponse)
+    def hello(request: Request) -> PlainTextResponse:
+        return PlainTextResponse(HELLO.format(base=request.base_url))
+
+    @router.get("/healthz", summary="Say that the server lives", response_class=PlainTextResponse)
+    def healthz() -> PlainTextResponse:
+        return PlainTextResponse("ok\n")
+
+    @router.get("/api/v1", summary="Say what can be asked", responses=answers(Index), response_class=Response)
+    def index() -> Response:
+        return _json(msgspec.json.encode(_index(version, find_last_seq(log))))
+
+    @router.get(
+        "/api/v1/chronicles", summary="List chronicles", responses=answers(ChronicleList), response_class=Response
+    )
+    def list_chronicles() -> Response:
+        return _json(msgspec.json.encode(ChronicleList(_merge_chronicles(log, library))))
+
+    @router.get(
+        "/api/v1/events/{event_id}",
+        summary="Get one event",
+        responses=answers(EventRecord, 404),
+        response_class=Response,
+    )
+    def get_event(event_id: str) -> Response:
+        text = find_event(log, event_id)
+        if text is None:
+            raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
+        return _json(text.encode())
+
+    _add_event_list(router, log)
+    return router
+
+
+def _add_event_list(router: APIRouter, log: EventLog) -> None:
+    @router.get(
+        "/api/v1/events",
+        summary="List events",
+        description="Repeated parameters are alternatives; different parameters must all hold.",
+        responses=answers(EventList, 400, 422),
+        response_class=Response,
+        openapi_extra={"parameters": describe_parameters()},
+    )
+    def list_events(request: Request) -> Response:
+        pairs = request.query_params.multi_items()
+        question = read_question(pairs)
+        page = find_events(log, question.wanted, limit=question.limit, cursor=question.cursor)
+        return _event_page(page, request.url.path, pairs)
+
+
+def _event_page(page: EventPage, path: str, pairs: Pairs) -> Response:
+    cursor = "null" if page.next_cursor is None else f'"{page.next_cursor}"'
+    body = f'{{"items":[{",".join(page.items)}],"next_cursor":{cursor},"as_of_seq":{page.as_of_seq}}}'
+    response = _json(body.encode())
+    if page.next_cursor is not None:
+        query = urlencode([*(pair for pair in pairs if pair[0] != "cursor"), ("cursor", page.next_cursor)])
+        response.headers["Link"] = f'<{path}?{query}>; rel="next"'
+    return response
+
+
+def _merge_chronicles(log: EventLog, library: Iterable[ChronicleRecord]) -> list[ChronicleUse]:
+    """Join the shipped chronicles and those of the log's runs, one entry a name and version."""
+    shipped = {(one.name, one.version): one for one in library}
+    used: dict[tuple[str, str], ChronicleRecord] = {}
+    runs: dict[tuple[str, str], list[str]] = {}
+    for run in log.runs():
+        for one in run.chronicles:
+            used.setdefault((one.name, one.version), one)
+            runs.setdefault((one.name, one.version), []).append(run.id)
+    return [
+        ChronicleUse(
+            name=one.name,
+            version=one.version,
+            parameters=one.parameters,
+            text=one.text,
+            file=one.file,
+            is_shipped=key in shipped,
+            runs=runs.get(key, []),
+        )
+        for key, one in sorted((used | shipped).items())
+    ]
+
+
+def _index(version: str, as_of_seq: int) -> Index:
+    links = {
+        "events": "/api/v1/events",
+        "event": "/api/v1/events/{event_id}",
+        "chronicles": "/api/v1/chronicles",
+        "openapi": "/openapi.json",
+        "health": "/healthz",
+    }
+    return Index("dyknow", version, as_of_seq, DEFAULT_LIMIT, MAX_LIMIT, links)
+
+
+def _json(body: bytes) -> Response:
+    return Response(body, media_type=JSON)

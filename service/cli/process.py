@@ -1,0 +1,226 @@
+"""`dyknow process`: a video or a trajectory file becomes an event log."""
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import exit_codes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from service.runs import Progress, RunSummary
+
+REPORT_EVERY_S = 1.0
+
+
+def process(
+    input_file: Annotated[Path, typer.Argument(metavar="INPUT", help="A video, or a trajectory file (.csv).")],
+    log: Annotated[str, typer.Option("--log", help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
+    site: Annotated[Path | None, typer.Option("--site", help="Site file: roads, camera, start time.")] = None,
+    chronicles: Annotated[
+        list[Path] | None,
+        typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
+    ] = None,
+    columns: Annotated[
+        str | None, typer.Option("--columns", help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
+    ] = False,
+) -> None:
+    """Process a video or a trajectory file into an event log."""
+    from service.runs import RunRequest
+    from service.runs import process as run
+
+    request = RunRequest(
+        input=input_file,
+        site=site,
+        log_url=log,
+        chronicle_files=tuple(chronicles or ()),
+        columns=parse_columns(columns),
+    )
+    if as_json:
+        summary = run(request, on_progress=_json_reporter())
+        print(_summary_json(summary), flush=True)
+    else:
+        with progress_bar(input_file.name) as on_progress:
+            summary = run(request, on_progress=on_progress)
+        print_summary(summary, log)
+    if summary.status != "finished":
+        print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
+        raise typer.Exit(exit_codes.INTERRUPTED if summary.status == "interrupted" else exit_codes.INVALID)
+
+
+def parse_columns(text: str | None) -> dict[str, str] | None:
+    """Read a column map as given on the command line.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a part is not ``ours=theirs``.
+
+    Examples
+    --------
+    >>> parse_columns("t_s=t, x_m=x")
+    {'t_s': 't', 'x_m': 'x'}
+    """
+    if text is None:
+        return None
+    pairs = [part.strip().partition("=") for part in text.split(",")]
+    for ours, equals, theirs in pairs:
+        if not (ours and equals and theirs):
+            raise typer.BadParameter(f"--columns: expected NAME=COLUMN parts, got {ours + equals + theirs!r}")
+    return {ours.strip(): theirs.strip() for ours, _, theirs in pairs}
+
+
+class progress_bar:  # noqa: N801 - used as a context manager, like contextlib's
+    """Show a run's progress on a terminal, or a line a second elsewhere; yields the callback for the run."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._bar: _Bar | None = None
+
+    def __enter__(self) -> "Callable[[Progress], None]":
+        if not sys.stderr.isatty():
+            return _line_reporter()
+        self._bar = _Bar(self._title)
+        return self._bar.show
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar:
+            self._bar.close()
+
+
+class _Bar:
+    def __init__(self, title: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as RichProgress
+
+        self._progress = RichProgress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TextColumn("{task.fields[rates]}"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+        self._progress.start()
+        self._task = self._progress.add_task(title, total=None, rates="")
+        self._is_due = _every(REPORT_EVERY_S / 5)
+
+    def show(self, progress: "Progress") -> None:
+        if self._is_due():
+            self._progress.update(
+                self._task, completed=progress.frames, total=progress.frame_count, rates=_rates(progress)
+            )
+
+    def close(self) -> None:
+        self._progress.stop()
+
+
+def _line_reporter() -> "Callable[[Progress], None]":
+    is_due = _every(REPORT_EVERY_S)
+
+    def report(progress: "Progress") -> None:
+        if is_due():
+            left = progress.seconds_left
+            rest = f", {left:.0f} s left" if left is not None else ""
+            print(f"{progress.frames} frames, {_rates(progress)}{rest}", file=sys.stderr, flush=True)
+
+    return report
+
+
+def _json_reporter() -> "Callable[[Progress], None]":
+    is_due = _every(REPORT_EVERY_S)
+
+    def report(progress: "Progress") -> None:
+        if is_due():
+            print(_progress_json(progress), flush=True)
+
+    return report
+
+
+def _every(period_s: float) -> "Callable[[], bool]":
+    """Return a function that is true once a period."""
+    due_s = time.monotonic() + period_s
+
+    def is_due() -> bool:
+        nonlocal due_s
+        now_s = time.monotonic()
+        if now_s < due_s:
+            return False
+        due_s = now_s + period_s
+        return True
+
+    return is_due
+
+
+def _rates(progress: "Progress") -> str:
+    return (
+        f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, "
+        f"{progress.cars} cars, {progress.events} events"
+    )
+
+
+def _progress_record(progress: "Progress") -> dict[str, object]:
+    left = progress.seconds_left
+    return {
+        "frames": progress.frames,
+        "frame_count": progress.frame_count,
+        "media_us": progress.media_us,
+        "elapsed_s": round(progress.elapsed_s, 3),
+        "frames_per_s": round(progress.frames_per_s, 1),
+        "real_time_factor": round(progress.real_time_factor, 2),
+        "seconds_left": None if left is None else round(left, 1),
+        "cars": progress.cars,
+        "events": progress.events,
+    }
+
+
+def _progress_json(progress: "Progress") -> str:
+    import msgspec
+
+    return msgspec.json.encode({"type": "progress", **_progress_record(progress)}).decode()
+
+
+def _summary_json(summary: "RunSummary") -> str:
+    import msgspec
+
+    record = {
+        "type": "summary",
+        "run": summary.run,
+        "status": summary.status,
+        "reason": summary.reason,
+        "warnings": summary.warnings,
+        **_progress_record(summary.progress),
+        "streams": [
+            {"label": one.label, "published": one.published, "dropped": one.dropped, "busy_ms": one.busy_ns / 1e6}
+            for one in summary.streams
+        ],
+    }
+    return msgspec.json.encode(record).decode()
+
+
+def print_summary(summary: "RunSummary", log: str) -> None:
+    """Print what a run did and what to ask next."""
+    progress = summary.progress
+    for warning in summary.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(
+        f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
+        f"({progress.real_time_factor:.1f}x real time): {progress.cars} cars, {progress.events} events"
+    )
+    print(f"cost per frame: {', '.join(_costs(summary))}")
+    print(f"ask for them:   dyknow events {log}")
+
+
+def _costs(summary: "RunSummary") -> "Iterator[str]":
+    frames = max(1, summary.progress.frames)
+    for stream in summary.streams:
+        if stream.updates:
+            yield f"{stream.label} {stream.busy_ns / 1e6 / frames:.2f} ms"

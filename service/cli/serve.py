@@ -1,0 +1,70 @@
+"""`dyknow serve`: an event log over HTTP."""
+
+import ipaddress
+import socket
+import sys
+from typing import Annotated
+
+import typer
+
+PORT = 8420
+BACKLOG = 128
+
+
+def serve(
+    log: Annotated[str, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")],
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
+) -> None:
+    """Answer questions to an event log over HTTP until interrupted."""
+    import uvicorn
+
+    from service.api.app import create_app
+
+    app = create_app(log)
+    with listen(host, port) as listener:
+        url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
+        print(f"serving {log} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
+        if not _is_loopback(host):
+            print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
+        config = uvicorn.Config(app, access_log=False, log_level="warning")
+        uvicorn.Server(config).run(sockets=[listener])
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Open a listening socket.
+
+    Raises
+    ------
+    ServiceError
+        If the address is unknown, taken, or not ours to listen on.
+    """
+    from service.errors import ServiceError
+
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        # The protocol is named because asyncio switches off Nagle's algorithm only on sockets that are plainly TCP;
+        # without that every answer waits 40 ms for the client's delayed acknowledgement.
+        listener = socket.socket(family, kind, protocol)
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(address)
+            listener.listen(BACKLOG)
+        except OSError:
+            listener.close()
+            raise
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ServiceError(f"{host}:{port}: expected a free address to listen on, got {reason!r}") from error
+    return listener
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _in_url(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

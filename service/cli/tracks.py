@@ -1,0 +1,81 @@
+"""`dyknow tracks`: where were the cars of a run?"""
+
+import sys
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from service.records import RunRecord
+    from service.store.log import EventLog
+
+
+class TrackFormat(StrEnum):
+    """How to print tracks."""
+
+    csv = "csv"
+    mot = "mot"
+
+
+def tracks(
+    log: Annotated[str, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")],
+    output: Annotated[
+        TrackFormat, typer.Option("--format", help="csv, or mot (boxes in the image).")
+    ] = TrackFormat.csv,
+    run: Annotated[str | None, typer.Option("--run", help="Run to print, if the log holds several.")] = None,
+    car: Annotated[str | None, typer.Option("--car", help="One car symbol only.")] = None,
+    start: Annotated[str | None, typer.Option("--from", help="First media time: 12.5s, 01:23, 12500000 (us).")] = None,
+    end: Annotated[str | None, typer.Option("--to", help="Media time to stop before.")] = None,
+) -> None:
+    """Print car symbols over time, in metres (csv) or in the image (mot)."""
+    from service.export.tracks import write_tracks_csv
+    from service.store.log import open_log
+
+    from_us = None if start is None else media_us(start, parameter="--from")
+    to_us = None if end is None else media_us(end, parameter="--to")
+    with open_log(log) as opened:
+        record = opened.run(run)
+        if output is TrackFormat.csv:
+            write_tracks_csv(opened.states(record.id, car=car, from_us=from_us, to_us=to_us), sys.stdout)
+        else:
+            _print_mot(opened, record, car, from_us, to_us)
+
+
+def media_us(text: str, *, parameter: str) -> int:
+    """Read a time point in media time, in microseconds.
+
+    Raises
+    ------
+    QueryError
+        If it is not a time, or one on the UTC calendar, which a run's tracks do not carry.
+    """
+    from service.errors import QueryError
+    from service.times import parse_time
+
+    point = parse_time(text, parameter=parameter)
+    if point.clock != "media":
+        raise QueryError(f"{parameter}: expected media time such as 12.5s, got {text!r}", parameter=parameter)
+    return point.us
+
+
+def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int | None, to_us: int | None) -> None:
+    from service.errors import ExportError
+    from service.export.tracks import write_tracks_mot
+
+    if run.camera is None:
+        raise ExportError(f"run {run.id!r}: expected a run with a camera for --format mot, got one without")
+    report = write_tracks_mot(
+        log.states(run.id, car=car, from_us=from_us, to_us=to_us),
+        sys.stdout,
+        frames=log.frames(run.id),
+        car_numbers={one.car: one.number for one in log.cars(run.id)},
+        camera=run.camera,
+    )
+    left_out = report.without_frame + report.outside
+    if left_out:
+        print(
+            f"{left_out} car positions have no box: {report.outside} outside the image, "
+            f"{report.without_frame} between frames",
+            file=sys.stderr,
+        )

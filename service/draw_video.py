@@ -1,0 +1,97 @@
+"""Where do drawn frames go? A log's overlay on its video, as a new video or as one picture."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from service.drawing import TRAIL_US, OverlayReader, draw_overlay
+from service.errors import InputError, LogError
+from service.queries import EventFilter, decode_event, iterate_events
+from service.records import CameraRecord
+from service.store.log import EventLog, open_log
+from vision.frames import Frame, open_video
+
+ByteArray = NDArray[np.uint8]
+
+MICROSECOND = Fraction(1, 1_000_000)
+
+
+def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str | None = None) -> None:
+    """Write the first frame at or after a time, with its overlay, as a picture.
+
+    Raises
+    ------
+    LogError, InputError, VisionError
+        If the log holds no camera for the video, the video ends before the time, or a file cannot be used.
+    """
+    for _, picture in _drawn_frames(video, log_url, from_us=at_us, to_us=None, run=run):
+        if not cv2.imwrite(str(out), picture):
+            raise InputError(f"{out}: expected a path that can be written, got a refusal")
+        return
+    raise InputError(f"{video}: expected a frame at or after {at_us} us, got the end of the video")
+
+
+def draw_video(
+    video: Path, log_url: str, out: Path, *, from_us: int = 0, to_us: int | None = None, run: str | None = None
+) -> None:
+    """Write the frames of `[from_us, to_us)` with their overlay as H.264, with their own time stamps.
+
+    Raises
+    ------
+    LogError, VisionError, InputError
+        If the log holds no camera for the video, no frame lies in the interval, or a file cannot be used.
+    """
+    drawn = _drawn_frames(video, log_url, from_us=from_us, to_us=to_us, run=run)
+    first = next(drawn, None)
+    if first is None:
+        raise InputError(f"{video}: expected frames from {from_us} us on, got none")
+    height_px, width_px = first[1].shape[:2]
+    try:
+        container = av.open(str(out), "w", options={"movflags": "faststart"})
+    except OSError as error:
+        raise InputError(f"{out}: expected a path that can be written, got {error.strerror}") from error
+    with container:
+        stream = container.add_stream("libx264", rate=Fraction(25), options={"crf": "20", "preset": "veryfast"})
+        # An odd side cannot be halved for chroma: the last row or column is left out.
+        stream.width, stream.height, stream.pix_fmt = width_px // 2 * 2, height_px // 2 * 2, "yuv420p"
+        stream.codec_context.time_base = MICROSECOND
+        for t_us, picture in (first, *drawn):
+            cut = np.ascontiguousarray(picture[: stream.height, : stream.width])
+            frame = av.VideoFrame.from_ndarray(cut, format="bgr24")
+            frame.pts, frame.time_base = t_us - first[0], MICROSECOND
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+
+
+def _drawn_frames(
+    video: Path, log_url: str, *, from_us: int, to_us: int | None, run: str | None
+) -> Iterator[tuple[int, ByteArray]]:
+    with open_log(log_url) as log:
+        record = log.run(run)
+        if record.camera is None:
+            raise LogError(f"log {log_url!r}: expected a run on a video, got one on {record.input!r}")
+        pixel_from_ground = np.array(record.camera.pixel_from_ground).reshape(3, 3)
+        reader = _overlay_reader(log, record.id, from_us, to_us)
+        for frame in _frames(video, record.camera):
+            if to_us is not None and frame.t_us >= to_us:
+                return
+            if frame.t_us >= from_us:
+                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), pixel_from_ground)
+
+
+def _overlay_reader(log: EventLog, run_id: str, from_us: int, to_us: int | None) -> OverlayReader:
+    events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
+    return OverlayReader(log.states(run_id, from_us=from_us - TRAIL_US, to_us=to_us), events)
+
+
+def _frames(video: Path, camera: CameraRecord) -> Iterator[Frame]:
+    source = open_video(video)
+    if (source.width_px, source.height_px) != (camera.width_px, camera.height_px):
+        expected, came = f"{camera.width_px} x {camera.height_px}", f"{source.width_px} x {source.height_px}"
+        raise InputError(f"{video}: expected the video of the run, {expected} pixels, got {came}")
+    yield from source

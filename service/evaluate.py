@@ -1,0 +1,298 @@
+"""How good is a log? Recognised events against the truth of the same scene.
+
+A recognised event is *right* when its ordered pair of vehicles is the truth's and both ends of the intervals agree
+within two seconds. The vehicles of a log are symbols of its own, so each role is first matched to the true vehicle
+that was nearest while the event went on. Truth that is not countable (cut by the view, say) is *border*: recognising it
+is neither right nor wrong.
+"""
+
+import csv
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+
+from service.errors import TruthError
+from service.proportions import wilson_interval
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE_US = 2_000_000
+NEAREST_M = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class TrueEvent:
+    """Hold one event of the truth; ``roles`` maps role names to true vehicle identifiers."""
+
+    type: str
+    roles: Mapping[str, str]
+    start_us: int
+    end_us: int
+    countable: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RecognisedEvent:
+    """Hold one event of a log; ``roles`` maps role names to car symbols."""
+
+    id: str
+    type: str
+    roles: Mapping[str, str]
+    start_us: int
+    end_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Positions:
+    """Hold where things were: one row an object and time, sorted by time.
+
+    Attributes
+    ----------
+    t_us : (n,) int64. ids : n identifiers. centre_m : (n, 2).
+    """
+
+    t_us: NDArray[np.int64]
+    ids: tuple[str, ...]
+    centre_m: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Tie a recognised event to the true event it stands for."""
+
+    recognised: RecognisedEvent
+    true: TrueEvent
+
+    @property
+    def start_error_us(self) -> int:
+        """Return recognised minus true start."""
+        return self.recognised.start_us - self.true.start_us
+
+    @property
+    def end_error_us(self) -> int:
+        """Return recognised minus true end."""
+        return self.recognised.end_us - self.true.end_us
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """Hold the score of one event type.
+
+    Attributes
+    ----------
+    right : matches with countable truth. border : matches with truth that does not count.
+    wrong : recognised events without truth. missed : countable truth that was not recognised.
+    """
+
+    type: str
+    right: tuple[Match, ...]
+    border: tuple[Match, ...]
+    wrong: tuple[RecognisedEvent, ...]
+    missed: tuple[TrueEvent, ...]
+
+    @property
+    def precision(self) -> float:
+        """Return right / (right + wrong); 1 when nothing was claimed."""
+        return _share(len(self.right), len(self.right) + len(self.wrong))
+
+    @property
+    def recall(self) -> float:
+        """Return right / (right + missed); 1 when there was nothing to find."""
+        return _share(len(self.right), len(self.right) + len(self.missed))
+
+    @property
+    def f1(self) -> float:
+        """Return the harmonic mean of precision and recall."""
+        total = self.precision + self.recall
+        return 2 * self.precision * self.recall / total if total else 0.0
+
+    @property
+    def mean_start_error_s(self) -> float:
+        """Return the mean absolute error of the starts of right events, in seconds; nan without any."""
+        return _mean_seconds([abs(match.start_error_us) for match in self.right])
+
+    @property
+    def mean_end_error_s(self) -> float:
+        """Return the mean absolute error of the ends of right events, in seconds; nan without any."""
+        return _mean_seconds([abs(match.end_error_us) for match in self.right])
+
+    def as_record(self) -> dict[str, object]:
+        """Return the figures as plain data, for JSON."""
+        right, wrong, missed = len(self.right), len(self.wrong), len(self.missed)
+        return {
+            "type": self.type,
+            "right": right,
+            "wrong": wrong,
+            "missed": missed,
+            "border": len(self.border),
+            "precision": self.precision,
+            "precision_interval": wilson_interval(right, right + wrong),
+            "recall": self.recall,
+            "recall_interval": wilson_interval(right, right + missed),
+            "mean_start_error_s": None if not right else self.mean_start_error_s,
+            "mean_end_error_s": None if not right else self.mean_end_error_s,
+        }
+
+
+def evaluate_events(
+    recognised: Sequence[RecognisedEvent],
+    cars: Positions,
+    truth: Sequence[TrueEvent],
+    vehicles: Positions,
+    *,
+    event_type: str,
+) -> Evaluation:
+    """Score the events of one type.
+
+    Parameters
+    ----------
+    recognised, cars : events and car symbols of the log.
+    truth, vehicles : true events and true vehicles of the scene.
+    event_type : the type to score, in the log and in the truth alike.
+    """
+    claims = [event for event in recognised if event.type == event_type]
+    facts = [event for event in truth if event.type == event_type]
+    roles = [_true_roles(event, cars, vehicles) for event in claims]
+    pairs = _assign(claims, roles, facts)
+    matches = [Match(claims[i], facts[j]) for i, j in pairs]
+    claimed, found = {i for i, _ in pairs}, {j for _, j in pairs}
+    return Evaluation(
+        type=event_type,
+        right=tuple(match for match in matches if match.true.countable),
+        border=tuple(match for match in matches if not match.true.countable),
+        wrong=tuple(event for i, event in enumerate(claims) if i not in claimed),
+        missed=tuple(event for j, event in enumerate(facts) if j not in found and event.countable),
+    )
+
+
+def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
+    """Pool the scores of several scenes: counts add up, no mean of means.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or they speak of different event types.
+    """
+    types = {evaluation.type for evaluation in evaluations}
+    if len(types) != 1:
+        raise ValueError(f"evaluations: expected one event type, got {sorted(types)!r}")
+    return Evaluation(
+        type=types.pop(),
+        right=tuple(match for one in evaluations for match in one.right),
+        border=tuple(match for one in evaluations for match in one.border),
+        wrong=tuple(event for one in evaluations for event in one.wrong),
+        missed=tuple(event for one in evaluations for event in one.missed),
+    )
+
+
+def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
+    """Read ``truth_events.jsonl`` and ``truth.csv`` of a generated scene.
+
+    Raises
+    ------
+    TruthError
+        If a file is missing or a line of it cannot be read.
+    """
+    events_path, positions_path = folder / "truth_events.jsonl", folder / "truth.csv"
+    for path in (events_path, positions_path):
+        if not path.is_file():
+            raise TruthError(f"{folder}: expected a truth folder with {path.name}, got none there")
+    return _load_true_events(events_path), _load_true_positions(positions_path)
+
+
+def _load_true_events(path: Path) -> list[TrueEvent]:
+    events = []
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+        try:
+            row = json.loads(line)
+            fields = (row["type"], row["roles"], int(row["start_us"]), int(row["end_us"]), bool(row["countable"]))
+        except (ValueError, KeyError, TypeError) as error:
+            raise TruthError(
+                f"{path}:{number}: expected a truth event as one JSON object, got {line[:80]!r}"
+            ) from error
+        events.append(TrueEvent(*fields))
+    return events
+
+
+def _load_true_positions(path: Path) -> Positions:
+    t_us, ids, centres = [], [], []
+    with path.open(newline="", encoding="utf-8") as file:
+        for number, row in enumerate(csv.DictReader(file), start=2):
+            try:
+                t_us.append(int(row["t_us"]))
+                ids.append(row["id"])
+                centres.append((float(row["x_m"]), float(row["y_m"])))
+            except (ValueError, KeyError, TypeError) as error:
+                raise TruthError(f"{path}:{number}: expected t_us, id, x_m, y_m, got {row!r}") from error
+    return positions_from_rows(t_us, ids, centres)
+
+
+def positions_from_rows(t_us: Iterable[int], ids: Iterable[str], centre_m: Sequence[tuple[float, float]]) -> Positions:
+    """Sort rows of positions by time."""
+    times = np.fromiter(t_us, dtype=np.int64)
+    order = np.argsort(times, kind="stable")
+    names = np.array(list(ids), dtype=object)[order]
+    return Positions(times[order], tuple(names.tolist()), np.array(centre_m, dtype=np.float64).reshape(-1, 2)[order])
+
+
+def _true_roles(event: RecognisedEvent, cars: Positions, vehicles: Positions) -> dict[str, str | None]:
+    """Match each role's car symbol to the true vehicle nearest to it during the event."""
+    return {role: _nearest_vehicle(car, event, cars, vehicles) for role, car in event.roles.items()}
+
+
+def _nearest_vehicle(car: str, event: RecognisedEvent, cars: Positions, vehicles: Positions) -> str | None:
+    votes: Counter[str] = Counter()
+    rows = _rows_between(cars, event.start_us, event.end_us)
+    for row in (row for row in rows if cars.ids[row] == car):
+        t_us = int(cars.t_us[row])
+        there = _rows_between(vehicles, t_us, t_us)
+        if there:
+            distance_m, nearest = cKDTree(vehicles.centre_m[there.start : there.stop]).query(cars.centre_m[row])
+            if distance_m <= NEAREST_M:
+                votes[vehicles.ids[there.start + int(nearest)]] += 1
+    return votes.most_common(1)[0][0] if votes else None
+
+
+def _rows_between(positions: Positions, start_us: int, end_us: int) -> range:
+    """Return the rows with start_us <= t_us <= end_us."""
+    first = int(np.searchsorted(positions.t_us, start_us, side="left"))
+    return range(first, int(np.searchsorted(positions.t_us, end_us, side="right")))
+
+
+def _assign(
+    claims: Sequence[RecognisedEvent], roles: Sequence[Mapping[str, str | None]], facts: Sequence[TrueEvent]
+) -> list[tuple[int, int]]:
+    """Match claims to facts one to one, as many as possible, then as near in time as possible."""
+    if not claims or not facts:
+        return []
+    impossible = 1e12
+    cost = np.full((len(claims), len(facts)), impossible)
+    for i, (claim, of_claim) in enumerate(zip(claims, roles, strict=True)):
+        for j, fact in enumerate(facts):
+            if _is_right(claim, of_claim, fact):
+                cost[i, j] = abs(claim.start_us - fact.start_us) + abs(claim.end_us - fact.end_us)
+    rows, columns = linear_sum_assignment(cost)
+    return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if cost[i, j] < impossible]
+
+
+def _is_right(claim: RecognisedEvent, roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
+    return (
+        all(roles.get(role) == vehicle for role, vehicle in fact.roles.items())
+        and abs(claim.start_us - fact.start_us) <= TOLERANCE_US
+        and abs(claim.end_us - fact.end_us) <= TOLERANCE_US
+    )
+
+
+def _share(part: int, whole: int) -> float:
+    return part / whole if whole else 1.0
+
+
+def _mean_seconds(errors_us: Sequence[int]) -> float:
+    return sum(errors_us) / len(errors_us) / 1e6 if errors_us else float("nan")

@@ -1,0 +1,51 @@
+"""How good is this log? Read a run's events and cars, and score them against a scene's truth."""
+
+from pathlib import Path
+
+from service.evaluate import (
+    Evaluation,
+    Positions,
+    RecognisedEvent,
+    evaluate_events,
+    load_truth,
+    positions_from_rows,
+)
+from service.queries import EventFilter, decode_event, iterate_events
+from service.store.log import EventLog, open_log
+
+
+def evaluate_log(url: str, truth_folder: Path, *, event_type: str, run: str | None = None) -> Evaluation:
+    """Score the events of one type in one run.
+
+    Parameters
+    ----------
+    url : the event log.
+    truth_folder : where `truth.csv` and `truth_events.jsonl` of the same scene are.
+    run : which run of the log; may be left out when there is only one.
+
+    Raises
+    ------
+    LogError, TruthError
+        If the log, the run or the truth cannot be read.
+    """
+    truth, vehicles = load_truth(truth_folder)
+    with open_log(url) as log:
+        run_id = log.run(run).id
+        recognised = load_events(log, run_id, event_type)
+        return evaluate_events(recognised, _car_positions(log, run_id), truth, vehicles, event_type=event_type)
+
+
+def load_events(log: EventLog, run_id: str, event_type: str) -> list[RecognisedEvent]:
+    """Read the recognised events of one type in one run, ordered by start."""
+    wanted = EventFilter(types=(event_type,), runs=(run_id,))
+    events = (decode_event(text) for text in iterate_events(log, wanted))
+    return [RecognisedEvent(one.id, one.type, one.roles, one.start_us, one.end_us) for one in events]
+
+
+def _car_positions(log: EventLog, run_id: str) -> Positions:
+    states = list(log.states(run_id))
+    return positions_from_rows(
+        [state.t_us for state in states],
+        [state.car for state in states],
+        [(state.x_m, state.y_m) for state in states],
+    )

@@ -1,0 +1,1 @@
+"""Events and tracks as files that other programs read."""

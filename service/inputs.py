@@ -1,0 +1,173 @@
+"""What can be processed? A video seen by a fixed camera, or the trajectories of somebody else's tracker."""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chronicles.chronicle_set import ChronicleSet
+from gis.camera import GroundCamera
+from gis.road_network import RoadNetwork
+from service.errors import InputError
+from service.pipeline import Pipeline, trajectory_pipeline, video_pipeline
+from service.records import CameraRecord
+from service.site import Site
+from service.trajectories import Trajectories, load_trajectories
+from vision.fixed_camera import FixedCameraVision
+from vision.frames import VideoSource, open_video
+from vision.scale import estimate_scale, image_plane
+
+TRAJECTORY_SUFFIXES = (".csv",)
+HASHED_BLOCK_BYTES = 1 << 20
+SCALE_SPAN_US = 10_000_000
+SCALE_STEP_US = 500_000
+
+
+class Input(Protocol):
+    """Describe one thing that can go through a pipeline.
+
+    Attributes
+    ----------
+    kind : ``video`` or ``trajectory``.
+    frame_count : number of times by the file; None if it does not say.
+    warnings : what the user should know about how the input is read.
+    """
+
+    kind: str
+    path: Path
+    network: RoadNetwork | None
+    camera: CameraRecord | None
+    frame_count: int | None
+    warnings: tuple[str, ...]
+
+    def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
+        """Wire the pipeline that takes this input."""
+        ...
+
+    def __iter__(self) -> Iterator[tuple[int, Any]]:  # Any: frames or objects, as the pipeline's source takes them
+        """Yield time in microseconds and value, in order."""
+        ...
+
+
+@dataclass(slots=True)
+class VideoInput:
+    """Read a video seen by a fixed camera with a known map to the ground."""
+
+    path: Path
+    video: VideoSource
+    ground_camera: GroundCamera
+    network: RoadNetwork | None
+    warnings: tuple[str, ...] = ()
+    kind: str = "video"
+
+    @property
+    def frame_count(self) -> int | None:
+        """Return the number of frames by the container."""
+        return self.video.frame_count
+
+    @property
+    def camera(self) -> CameraRecord:
+        """Return how the ground maps to the image, for the log."""
+        numbers = tuple(self.ground_camera.pixel_from_ground.ravel().tolist())
+        return CameraRecord(numbers, self.video.width_px, self.video.height_px)
+
+    def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
+        """Wire vision for this camera in front of the reasoning."""
+        size_px = (self.video.width_px, self.video.height_px)
+        surface = self.network.road_polygons() if self.network else (self.ground_camera.view_outline(*size_px),)
+        vision = FixedCameraVision(self.ground_camera.pixel_from_ground, surface, size_px)
+        return video_pipeline(vision, self.network, chronicle_set, clock=clock)
+
+    def __iter__(self) -> Iterator[tuple[int, Any]]:  # Any: see Input
+        """Yield the frames of the video."""
+        for frame in self.video:
+            yield frame.t_us, frame
+
+
+@dataclass(slots=True)
+class TrajectoryInput:
+    """Read the objects of a trajectory file; vision is skipped."""
+
+    path: Path
+    trajectories: Trajectories
+    network: RoadNetwork | None
+    warnings: tuple[str, ...] = ()
+    kind: str = "trajectory"
+    camera: None = None
+
+    @property
+    def frame_count(self) -> int | None:
+        """Return the number of distinct times."""
+        return len(self.trajectories.times_us)
+
+    def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
+        """Wire the reasoning alone."""
+        return trajectory_pipeline(self.network, chronicle_set, clock=clock)
+
+    def __iter__(self) -> Iterator[tuple[int, Any]]:  # Any: see Input
+        """Yield the objects of each time."""
+        for objects in self.trajectories:
+            yield objects.t_us, objects
+
+
+def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None = None) -> Input:
+    """Open a file by its kind: ``.csv`` is trajectories, everything else must be a video.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, or does not go with the site or the column map.
+    VisionError
+        If it is not a video that can be read, or no camera is known and too little moves to guess a scale.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: expected a video or trajectory file, got no such file")
+    network = site.network if site else None
+    if path.suffix.lower() in TRAJECTORY_SUFFIXES:
+        return TrajectoryInput(path, load_trajectories(path, columns), network)
+    if columns:
+        raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
+    video = open_video(path)
+    if site is not None and site.camera is not None:
+        return VideoInput(path, video, site.camera, network)
+    return _without_camera(path, video, network)
+
+
+def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None) -> VideoInput:
+    """Lay the ground into the image plane, with a scale from what moves in the first seconds."""
+    if network is not None:
+        raise InputError(f"{path}: expected a [camera] beside the [network] of the site file, got a network alone")
+    scale = estimate_scale(_first_pictures(video))
+    camera = GroundCamera.from_homography(image_plane(scale, width_px=video.width_px, height_px=video.height_px))
+    warning = (
+        f"{path.name}: no camera is known, so the image plane is taken for the ground, at {scale:.3f} m a pixel from "
+        "the typical length of what moves; distances and speeds are rough"
+    )
+    return VideoInput(path, video, camera, None, (warning,))
+
+
+def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
+    """Return the luma of a picture every half second, for up to ten seconds."""
+    pictures: list[NDArray[np.uint8]] = []
+    due_us = 0
+    for frame in video:
+        if frame.t_us > SCALE_SPAN_US:
+            break
+        if frame.t_us >= due_us:
+            pictures.append(frame.luma.copy())
+            due_us = frame.t_us + SCALE_STEP_US
+    return pictures
+
+
+def content_digest(*paths: Path) -> str:
+    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere."""
+    digest = hashlib.blake2b(digest_size=8)
+    for path in paths:
+        with path.open("rb") as file:
+            while block := file.read(HASHED_BLOCK_BYTES):
+                digest.update(block)
+    return digest.hexdigest()

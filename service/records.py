@@ -1,0 +1,216 @@
+"""What do events, car states, links, relation changes and runs look like at the edge of the service?
+
+The event log, the HTTP routes and the exports all speak in these structs. What the pipeline writes has no
+sequence number yet (`EventDraft`); what comes out of the log has one (`EventRecord`) and never changes afterwards.
+Times are integer microseconds of media time, counted from the start of the source; `start` and `end` repeat them on
+the UTC calendar. Positions are metres, x east, y north.
+"""
+
+from typing import Literal
+
+from msgspec import Struct
+
+EventStatus = Literal["recognised", "tentative", "retracted"]
+RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
+InputKind = Literal["video", "trajectory"]
+LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
+LinkLevel = Literal["world", "on_road", "car"]
+
+
+class ChronicleRef(Struct, frozen=True):
+    """The chronicle behind an event: its name and the digest of its text."""
+
+    name: str
+    version: str
+
+
+class SubEvent(Struct, frozen=True):
+    """One labelled part of an occurrence, and when it happened."""
+
+    label: str
+    t_us: int
+
+
+class Place(Struct, frozen=True):
+    """Where an event began: road (empty when off every road) and ground position."""
+
+    road: str
+    x_m: float
+    y_m: float
+
+
+class EventDraft(Struct, frozen=True, kw_only=True):
+    """An event as the pipeline hands it to the log, before it has a number.
+
+    Attributes
+    ----------
+    type : name of the emitted event, such as `overtake`.
+    start_us, end_us : the interval `[start_us, end_us)`; equal for an event without duration.
+    roles : role name to object symbol, `{"overtaker": "car7", "overtaken": "car3"}`.
+    hypotheses : identity hypotheses it rests on; `tentative` until all of them are validated.
+    recognised_us : media time at which it was recognised.
+    """
+
+    type: str
+    chronicle: ChronicleRef
+    start_us: int
+    end_us: int
+    roles: dict[str, str]
+    recognised_us: int
+    status: EventStatus = "recognised"
+    hypotheses: tuple[str, ...] = ()
+    sub_events: tuple[SubEvent, ...] = ()
+    place: Place | None = None
+
+
+class EventRecord(Struct, frozen=True, kw_only=True):
+    """An event of the log: the JSON object of HTTP and of each line of JSONL.
+
+    Attributes
+    ----------
+    id : opaque, unique in the log and the same when the run is repeated.
+    seq : grows with every row ever written to this log; never used twice.
+    start, end : the interval on the UTC calendar, RFC 3339 with six decimals.
+    """
+
+    id: str
+    seq: int
+    type: str
+    chronicle: ChronicleRef
+    source: str
+    run: str
+    start: str
+    end: str
+    start_us: int
+    end_us: int
+    roles: dict[str, str]
+    status: EventStatus
+    hypotheses: tuple[str, ...]
+    sub_events: tuple[SubEvent, ...]
+    place: Place | None
+    recognised_us: int
+
+
+class CarState(Struct, frozen=True):
+    """One car at one frame; the field order is the column order of the log.
+
+    Attributes
+    ----------
+    car_class : `car`, `truck`, `bus`, `motorcycle` or `unknown`.
+    road, lane : empty when off every road or lane.
+    along_m : metres along the road's reference line; None off-road.
+    linked : False when the position is predicted, because the tracker has lost the car.
+    vision_id : the vision object it is linked to, empty when predicted.
+    """
+
+    t_us: int
+    car: str
+    x_m: float
+    y_m: float
+    heading_rad: float
+    speed_mps: float
+    length_m: float
+    width_m: float
+    car_class: str = "unknown"
+    road: str = ""
+    along_m: float | None = None
+    lane: str = ""
+    linked: bool = True
+    vision_id: str = ""
+
+
+class CarRecord(Struct, frozen=True):
+    """A car symbol over its whole life.
+
+    Attributes
+    ----------
+    number : 1, 2, ... in the order of first sight within the run.
+    first_us, last_us : its first and last state, both included.
+    """
+
+    car: str
+    number: int
+    car_class: str
+    first_us: int
+    last_us: int
+
+
+class LinkRecord(Struct, frozen=True):
+    """One change in the chain from a vision object to a car symbol."""
+
+    t_us: int
+    kind: LinkKind
+    level: LinkLevel
+    lower: str
+    upper: str
+    reason: str = ""
+
+
+class RelationRecord(Struct, frozen=True):
+    """One relation changing its truth value; None stands for unknown.
+
+    Attributes
+    ----------
+    t_us : when the value crossed, possibly between two frames.
+    decided_us : the frame at which hysteresis confirmed it.
+    """
+
+    t_us: int
+    decided_us: int
+    name: str
+    args: tuple[str, ...]
+    old: bool | None
+    new: bool | None
+
+
+class ChronicleRecord(Struct, frozen=True, kw_only=True):
+    """A chronicle a run used, with the text it was read from.
+
+    Attributes
+    ----------
+    parameters : the header variables without `?`, which become the roles of its events.
+    file : where the text came from, for people.
+    """
+
+    name: str
+    version: str
+    parameters: tuple[str, ...]
+    text: str
+    file: str = ""
+
+
+class CameraRecord(Struct, frozen=True):
+    """How the ground maps to the image: nine numbers row by row, and the frame size in pixels."""
+
+    pixel_from_ground: tuple[float, ...]
+    width_px: int
+    height_px: int
+
+
+class RunRecord(Struct, frozen=True, kw_only=True):
+    """One pass of one input through the pipeline.
+
+    Attributes
+    ----------
+    id : given by the caller, a digest of all inputs, so that a repeated run replaces itself.
+    source : short name of the input, the value of `source` on its events.
+    start_utc_us : UTC time of media time zero, microseconds since 1970-01-01.
+    camera : None for an input without pixels.
+    warnings : what the user was told, such as a missing camera.
+    settings : the settings that differ from the defaults, as text.
+    reason : why the run stopped early; empty when it finished.
+    """
+
+    id: str
+    source: str
+    start_utc_us: int
+    input_kind: InputKind = "video"
+    input: str = ""
+    site: str = ""
+    camera: CameraRecord | None = None
+    chronicles: tuple[ChronicleRecord, ...] = ()
+    settings: dict[str, str] = {}
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+    status: RunStatus = "running"
+    reason: str = ""

@@ -1,0 +1,207 @@
+"""What happens when a user says *process*? One input through the pipeline into an event log.
+
+Everything that the user gave is checked before anything is written. A video that breaks half way, or a user who
+interrupts, leaves the events up to that moment in the log, with the reason.
+"""
+
+import hashlib
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from dyknow.node import StreamReport
+from dyknow.sample import Sample
+from service.chronicle_files import LoadedChronicles, load_chronicle_files
+from service.inputs import Input, content_digest, open_input
+from service.pipeline import Pipeline
+from service.recording import Recorder
+from service.records import RunRecord, RunStatus
+from service.site import Site, load_site
+from service.store.log import EventLog, open_log
+from service.times import utc_us
+from vision.errors import VideoBroken
+
+HISTORY_US = 120_000_000  # longer than any interval of the library's chronicles
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """Say what to process.
+
+    Attributes
+    ----------
+    input : a video file, or a trajectory file (``.csv``).
+    site : the site file; None for trajectories without roads.
+    log_url : where the event log is, or is to be created.
+    chronicle_files : chronicle texts; empty means the whole shipped library.
+    columns : our trajectory column names to the file's.
+    """
+
+    input: Path
+    site: Path | None
+    log_url: str
+    chronicle_files: tuple[Path, ...] = ()
+    columns: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Say how far a run has come.
+
+    Attributes
+    ----------
+    frames, frame_count : done, and in all by the container (None if it does not say).
+    media_us : time of the newest frame since the first one.
+    elapsed_s : wall time since the run began.
+    """
+
+    frames: int
+    frame_count: int | None
+    media_us: int
+    elapsed_s: float
+    cars: int
+    events: int
+
+    @property
+    def frames_per_s(self) -> float:
+        """Return the mean processing rate."""
+        return self.frames / self.elapsed_s if self.elapsed_s > 0 else 0.0
+
+    @property
+    def real_time_factor(self) -> float:
+        """Return seconds of input processed in one second."""
+        return self.media_us / 1e6 / self.elapsed_s if self.elapsed_s > 0 else 0.0
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Return the expected wall time to the end; None when the length is not known."""
+        if self.frame_count is None or self.frames == 0:
+            return None
+        return max(0, self.frame_count - self.frames) / self.frames * self.elapsed_s
+
+
+@dataclass(frozen=True, slots=True)
+class RunSummary:
+    """Say what a run did.
+
+    Attributes
+    ----------
+    status : ``finished``, ``broken`` (the input could not be read to its end) or ``interrupted``.
+    reason : where and why it stopped early; empty when finished.
+    streams : what each stream carried and what its process cost.
+    """
+
+    run: str
+    status: RunStatus
+    reason: str
+    warnings: tuple[str, ...]
+    progress: Progress
+    streams: tuple[StreamReport, ...]
+
+
+def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = lambda _: None) -> RunSummary:
+    """Process one input into an event log.
+
+    Parameters
+    ----------
+    on_progress : called after every frame; keep it cheap.
+
+    Raises
+    ------
+    ServiceError, VisionError, ChronicleError
+        If any part of the request is wrong; nothing has been written then.
+    """
+    chronicles = load_chronicle_files(request.chronicle_files)
+    site = load_site(request.site) if request.site else None
+    source = open_input(request.input, site, request.columns)
+    with open_log(request.log_url, "w") as log:
+        return _run(source, site, chronicles, log, on_progress)
+
+
+def _run(
+    source: Input,
+    site: Site | None,
+    chronicles: LoadedChronicles,
+    log: EventLog,
+    on_progress: Callable[[Progress], None],
+) -> RunSummary:
+    pipeline = source.pipeline(chronicles.merged, clock=time.perf_counter_ns)
+    record = _run_record(source, site, chronicles)
+    recorder = Recorder(log.begin_run(record), source.network, history_us=HISTORY_US)
+    recorder.attach(pipeline)
+    meter = _Meter(source.frame_count, recorder)
+    status, reason = _feed(source, pipeline, meter, on_progress)
+    recorder.finish(status, reason)
+    return RunSummary(record.id, status, reason, record.warnings, meter.read(), pipeline.node.report())
+
+
+def _feed(
+    source: Input, pipeline: Pipeline, meter: "_Meter", on_progress: Callable[[Progress], None]
+) -> tuple[RunStatus, str]:
+    """Push the whole input through the pipeline; return how it ended and why."""
+    status: RunStatus = "finished"
+    reason = ""
+    try:
+        for t_us, value in source:
+            pipeline.source.publish(Sample(t_us, t_us, value))
+            meter.count(t_us)
+            on_progress(meter.read())
+    except VideoBroken as error:
+        status, reason = "broken", str(error)
+    except KeyboardInterrupt:
+        status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got an interrupt"
+    pipeline.node.finish()
+    return status, reason
+
+
+def _run_record(source: Input, site: Site | None, chronicles: LoadedChronicles) -> RunRecord:
+    """Describe a run; its identifier is a digest of all that its rows depend on."""
+    software = f"dyknow {version('dyknow')}"
+    parts = (
+        software,
+        content_digest(source.path),
+        content_digest(*site.files) if site else "no site",
+        *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
+    )
+    return RunRecord(
+        id=hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest(),
+        source=source.path.name,
+        start_utc_us=utc_us(site.start_utc) if site else 0,
+        input_kind=source.kind,
+        input=source.path.name,
+        site=site.name if site else "",
+        camera=source.camera,
+        chronicles=chronicles.records,
+        warnings=source.warnings,
+        software=software,
+    )
+
+
+class _Meter:
+    """Count frames and measure the time they take."""
+
+    def __init__(self, frame_count: int | None, recorder: Recorder) -> None:
+        self.last_us = 0
+        self._frames = 0
+        self._first_us: int | None = None
+        self._frame_count = frame_count
+        self._recorder = recorder
+        self._started_s = time.perf_counter()
+
+    def count(self, t_us: int) -> None:
+        if self._first_us is None:
+            self._first_us = t_us
+        self.last_us = t_us
+        self._frames += 1
+
+    def read(self) -> Progress:
+        return Progress(
+            frames=self._frames,
+            frame_count=self._frame_count,
+            media_us=self.last_us - (self._first_us or 0),
+            elapsed_s=time.perf_counter() - self._started_s,
+            cars=len(self._recorder.cars),
+            events=self._recorder.events,
+        )

@@ -1,0 +1,172 @@
+"""Which tables hold an event log, and which indexes make its questions cheap?
+
+Rows belong to a run by its number `run_no`. An event is stored whole, as the JSON text that is sent out, beside the
+columns that filters use: it never changes, so the text never goes stale, and reading a page costs no assembly.
+`event_roles` answers "with this car"; `durations` keeps the longest event of each type, which bounds how far back a
+search for overlapping intervals must look. All tables use only types and constraints that SQLite and PostgreSQL share.
+"""
+
+from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, MetaData, PrimaryKeyConstraint, Table, Text
+
+SCHEMA_VERSION = 1
+APPLICATION = "dyknow event log"
+
+metadata = MetaData()
+
+# Keys: application, schema_version, last_seq.
+meta = Table(
+    "meta",
+    metadata,
+    Column("key", Text, primary_key=True),
+    Column("value", Text, nullable=False),
+)
+
+runs = Table(
+    "runs",
+    metadata,
+    Column("run_no", Integer, primary_key=True, autoincrement=False),
+    Column("id", Text, nullable=False, unique=True),
+    Column("source", Text, nullable=False),
+    Column("start_utc_us", BigInteger, nullable=False),
+    Column("status", Text, nullable=False),
+    Column("reason", Text, nullable=False),
+    Column("body", Text, nullable=False),  # RunRecord as JSON; status and reason above win over the body's
+)
+
+# `seq` is handed out by the writer from meta.last_seq, inside the transaction that writes the rows. So a number is
+# never used twice, even after a run is replaced, and numbers appear to readers in their order.
+events = Table(
+    "events",
+    metadata,
+    Column("seq", BigInteger().with_variant(Integer, "sqlite"), primary_key=True, autoincrement=False),
+    Column("id", Text, nullable=False, unique=True),
+    Column("run_no", Integer, nullable=False),
+    Column("type", Text, nullable=False),
+    Column("source", Text, nullable=False),
+    Column("start_us", BigInteger, nullable=False),
+    Column("end_us", BigInteger, nullable=False),
+    Column("start_utc_us", BigInteger, nullable=False),
+    Column("road", Text, nullable=False),
+    Column("status", Text, nullable=False),
+    Column("body", Text, nullable=False),  # EventRecord as JSON
+    Index("events_by_start", "start_us", "seq"),
+    Index("events_by_type", "type", "start_us", "seq"),
+    Index("events_by_source", "source", "start_us", "seq"),
+    Index("events_by_road", "road", "start_us", "seq"),
+    Index("events_by_run", "run_no", "start_us", "seq"),
+)
+
+event_roles = Table(
+    "event_roles",
+    metadata,
+    Column("seq", BigInteger, nullable=False),
+    Column("role", Text, nullable=False),
+    Column("actor", Text, nullable=False),
+    Column("start_us", BigInteger, nullable=False),
+    PrimaryKeyConstraint("seq", "role"),
+    Index("event_roles_by_actor", "actor", "start_us", "seq", "role"),
+    sqlite_with_rowid=False,
+)
+
+durations = Table(
+    "durations",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("type", Text, nullable=False),
+    Column("longest_us", BigInteger, nullable=False),
+    PrimaryKeyConstraint("run_no", "type"),
+    sqlite_with_rowid=False,
+)
+
+# Which roles the events of a type have: the columns of a CSV export, known before its first row.
+role_names = Table(
+    "role_names",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("type", Text, nullable=False),
+    Column("role", Text, nullable=False),
+    PrimaryKeyConstraint("run_no", "type", "role"),
+    sqlite_with_rowid=False,
+)
+
+cars = Table(
+    "cars",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("car", Text, nullable=False),
+    Column("number", Integer, nullable=False),  # 1, 2, ... in order of first sight within the run
+    Column("car_class", Text, nullable=False),  # the last one that was not `unknown`
+    Column("first_us", BigInteger, nullable=False),
+    Column("last_us", BigInteger, nullable=False),
+    PrimaryKeyConstraint("run_no", "car"),
+    sqlite_with_rowid=False,
+)
+
+# The columns after run_no are the fields of CarState, in its order. No index by car: `cars` bounds a car's life, and
+# reading everybody's rows of those minutes is cheap against one more index on the largest table.
+car_states = Table(
+    "car_states",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("t_us", BigInteger, nullable=False),
+    Column("car", Text, nullable=False),
+    Column("x_m", Float, nullable=False),
+    Column("y_m", Float, nullable=False),
+    Column("heading_rad", Float, nullable=False),
+    Column("speed_mps", Float, nullable=False),
+    Column("length_m", Float, nullable=False),
+    Column("width_m", Float, nullable=False),
+    Column("car_class", Text, nullable=False),
+    Column("road", Text, nullable=False),
+    Column("along_m", Float),
+    Column("lane", Text, nullable=False),
+    Column("linked", Boolean, nullable=False),
+    Column("vision_id", Text, nullable=False),
+    PrimaryKeyConstraint("run_no", "t_us", "car"),
+    sqlite_with_rowid=False,
+)
+
+frames = Table(
+    "frames",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("number", Integer, nullable=False),  # 1, 2, ... in the order of the input
+    Column("t_us", BigInteger, nullable=False),
+    PrimaryKeyConstraint("run_no", "number"),
+    sqlite_with_rowid=False,
+)
+
+# `number` keeps the order in which the run wrote the rows: changes of one frame depend on each other.
+links = Table(
+    "links",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("t_us", BigInteger, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("level", Text, nullable=False),
+    Column("lower", Text, nullable=False),
+    Column("upper", Text, nullable=False),
+    Column("reason", Text, nullable=False),
+    PrimaryKeyConstraint("run_no", "number"),
+    Index("links_by_upper", "run_no", "upper", "number"),
+)
+
+relations = Table(
+    "relations",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("t_us", BigInteger, nullable=False),
+    Column("decided_us", BigInteger, nullable=False),
+    Column("name", Text, nullable=False),
+    Column("first", Text, nullable=False),
+    Column("second", Text),  # null for a property of one object, such as moving[car]
+    Column("old", Boolean),  # null is unknown
+    Column("new", Boolean),
+    PrimaryKeyConstraint("run_no", "number"),
+    Index("relations_by_name", "run_no", "name", "t_us"),
+)
+
+# Everything that goes when a run is replaced, but the run itself and the roles of its events.
+RUN_TABLES = (events, durations, role_names, cars, car_states, frames, links, relations)

@@ -1,0 +1,277 @@
+"""How do the results of a run become rows of the event log?
+
+A `RunWriter` collects rows and writes them in batches, one transaction each. A batch goes out when it is large or when
+enough media time has passed, so that readers follow a run and a killed one loses little. No clock is read: the same
+input gives the same rows in the same transactions.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+from msgspec.structs import astuple
+from sqlalchemy import Connection, Engine, Table, select, update
+
+from service.records import CarState, EventDraft, EventRecord, LinkRecord, RelationRecord, RunRecord, RunStatus
+from service.store import schema
+from service.store.engine import explained
+from service.times import format_utc
+
+BATCH_ROWS = 20_000
+BATCH_US = 10_000_000
+
+Row = tuple[str | int | float | bool | None, ...]
+
+
+class RunWriter:
+    """Write one run; made by `EventLog.begin_run`.
+
+    Rows become visible to readers at each `flush`, in the order in which they were appended; `finish` flushes and
+    closes the run. A run that never finishes stays `running` in the log until it is repeated.
+
+    Attributes
+    ----------
+    run_id : the identifier of the run.
+    """
+
+    def __init__(self, engine: Engine, path: Path, run_no: int, run: RunRecord) -> None:
+        self.run_id = run.id
+        self._engine = engine
+        self._path = path
+        self._run_no = run_no
+        self._run = run
+        self._drafts: list[tuple[int, EventDraft]] = []
+        self._rows: dict[Table, list[Row]] = {
+            table: [] for table in (schema.car_states, schema.frames, schema.links, schema.relations)
+        }
+        self._counts = dict.fromkeys((schema.events, schema.frames, schema.links, schema.relations), 0)
+        self._cars = _Cars()
+        self._known = _KnownTypes()
+        self._flushed_us = 0
+        self._is_open = True
+
+    def append_frames(self, times_us: Iterable[int]) -> None:
+        """Add the time stamps of frames in the order of the input; they are numbered from 1.
+
+        Frame numbers of exports come from here, so every decoded frame belongs in, with or without cars.
+        """
+        rows, last_us = self._rows[schema.frames], self._flushed_us
+        for last_us in times_us:
+            rows.append((self._run_no, self._next(schema.frames), last_us))
+        self._flush_when_due(last_us)
+
+    def append_states(self, states: Iterable[CarState]) -> None:
+        """Add cars at one or more frames, in the order of time; a car has one state a frame."""
+        rows, last_us = self._rows[schema.car_states], self._flushed_us
+        for state in states:
+            rows.append((self._run_no, *astuple(state)))
+            self._cars.see(state)
+            last_us = state.t_us
+        self._flush_when_due(last_us)
+
+    def append_events(self, events: Iterable[EventDraft]) -> None:
+        """Add recognised events; each gets an identifier here and its sequence number when it is written."""
+        for draft in events:
+            assert draft.end_us >= draft.start_us, draft
+            self._drafts.append((self._next(schema.events), draft))
+        self._flush_when_due(self._flushed_us)
+
+    def append_links(self, links: Iterable[LinkRecord]) -> None:
+        """Add changes of the identity chain in the order in which they were decided."""
+        rows = self._rows[schema.links]
+        rows.extend((self._run_no, self._next(schema.links), *astuple(link)) for link in links)
+
+    def append_relations(self, relations: Iterable[RelationRecord]) -> None:
+        """Add changes of relations with one or two arguments, in the order in which they were decided."""
+        rows = self._rows[schema.relations]
+        for change in relations:
+            first, second = (*change.args, None)[:2]
+            values = (change.t_us, change.decided_us, change.name, first, second, change.old, change.new)
+            rows.append((self._run_no, self._next(schema.relations), *values))
+
+    def flush(self) -> None:
+        """Write everything collected so far in one transaction.
+
+        Raises
+        ------
+        LogError
+            If the database refuses: disk full, locked by another writer, or a row twice.
+        """
+        assert self._is_open, "the run is finished"
+        with explained(self._path, "a log that can be written"), self._engine.begin() as connection:
+            self._write_events(connection)
+            for table, rows in self._rows.items():
+                insert_rows(connection, table, rows)
+            self._cars.write(connection, self._run_no)
+        self._drafts.clear()
+        for rows in self._rows.values():
+            rows.clear()
+
+    def finish(self, status: RunStatus, reason: str = "") -> None:
+        """Write the rest and close the run; nothing can be appended afterwards.
+
+        Parameters
+        ----------
+        status : `finished`; `broken` if the input could not be read to its end; `interrupted`; `failed`.
+        reason : where and why it stopped early; empty when finished.
+        """
+        self.flush()
+        with explained(self._path, "a log that can be written"), self._engine.begin() as connection:
+            of_run = schema.runs.c.run_no == self._run_no
+            connection.execute(update(schema.runs).where(of_run).values(status=status, reason=reason))
+        self._is_open = False
+
+    def _next(self, table: Table) -> int:
+        self._counts[table] += 1
+        return self._counts[table]
+
+    def _flush_when_due(self, now_us: int) -> None:
+        waiting = len(self._drafts) + sum(map(len, self._rows.values()))
+        if waiting >= BATCH_ROWS or now_us - self._flushed_us >= BATCH_US:
+            self.flush()
+            self._flushed_us = max(now_us, self._flushed_us)
+
+    def _write_events(self, connection: Connection) -> None:
+        if not self._drafts:
+            return
+        first_seq = take_seqs(connection, len(self._drafts))
+        event_rows: list[Row] = []
+        role_rows: list[Row] = []
+        for seq, (number, draft) in enumerate(self._drafts, start=first_seq):
+            event_rows.append(self._event_row(seq, number, draft))
+            role_rows.extend((seq, role, actor, draft.start_us) for role, actor in draft.roles.items())
+        insert_rows(connection, schema.events, event_rows)
+        insert_rows(connection, schema.event_roles, role_rows)
+        self._known.write(connection, self._run_no, [draft for _, draft in self._drafts])
+
+    def _event_row(self, seq: int, number: int, draft: EventDraft) -> Row:
+        zero_us = self._run.start_utc_us
+        record = EventRecord(
+            id=f"{self.run_id}-{number}",
+            seq=seq,
+            type=draft.type,
+            chronicle=draft.chronicle,
+            source=self._run.source,
+            run=self.run_id,
+            start=format_utc(zero_us + draft.start_us),
+            end=format_utc(zero_us + draft.end_us),
+            start_us=draft.start_us,
+            end_us=draft.end_us,
+            roles=draft.roles,
+            status=draft.status,
+            hypotheses=draft.hypotheses,
+            sub_events=draft.sub_events,
+            place=draft.place,
+            recognised_us=draft.recognised_us,
+        )
+        return (
+            seq,
+            record.id,
+            self._run_no,
+            record.type,
+            record.source,
+            record.start_us,
+            record.end_us,
+            zero_us + record.start_us,
+            record.place.road if record.place else "",
+            record.status,
+            msgspec.json.encode(record).decode(),
+        )
+
+
+@dataclass(slots=True)
+class _Car:
+    number: int
+    car_class: str
+    first_us: int
+    last_us: int
+
+
+class _Cars:
+    """The life spans of a run's cars, and which of them the log does not have yet."""
+
+    def __init__(self) -> None:
+        self._cars: dict[str, _Car] = {}
+        self._new: set[str] = set()
+        self._changed: set[str] = set()
+
+    def see(self, state: CarState) -> None:
+        name = state.car
+        car = self._cars.get(name)
+        if car is None:
+            self._cars[name] = _Car(len(self._cars) + 1, state.car_class, state.t_us, state.t_us)
+            self._new.add(name)
+            return
+        car.last_us = state.t_us
+        if state.car_class != "unknown":
+            car.car_class = state.car_class
+        self._changed.add(name)
+
+    def write(self, connection: Connection, run_no: int) -> None:
+        new = sorted(self._new, key=lambda name: self._cars[name].number)
+        rows = [(run_no, name, car.number, car.car_class, car.first_us, car.last_us) for name, car in self._named(new)]
+        insert_rows(connection, schema.cars, rows)
+        for name, car in self._named(sorted(self._changed - self._new)):
+            is_it = (schema.cars.c.run_no == run_no) & (schema.cars.c.car == name)
+            values = {"car_class": car.car_class, "last_us": car.last_us}
+            connection.execute(update(schema.cars).where(is_it).values(values))
+        self._new.clear()
+        self._changed.clear()
+
+    def _named(self, names: Iterable[str]) -> list[tuple[str, _Car]]:
+        return [(name, self._cars[name]) for name in names]
+
+
+class _KnownTypes:
+    """The longest duration and the role names of each event type of a run, as far as they are written."""
+
+    def __init__(self) -> None:
+        self._longest_us: dict[str, int] = {}
+        self._roles: set[tuple[str, str]] = set()
+
+    def write(self, connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:
+        self._write_durations(connection, run_no, _longest_by_type(drafts))
+        roles = {(draft.type, role) for draft in drafts for role in draft.roles} - self._roles
+        insert_rows(connection, schema.role_names, [(run_no, *names) for names in sorted(roles)])
+        self._roles |= roles
+
+    def _write_durations(self, connection: Connection, run_no: int, longest_us: Mapping[str, int]) -> None:
+        table = schema.durations
+        for event_type, us in sorted(longest_us.items()):
+            known_us = self._longest_us.get(event_type)
+            if known_us is None:
+                insert_rows(connection, table, [(run_no, event_type, us)])
+            elif us > known_us:
+                is_it = (table.c.run_no == run_no) & (table.c.type == event_type)
+                connection.execute(update(table).where(is_it).values(longest_us=us))
+            self._longest_us[event_type] = max(us, known_us or 0)
+
+
+def _longest_by_type(drafts: Iterable[EventDraft]) -> dict[str, int]:
+    longest_us: dict[str, int] = {}
+    for draft in drafts:
+        us = draft.end_us - draft.start_us
+        longest_us[draft.type] = max(us, longest_us.get(draft.type, 0))
+    return longest_us
+
+
+def insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> None:
+    """Insert rows whose values stand in the order of the table's columns.
+
+    The driver gets the tuples as they are: building a dictionary a row costs more than the insert itself. A dialect
+    with named parameters (a later PostgreSQL engine) needs `paramstyle="format"`.
+    """
+    if not rows:
+        return
+    compiled = table.insert().compile(dialect=connection.dialect)
+    assert compiled.positional, connection.dialect.paramstyle
+    connection.exec_driver_sql(str(compiled), list(rows))
+
+
+def take_seqs(connection: Connection, count: int) -> int:
+    """Reserve sequence numbers within the transaction of a connection; return the first one."""
+    is_it = schema.meta.c.key == "last_seq"
+    last = int(connection.scalar(select(schema.meta.c.value).where(is_it).with_for_update()) or 0)
+    connection.execute(update(schema.meta).where(is_it).values(value=str(last + count)))
+    return last + 1

@@ -1,0 +1,129 @@
+"""How are times read and written at the edge of the service?
+
+Inside, a time is an integer number of microseconds. At the edge a time point may be given in media time (`12500000`,
+`12.5s`, `01:23.5`, `1:02:03`) or on the UTC calendar (RFC 3339), and is shown as RFC 3339 with six decimals.
+"""
+
+import re
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+from typing import Literal
+
+from msgspec import Struct
+
+from service.errors import QueryError
+
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+MICROSECOND = timedelta(microseconds=1)
+MAX_MEDIA_US = 10**15  # about 31 years, far below what an SQL bigint holds
+
+_SECONDS = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)s", re.ASCII)
+_CLOCK = re.compile(r"(?:(\d{1,6}):)?(\d{1,2}):(\d{2}(?:\.\d{1,9})?)", re.ASCII)
+_INTEGER = re.compile(r"\d{1,18}", re.ASCII)
+_RFC3339 = re.compile(r"\d{4}-\d{2}-\d{2}[Tt ]\d{2}:\d{2}:\d{2}(?:\.\d{1,9})?(?:[Zz]|[+-]\d{2}:\d{2})", re.ASCII)
+
+
+class TimePoint(Struct, frozen=True):
+    """A time point on one of two clocks.
+
+    Attributes
+    ----------
+    us : microseconds since the start of the source (media), or since 1970-01-01 (utc).
+    """
+
+    us: int
+    clock: Literal["media", "utc"]
+
+
+def parse_time(text: str, *, parameter: str) -> TimePoint:
+    """Read a time point as users write it.
+
+    Parameters
+    ----------
+    text : `12500000`, `12.5s`, `01:23.5`, `1:02:03` (media time) or RFC 3339 with an offset (UTC).
+    parameter : what the value was given for, named in the error.
+
+    Raises
+    ------
+    QueryError
+        If the text is none of these.
+
+    Examples
+    --------
+    >>> parse_time("12.5s", parameter="from")
+    TimePoint(us=12500000, clock='media')
+    >>> parse_time("01:02.25", parameter="from").us
+    62250000
+    >>> parse_time("2026-05-01T10:00:00+02:00", parameter="to") == parse_time("2026-05-01T08:00:00Z", parameter="to")
+    True
+    """
+    media_us = _parse_media_us(text)
+    if media_us is not None and media_us <= MAX_MEDIA_US:
+        return TimePoint(media_us, "media")
+    if _RFC3339.fullmatch(text):
+        try:
+            return TimePoint(utc_us(datetime.fromisoformat(text.upper())), "utc")
+        except (ValueError, OverflowError):
+            pass  # a 30th of February, or a year no calendar holds: the message below says what is wanted
+    raise QueryError(
+        f"{parameter}: expected microseconds of media time (12500000), seconds (12.5s), mm:ss (01:23.5) or "
+        f"RFC 3339 with an offset (2026-05-01T08:00:00Z), got {text!r}",
+        parameter=parameter,
+    )
+
+
+def utc_us(moment: datetime) -> int:
+    """Convert an aware date and time to microseconds since 1970-01-01 UTC.
+
+    Examples
+    --------
+    >>> utc_us(datetime(1970, 1, 1, 0, 0, 1, tzinfo=UTC))
+    1000000
+    """
+    return (moment - EPOCH) // MICROSECOND
+
+
+def format_utc(us: int) -> str:
+    """Write microseconds since 1970-01-01 as RFC 3339 UTC with six decimals.
+
+    Examples
+    --------
+    >>> format_utc(1_500_000)
+    '1970-01-01T00:00:01.500000Z'
+    """
+    return (EPOCH + timedelta(microseconds=us)).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
+
+
+def format_media(us: int) -> str:
+    """Write media time for people, minutes and seconds to the millisecond.
+
+    Examples
+    --------
+    >>> format_media(83_500_000)
+    '01:23.500'
+    >>> format_media(3_600_000_000)
+    '1:00:00.000'
+    """
+    seconds, millis = divmod((us + 500) // 1000, 1000)
+    minutes, seconds = divmod(seconds, 60)
+    hours, minutes = divmod(minutes, 60)
+    clock = f"{minutes:02d}:{seconds:02d}.{millis:03d}"
+    return f"{hours}:{clock}" if hours else clock
+
+
+def _parse_media_us(text: str) -> int | None:
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if match := _SECONDS.fullmatch(text):
+        return _to_us(match[1])
+    if match := _CLOCK.fullmatch(text):
+        hours, minutes, seconds = match.groups()
+        if Fraction(seconds) >= 60 or (hours is not None and int(minutes) >= 60):
+            return None
+        return (int(hours or 0) * 3600 + int(minutes) * 60) * 1_000_000 + _to_us(seconds)
+    return None
+
+
+def _to_us(seconds: str) -> int:
+    # Exact: float would turn 0.0000005 differences into other microseconds.
+    return round(Fraction(seconds) * 1_000_000)

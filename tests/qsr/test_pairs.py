@@ -1,0 +1,46 @@
+"""Near pairs against comparing everything with everything."""
+
+import numpy as np
+import pytest
+
+from qsr.pairs import NearSet, pairs_within
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 40, 61, 300])
+def test_pairs_within_are_those_of_all_pairs(count: int) -> None:
+    rng = np.random.default_rng(count)
+    centre_m, half_m = rng.uniform(0, 200, (count, 2)), rng.uniform(1, 8, count)
+    pairs, _ = pairs_within(centre_m, half_m, 30.0)
+    expected = [
+        [i, j]
+        for i in range(count)
+        for j in range(i + 1, count)
+        if np.hypot(*(centre_m[i] - centre_m[j])) - half_m[i] - half_m[j] <= 30.0
+    ]
+    assert pairs.tolist() == expected
+
+
+def test_pair_stays_between_the_radii_only_if_it_was_near() -> None:
+    near_set = NearSet(enter_radius_m=40.0, leave_radius_m=45.0)
+    serials, half_m = np.array([0, 1]), np.full(2, 2.0)
+    sizes = []
+    for x_m in (47.0, 43.0, 47.0, 50.0, 47.0):
+        sizes.append(len(near_set.update(serials, np.array([[0.0, 0.0], [x_m, 0.0]]), half_m).first))
+    assert sizes == [0, 1, 1, 0, 0]
+
+
+def test_columns_of_the_last_frame_are_found_again() -> None:
+    near_set = NearSet(enter_radius_m=40.0, leave_radius_m=45.0)
+    row_m = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
+    near_set.update(np.array([0, 1, 2]), row_m, np.zeros(3))
+    pairs = near_set.update(np.array([0, 2, 3]), row_m, np.zeros(3))
+    assert pairs.came_from is not None
+    assert pairs.came_from.tolist() == [1, -1, -1]  # columns were (0, 1), (0, 2), (1, 2)
+    assert pairs.ended.tolist() == [0, 2]
+
+
+def test_nothing_new_is_said_when_the_pairs_stay() -> None:
+    near_set = NearSet(enter_radius_m=40.0, leave_radius_m=45.0)
+    arguments = np.array([0, 1]), np.array([[0.0, 0.0], [10.0, 0.0]]), np.zeros(2)
+    near_set.update(*arguments)
+    assert near_set.update(*arguments).came_from is None
