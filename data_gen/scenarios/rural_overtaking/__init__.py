@@ -1,0 +1,1 @@
+"""A straight two-way rural road where fast cars overtake slow ones through the oncoming lane."""

@@ -1,0 +1,115 @@
+"""A whole scene: files, their agreement with each other, and byte-for-byte repeatability."""
+
+import csv
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_gen.errors import DataGenError
+from data_gen.generate import GeneratedScene, generate
+from data_gen.truth import COLUMNS
+from gis.camera import GroundCamera
+from gis.sumo_net import read_sumo_net
+
+
+def make(folder: Path, *, seconds: int = 2, seed: int = 1) -> GeneratedScene:
+    return generate(
+        "rural_overtaking", seed=seed, duration_us=seconds * 1_000_000, out_dir=folder, width_px=640, height_px=360
+    )
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> GeneratedScene:
+    return make(tmp_path_factory.mktemp("scene") / "new" / "folder", seconds=20, seed=3)
+
+
+def truth_rows(scene: GeneratedScene) -> list[dict[str, str]]:
+    with scene.truth.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
+    first, second = make(tmp_path / "one"), make(tmp_path / "two")
+    for name in ("video", "site", "network", "truth", "truth_events"):
+        assert getattr(first, name).read_bytes() == getattr(second, name).read_bytes(), name
+
+
+def test_another_seed_gives_another_scene(tmp_path: Path) -> None:
+    first, second = make(tmp_path / "one", seconds=1), make(tmp_path / "two", seconds=1, seed=2)
+    assert first.truth.read_bytes() != second.truth.read_bytes()
+    assert first.video.read_bytes() != second.video.read_bytes()
+
+
+def test_truth_has_the_promised_columns_and_rows_in_view(scene: GeneratedScene) -> None:
+    rows = truth_rows(scene)
+    assert tuple(rows[0]) == COLUMNS
+    assert {int(row["t_us"]) for row in rows} == set(range(0, 20_000_000, 40_000))
+    assert all(194 < float(row["x_m"]) < 806 for row in rows)
+    assert {row["visible"] for row in rows} == {"0", "1"}
+    assert all((row["visible"] == "1") == (200 <= float(row["x_m"]) <= 800) for row in rows)
+
+
+def test_truth_names_roads_and_lanes_of_the_network(scene: GeneratedScene) -> None:
+    network = read_sumo_net(scene.network)
+    rows = truth_rows(scene)
+    assert {row["road"] for row in rows} == {road.id for road in network.roads}
+    assert {row["lane"] for row in rows} <= {lane.id for lane in network.lanes}
+
+
+def test_the_site_file_leads_to_the_network_and_the_road(scene: GeneratedScene) -> None:
+    site = tomllib.loads(scene.site.read_text(encoding="utf-8"))
+    assert set(site) == {"name", "start_utc", "frame", "network", "camera"}
+    assert site["name"] == "rural_overtaking seed 3"
+    assert (scene.site.parent / site["network"]["sumo"]).samefile(scene.network)
+    camera = GroundCamera.from_homography(site["camera"]["homography"])
+    assert camera.to_ground(np.array([[319.5, 179.5]])) == pytest.approx(np.array([[500.0, 0.0]]))
+
+
+def test_events_are_written_as_one_json_object_a_line(scene: GeneratedScene) -> None:
+    lines = [json.loads(line) for line in scene.truth_events.read_text(encoding="utf-8").splitlines()]
+    assert len(lines) == len(scene.events) >= 2
+    overtakes = [line for line in lines if line["type"] == "overtake" and line["countable"]]
+    assert len(overtakes) >= 2
+    seen = {row["id"] for row in truth_rows(scene)}
+    for line in overtakes:
+        assert set(line["roles"]) == {"overtaker", "overtaken"}
+        assert set(line["roles"].values()) <= seen
+        assert 0 < line["start_us"] < line["end_us"] < 20_000_000
+        assert line["why_not_countable"] is None
+
+
+def test_progress_counts_every_frame(tmp_path: Path) -> None:
+    calls: list[tuple[int, int]] = []
+    generate(
+        "rural_overtaking",
+        seed=1,
+        duration_us=200_000,
+        out_dir=tmp_path,
+        width_px=64,
+        height_px=64,
+        progress=lambda done, total: calls.append((done, total)),
+    )
+    assert calls == [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"scenario": "moon"}, "scenario: expected one of rural_overtaking, got 'moon'"),
+        ({"seed": -1}, "seed: expected 0 to 2147483647, got -1"),
+        ({"rate_hz": 30}, "rate: expected a divisor of 1000 from 10 up, in frames per second, got 30"),
+        ({"width_px": 641}, "image width: expected an even number of pixels from 64 up, got 641"),
+        ({"duration_us": 0}, "duration: expected at least one step of 40000 us, got 0 us"),
+    ],
+    ids=["scenario", "seed", "rate", "width", "duration"],
+)
+def test_bad_arguments_are_refused_before_anything_is_written(
+    tmp_path: Path, change: dict[str, object], message: str
+) -> None:
+    arguments: dict[str, object] = {"scenario": "rural_overtaking", "seed": 1, "duration_us": 1_000_000, **change}
+    with pytest.raises(DataGenError, match=message):
+        generate(out_dir=tmp_path / "scene", **arguments)  # type: ignore[arg-type]  # one case is one bad argument
+    assert not (tmp_path / "scene").exists()
