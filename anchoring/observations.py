@@ -1,0 +1,130 @@
+"""What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anchoring.errors import AnchoringError
+from gis.road_network import RoadPositions
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int32]
+
+LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
+Level = Literal["world", "on_road", "car"]
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """Hold the vision objects of one frame; entry k of every array belongs to ``ids[k]``.
+
+    Attributes
+    ----------
+    t_us : time of the frame, microseconds.
+    ids : n names, all different; a name that is gone never comes back for another object.
+    centre_m, velocity_mps : (n, 2), local east/north frame.
+    heading_rad, length_m, width_m : (n,).
+    observed : (n,) False where the tracker saw nothing in this frame and only guesses.
+    clipped : (n,) True where the object touches the edge of the view, so that its size and centre are wrong.
+
+    Raises
+    ------
+    AnchoringError
+        If an array has another length than ``ids``, or a name comes twice.
+    """
+
+    t_us: int
+    ids: tuple[str, ...]
+    centre_m: FloatArray
+    velocity_mps: FloatArray
+    heading_rad: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+    observed: BoolArray
+    clipped: BoolArray
+
+    def __post_init__(self) -> None:
+        """Check the sizes once, at the border."""
+        count = len(self.ids)
+        where = f"observations at {self.t_us} us"
+        if len(set(self.ids)) != count:
+            raise AnchoringError(f"{where}: expected different ids, got {self.ids!r}")
+        for array in (self.centre_m, self.velocity_mps):
+            if array.shape != (count, 2):
+                raise AnchoringError(f"{where}: points must have shape {(count, 2)!r}, got {array.shape!r}")
+        rows = (self.heading_rad, self.length_m, self.width_m, self.observed, self.clipped)
+        for row in rows:
+            if row.shape != (count,):
+                raise AnchoringError(f"{where}: every array must have {count} entries, got {row.shape!r}")
+
+
+@dataclass(frozen=True, slots=True)
+class Cars:
+    """Hold the cars of one frame; entry k of every array belongs to ``ids[k]``.
+
+    Attributes
+    ----------
+    t_us : time of the frame.
+    ids : symbols, "car1", "car2", ... in order of establishment.
+    centre_m, velocity_mps : (n, 2), local east/north frame; predicted where not ``linked``.
+    speed_mps, heading_rad : (n,).
+    length_m, width_m : (n,) medians of what was seen of the car in full.
+    classes : "car", "truck", "bus", "motorcycle" or "unknown".
+    linked : (n,) True where a vision object was seen in this frame; else the car is predicted.
+    vision_ids : the vision object behind each car, "" where there is none.
+    positions : where the centres are on the road network; all -1 and nan without a network.
+    """
+
+    t_us: int
+    ids: tuple[str, ...]
+    centre_m: FloatArray
+    speed_mps: FloatArray
+    velocity_mps: FloatArray
+    heading_rad: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+    classes: tuple[str, ...]
+    linked: BoolArray
+    vision_ids: tuple[str, ...]
+    positions: RoadPositions
+
+
+@dataclass(frozen=True, slots=True)
+class LinkChange:
+    """Say that a link between two objects came or went.
+
+    Attributes
+    ----------
+    t_us : the frame that decided it.
+    kind : ``established`` made a new upper object; ``reestablished`` linked one that had lost its lower object;
+        ``lost`` means the lower object is gone; ``refuted`` that the two cannot be the same; ``ended`` that the upper
+        object is gone for good.
+    level : of the upper object: a world object, an on-road object or a car.
+    lower, upper : names; ``lower`` is "" if the upper object ended while it had none.
+    reason : for people.
+    """
+
+    t_us: int
+    kind: LinkKind
+    level: Level
+    lower: str
+    upper: str
+    reason: str
+
+
+def nowhere(count: int) -> RoadPositions:
+    """Make the positions of points that are on no road.
+
+    Examples
+    --------
+    >>> nowhere(2).road.tolist()
+    [-1, -1]
+    """
+    off = np.full(count, -1, dtype=np.int32)
+    none = np.full(count, np.nan)
+    return RoadPositions(
+        road=off, along_m=none, across_m=none.copy(), lane=off.copy(), junction=off.copy(), tangent_rad=none.copy()
+    )
