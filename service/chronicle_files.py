@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from chronicles import library
 from chronicles.chronicle_set import ChronicleSet, load_texts
-
 from service.errors import InputError
 from service.records import ChronicleRecord
 
@@ -28,9 +28,13 @@ def load_chronicle_files(paths: Sequence[Path]) -> LoadedChronicles:
     ChronicleError
         If a text has errors; it carries the diagnostics of all files.
     """
-    texts = [(str(path), read_text(path)) for path in paths]
-    merged = load_texts(texts)
+    merged = load_texts(with_relations([(str(path), read_text(path)) for path in paths]) if paths else library.texts())
     return LoadedChronicles(merged, tuple(_record(merged, name, text) for name, text in merged.texts))
+
+
+def with_relations(texts: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Put the declarations of our relations before texts (name, text), which so need not repeat them."""
+    return [("relations.chronicle", library.relations_text()), *texts]
 
 
 def read_text(path: Path) -> str:

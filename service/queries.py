@@ -11,14 +11,13 @@ the window cannot start earlier than the longest duration of its type before it.
 import base64
 import hashlib
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import ColumnElement, Connection, Select, exists, func, or_, select, tuple_, union_all
-from sqlalchemy.sql.functions import aggregate_strings
+from sqlalchemy import ColumnElement, Connection, bindparam, exists, func, or_, select, tuple_, union_all
 
 from service.errors import CursorError, FilterError, QueryError
 from service.records import EventRecord, EventStatus
@@ -102,9 +101,11 @@ def find_events(
     after = _decode_cursor(cursor, wanted) if cursor is not None else None
     with log.connect() as connection:
         as_of_seq = _last_seq(connection)
-        bodies = _read_page(connection, _plan(connection, wanted), limit=limit + 1, after=after)
-    next_cursor = _encode_cursor(_key(bodies[limit - 1]), wanted) if len(bodies) > limit else None
-    return EventPage(tuple(bodies[:limit]), next_cursor, as_of_seq)
+        rows = _read_page(connection, _plan(connection, wanted), limit=limit + 1, after=after)
+    has_more = len(rows) > limit
+    last_start_us, last_seq, _ = rows[limit - 1] if has_more else (0, 0, "")
+    next_cursor = _encode_cursor(last_start_us, last_seq, wanted) if has_more else None
+    return EventPage(tuple(body for _, _, body in rows[:limit]), next_cursor, as_of_seq)
 
 
 def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = None) -> Iterator[str]:
@@ -174,11 +175,12 @@ def _iterate(log: EventLog, wanted: EventFilter, limit: int | None) -> Iterator[
         plan = _plan(connection, wanted)
         while left is None or left > 0:
             size = MAX_LIMIT if left is None else min(MAX_LIMIT, left)
-            bodies = _read_page(connection, plan, limit=size, after=after)
-            yield from bodies
-            if len(bodies) < size:
+            rows = _read_page(connection, plan, limit=size, after=after)
+            yield from (body for _, _, body in rows)
+            if len(rows) < size:
                 return
-            after = _key(bodies[-1])
+            start_us, seq, _ = rows[-1]
+            after = (start_us, seq)
             left = None if left is None else left - size
 
 
@@ -246,8 +248,7 @@ def _lower_us(connection: Connection, wanted: EventFilter) -> int | None:
     if wanted.from_.clock == "utc":
         bound_us -= connection.scalar(select(func.max(runs.c.start_utc_us))) or 0
     if wanted.match in ("overlap", "end"):
-        longest = select(func.max(durations.c.longest_us)).where(*_one_of(durations.c.type, wanted.types))
-        bound_us -= connection.scalar(longest) or 0
+        bound_us -= _longest_us(connection, wanted.types)
     return bound_us
 
 
@@ -288,38 +289,21 @@ def _interval(*, is_utc: bool) -> tuple[ColumnElement[int], ColumnElement[int]]:
     return events.c.start_utc_us, events.c.start_utc_us + (events.c.end_us - events.c.start_us)
 
 
-def _read_page(connection: Connection, plan: _Plan, *, limit: int, after: tuple[int, int] | None) -> list[str]:
-    """Read the bodies of the next rows after a key, in the order of the plan.
-
-    The database joins them into one text: a driver gives up the interpreter lock at every row, and among the threads
-    of a server a hundred rows then wait a hundred times. JSON text holds no bare line feed, so that one separates.
-    """
-    joined = aggregate_strings(_page(plan, limit, after).subquery().c.body, "\n")
-    text = connection.scalar(select(joined))
-    return text.split("\n") if text else []
-
-
-def _page(plan: _Plan, limit: int, after: tuple[int, int] | None) -> Select[Any]:  # Any: (start_us, seq, body)
+def _read_page(
+    connection: Connection, plan: _Plan, *, limit: int, after: tuple[int, int] | None
+) -> Sequence[tuple[int, int, str]]:
+    """Read (start_us, seq, body) of the next rows after a key, in the order of the plan."""
     key = (events.c.start_us, events.c.seq)
     page = select(*key, events.c.body).where(*_key_range(plan, after), *plan.conditions)
     if len(plan.types) <= 1:
-        return page.where(*_one_of(events.c.type, plan.types)).order_by(*_ordered(plan, *key)).limit(limit)
+        query = page.where(*_one_of(events.c.type, plan.types)).order_by(*_ordered(plan, *key)).limit(limit)
+        return connection.execute(query).fetchall()
     # The first rows of each type by its index, merged: cheaper than sorting all rows of all types.
     parts = [page.where(events.c.type == name).order_by(*_ordered(plan, *key)).limit(limit) for name in plan.types]
     merged = union_all(*(select(part.subquery()) for part in parts)).subquery()
-    return select(merged).order_by(*_ordered(plan, merged.c.start_us, merged.c.seq)).limit(limit)
-
-
-def _key(body: str) -> tuple[int, int]:
-    event = msgspec.json.decode(body, type=_Key)
-    return event.start_us, event.seq
-
-
-class _Key(Struct, frozen=True):
-    """The part of an event that orders it."""
-
-    start_us: int
-    seq: int
+    by_key = _ordered(plan, merged.c.start_us, merged.c.seq)
+    query = select(merged).order_by(*by_key).limit(limit)
+    return connection.execute(query).fetchall()
 
 
 def _key_range(plan: _Plan, after: tuple[int, int] | None) -> Iterator[_Condition]:
@@ -338,12 +322,24 @@ def _ordered(plan: _Plan, *columns: ColumnElement[int]) -> list[ColumnElement[in
     return [column.desc() if plan.is_descending else column for column in columns]
 
 
+# Built once: putting a statement together takes longer than the database needs for it.
+_LAST_SEQ = select(meta.c.value).where(meta.c.key == "last_seq")
+_LONGEST = select(func.max(durations.c.longest_us))
+_LONGEST_OF_ONE = _LONGEST.where(durations.c.type == bindparam("event_type"))
+
+
 def _last_seq(connection: Connection) -> int:
-    return int(connection.scalar(select(meta.c.value).where(meta.c.key == "last_seq")) or 0)
+    return int(connection.scalar(_LAST_SEQ) or 0)
 
 
-def _encode_cursor(key: tuple[int, int], wanted: EventFilter) -> str:
-    return base64.urlsafe_b64encode(_CURSOR.pack(*key, _filter_digest(wanted))).decode().rstrip("=")
+def _longest_us(connection: Connection, types: tuple[str, ...]) -> int:
+    if len(types) == 1:
+        return connection.scalar(_LONGEST_OF_ONE, {"event_type": types[0]}) or 0
+    return connection.scalar(_LONGEST.where(*_one_of(durations.c.type, types))) or 0
+
+
+def _encode_cursor(start_us: int, seq: int, wanted: EventFilter) -> str:
+    return base64.urlsafe_b64encode(_CURSOR.pack(start_us, seq, _filter_digest(wanted))).decode().rstrip("=")
 
 
 def _decode_cursor(cursor: str, wanted: EventFilter) -> tuple[int, int]:

@@ -43,7 +43,10 @@ def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None
         log.close()
 
     # No /docs page: the framework's loads its scripts from other people's servers.
-    app = FastAPI(title="DyKnow", version=version, lifespan=lifespan, docs_url=None, redoc_url=None)
+    # No redirects for a final slash: one path, one answer, and nothing that the description leaves out.
+    app = FastAPI(
+        title="DyKnow", version=version, lifespan=lifespan, docs_url=None, redoc_url=None, redirect_slashes=False
+    )
     library = _library() if shipped is None else shipped
     app.include_router(make_routes(log, library, version=version))
     app.add_middleware(RequestFrame)

@@ -38,8 +38,14 @@ def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: s
     version : of the software, for the index.
     """
     router = APIRouter()
-    library = tuple(shipped)
+    _add_general(router, log, version)
+    _add_chronicles(router, log, tuple(shipped))
+    _add_event_list(router, log)
+    _add_event(router, log)
+    return router
 
+
+def _add_general(router: APIRouter, log: EventLog, version: str) -> None:
     @router.get("/", include_in_schema=False, response_class=PlainTextResponse)
     def hello(request: Request) -> PlainTextResponse:
         return PlainTextResponse(HELLO.format(base=request.base_url))
@@ -52,12 +58,19 @@ def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: s
     def index() -> Response:
         return _json(msgspec.json.encode(_index(version, find_last_seq(log))))
 
+
+def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRecord, ...]) -> None:
     @router.get(
-        "/api/v1/chronicles", summary="List chronicles", responses=answers(ChronicleList), response_class=Response
+        "/api/v1/chronicles",
+        summary="List chronicles",
+        responses=answers(ChronicleList),
+        response_class=Response,
     )
     def list_chronicles() -> Response:
         return _json(msgspec.json.encode(ChronicleList(_merge_chronicles(log, library))))
 
+
+def _add_event(router: APIRouter, log: EventLog) -> None:
     @router.get(
         "/api/v1/events/{event_id}",
         summary="Get one event",
@@ -69,9 +82,6 @@ def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: s
         if text is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
         return _json(text.encode())
-
-    _add_event_list(router, log)
-    return router
 
 
 def _add_event_list(router: APIRouter, log: EventLog) -> None:

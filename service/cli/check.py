@@ -27,8 +27,9 @@ def check(
 ) -> None:
     """Check chronicle files, taken together as `process` takes them; exit with 3 if one has an error."""
     from chronicles.chronicle_set import check_texts
+    from service.chronicle_files import with_relations
 
-    found = check_texts([(name, _read(name)) for name in files])
+    found = check_texts(with_relations([(name, _read(name)) for name in files]))
     errors = sum(one.severity == "error" for one in found)
     if output is CheckFormat.json:
         _print_json(found)

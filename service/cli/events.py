@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from service.queries import EventFilter
     from service.records import EventRecord
     from service.store.log import EventLog
+    from service.times import TimePoint
 
 TABLE_LIMIT = 100
 
@@ -70,13 +71,11 @@ def events(
 ) -> None:
     """List recognised events of one or more logs."""
     from service.queries import EventFilter
-    from service.store.log import open_log
-    from service.times import parse_time
 
     wanted = EventFilter(
         types=tuple(types or ()),
-        from_=None if start is None else parse_time(start, parameter="--from"),
-        to=None if end is None else parse_time(end, parameter="--to"),
+        from_=_time(start, "--from"),
+        to=_time(end, "--to"),
         match=match.value,
         actors=tuple(actors or ()),
         roles=read_roles(roles or ()),
@@ -85,12 +84,7 @@ def events(
         runs=tuple(runs or ()),
         order=order.value,
     )
-    urls = [*(logs or ()), *(more_logs or ())]
-    if not urls:
-        raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")
-    with ExitStack() as stack:
-        opened = [stack.enter_context(open_log(url)) for url in urls]
-        count = _print_events(opened, wanted, output, limit)
+    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, output, limit)
     if fail_empty and count == 0:
         print("nothing found", file=sys.stderr)
         raise typer.Exit(exit_codes.NOTHING_FOUND)
@@ -118,17 +112,29 @@ def read_roles(texts: "Sequence[str]") -> tuple[tuple[str, tuple[str, ...]], ...
     return tuple((name, tuple(actors)) for name, actors in sorted(roles.items()))
 
 
-def _print_events(logs: "Sequence[EventLog]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
+def _time(text: str | None, parameter: str) -> "TimePoint | None":
+    from service.times import parse_time
+
+    return None if text is None else parse_time(text, parameter=parameter)
+
+
+def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
+    """Print the events of some logs; return how many."""
     from service.export.events import write_events_csv, write_events_jsonl
     from service.queries import find_role_names
+    from service.store.log import open_log
 
-    if output is EventFormat.table:
-        return _print_table(logs, wanted, limit or TABLE_LIMIT)
-    texts = merged_events(logs, wanted, limit=limit)
-    if output is EventFormat.jsonl:
-        return write_events_jsonl(texts, sys.stdout)
-    role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
-    return write_events_csv(texts, role_names, sys.stdout)
+    if not urls:
+        raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")
+    with ExitStack() as stack:
+        logs = [stack.enter_context(open_log(url)) for url in urls]
+        if output is EventFormat.table:
+            return _print_table(logs, wanted, limit or TABLE_LIMIT)
+        texts = merged_events(logs, wanted, limit=limit)
+        if output is EventFormat.jsonl:
+            return write_events_jsonl(texts, sys.stdout)
+        role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
+        return write_events_csv(texts, role_names, sys.stdout)
 
 
 def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: int | None) -> "Iterator[str]":

@@ -9,6 +9,8 @@ from urllib.parse import quote
 import msgspec
 import pytest
 from fastapi import FastAPI
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from service.api.app import create_app
 from service.api.bodies import ChronicleList, EventList, Index, Problem
@@ -158,6 +160,11 @@ def test_an_unknown_path_is_a_problem(client: Client) -> None:
     assert "expected a path of this interface" in get_problem(client, "/api/v1/event", 404).detail
 
 
+@pytest.mark.parametrize("path", ["/api/v1/", "/api/v1/events/", "/healthz/"])
+def test_a_final_slash_is_another_path(client: Client, path: str) -> None:
+    get_problem(client, path, 404)
+
+
 def test_a_wrong_method_is_a_problem(client: Client) -> None:
     body = get_problem(client, "/api/v1/events", 405, "DELETE")
     assert body.detail == "/api/v1/events: expected method GET or HEAD, got 'DELETE'"
@@ -295,3 +302,24 @@ def test_items_are_the_stored_text_byte_by_byte(client: Client, url: str) -> Non
     with open_log(url) as log:
         stored = ",".join(iterate_events(log, EventFilter()))
     assert stored.encode() in client.get("/api/v1/events").content
+
+
+PARAMETER_NAMES = ("type", "from", "to", "match", "actor", "role.overtaker", "status", "order", "limit", "cursor")
+AWKWARD_VALUES = ("9999-12-31T23:59:59Z", "0001-01-01T00:00:00+23:59", "999999:59:59", "9" * 18, "' or 1=1 --", "%")
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    name=st.sampled_from(PARAMETER_NAMES),
+    value=st.text(max_size=40) | st.from_regex(r"[0-9]{1,25}", fullmatch=True) | st.sampled_from(AWKWARD_VALUES),
+)
+def test_no_value_of_a_parameter_breaks_the_server(client: Client, name: str, value: str) -> None:
+    answer = client.get("/api/v1/events", params={name: value})
+    assert answer.status_code in (200, 400, 422), answer.text
+    msgspec.json.decode(answer.content, type=EventList if answer.status_code == 200 else Problem)
+
+
+@given(event_id=st.text(min_size=1, max_size=40).filter(lambda text: text not in (".", "..")))
+@settings(max_examples=100, deadline=None)
+def test_no_identifier_breaks_the_server(client: Client, event_id: str) -> None:
+    assert client.get(f"/api/v1/events/{quote(event_id, safe='')}").status_code in (200, 404)

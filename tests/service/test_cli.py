@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+from importlib.resources import files
 from pathlib import Path
 
 import httpx
@@ -20,7 +21,6 @@ from tests.service.logs import SECOND_US, overtake, read_all, run, write_log, wr
 PROGRAM = [sys.executable, "-c", "from service.cli.app import main; main()"]
 
 GOOD_CHRONICLE = """\
-attribute behind[?a, ?b]
 chronicle overtake[?overtaker, ?overtaken](t1, t2) {
   event(behind[?overtaker, ?overtaken]: (true, false), t1)
   event(behind[?overtaken, ?overtaker]: (false, true), t2)
@@ -202,12 +202,17 @@ def test_a_good_chronicle_passes_the_check(tmp_path: Path, capsys: pytest.Captur
     assert "1 file: 0 errors" in capsys.readouterr().err
 
 
+def test_the_shipped_chronicles_pass_the_check() -> None:
+    folder = str(files("chronicles.library"))
+    assert app.run(["check", *(str(path) for path in Path(folder).glob("*.chronicle"))]) == 0
+
+
 def test_an_error_in_a_chronicle_is_shown_with_a_caret(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "bad.chronicle"
     path.write_text(GOOD_CHRONICLE.replace("event(behind[?overtaker", "event(behnd[?overtaker"))
     assert app.run(["check", str(path)]) == 3
     lines = capsys.readouterr().out.splitlines()
-    place = next(number for number, line in enumerate(lines) if line.endswith("bad.chronicle:3:9"))
+    place = next(number for number, line in enumerate(lines) if line.endswith("bad.chronicle:2:9"))
     assert lines[place + 3].rstrip().endswith("^^^^^")
 
 
@@ -216,7 +221,7 @@ def test_diagnostics_come_as_json_too(tmp_path: Path, capsys: pytest.CaptureFixt
     path.write_text(GOOD_CHRONICLE.replace("event(behind[?overtaker", "event(behnd[?overtaker"))
     assert app.run(["check", str(path), "--format", "json"]) == 3
     found = json.loads(capsys.readouterr().out)["diagnostics"]
-    assert [(one["line"], one["column"], one["severity"]) for one in found] == [(3, 9, "error")]
+    assert [(one["line"], one["column"], one["severity"]) for one in found] == [(2, 9, "error")]
 
 
 def test_serve_answers_until_it_is_interrupted(log: str) -> None:

@@ -61,6 +61,27 @@ def test_closing_leaves_one_file(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
 
 
+def test_a_log_in_a_read_only_folder_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    url = write_log(tmp_path / "a.db", [overtake()])
+    monkeypatch.setattr("service.store.engine.os.access", lambda *_: False)
+    assert len(read_all(url)) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
+
+
+def test_a_read_only_folder_takes_no_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.store.location.os.access", lambda *_: False)
+    with pytest.raises(LogError, match=r"expected a writable folder and file, got '.*' without permission"):
+        open_log(str(tmp_path / "a.db"), "w")
+
+
+def test_a_state_written_twice_is_refused(tmp_path: Path) -> None:
+    with open_log(str(tmp_path / "a.db"), "w") as log:
+        writer = log.begin_run(run())
+        writer.append_states([state(0, "car1"), state(0, "car1")])
+        with pytest.raises(LogError, match="expected a log that can be written, got 'UNIQUE constraint failed"):
+            writer.flush()
+
+
 def test_a_repeated_run_replaces_its_rows_and_no_others(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
     write_small_log(path, run("other"))
