@@ -72,6 +72,25 @@ def parse_time(text: str, *, parameter: str) -> TimePoint:
     )
 
 
+def parse_media_us(text: str, *, parameter: str) -> int:
+    """Read a time point in media time, in microseconds.
+
+    Raises
+    ------
+    QueryError
+        If it is not a time, or one on the UTC calendar, which a video's own timeline does not carry.
+
+    Examples
+    --------
+    >>> parse_media_us("1:02.5", parameter="--from")
+    62500000
+    """
+    point = parse_time(text, parameter=parameter)
+    if point.clock != "media":
+        raise QueryError(f"{parameter}: expected media time such as 12.5s, got {text!r}", parameter=parameter)
+    return point.us
+
+
 def utc_us(moment: datetime) -> int:
     """Convert an aware date and time to microseconds since 1970-01-01 UTC.
 

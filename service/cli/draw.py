@@ -17,9 +17,10 @@ def draw(
     """Draw cars, trails and events of a log on its video."""
     from service.draw_video import draw_picture, draw_video
     from service.errors import InputError
+    from service.times import parse_media_us
 
-    from_us = media_us(start, parameter="--from")
-    to_us = media_us(end, parameter="--to") if end else None
+    from_us = parse_media_us(start, parameter="--from")
+    to_us = parse_media_us(end, parameter="--to") if end else None
     if out.suffix == ".png":
         draw_picture(video, log, out, at_us=from_us, run=run)
     elif out.suffix == ".mp4":
@@ -27,27 +28,3 @@ def draw(
     else:
         raise InputError(f"--out: expected a path ending in .mp4 or .png, got {str(out)!r}")
     print(out)
-
-
-def media_us(text: str, *, parameter: str) -> int:
-    """Read a time point in media time, in microseconds.
-
-    Raises
-    ------
-    InputError
-        If it is a time on the UTC calendar: a video file knows only its own.
-    QueryError
-        If it is no time at all.
-
-    Examples
-    --------
-    >>> media_us("1:02.5", parameter="--from")
-    62500000
-    """
-    from service.errors import InputError
-    from service.times import parse_time
-
-    point = parse_time(text, parameter=parameter)
-    if point.clock != "media":
-        raise InputError(f"{parameter}: expected media time such as 12.5s, got {text!r}")
-    return point.us

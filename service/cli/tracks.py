@@ -31,32 +31,16 @@ def tracks(
     """Print car symbols over time, in metres (csv) or in the image (mot)."""
     from service.export.tracks import write_tracks_csv
     from service.store.log import open_log
+    from service.times import parse_media_us
 
-    from_us = None if start is None else media_us(start, parameter="--from")
-    to_us = None if end is None else media_us(end, parameter="--to")
+    from_us = None if start is None else parse_media_us(start, parameter="--from")
+    to_us = None if end is None else parse_media_us(end, parameter="--to")
     with open_log(log) as opened:
         record = opened.run(run)
         if output is TrackFormat.csv:
             write_tracks_csv(opened.states(record.id, car=car, from_us=from_us, to_us=to_us), sys.stdout)
         else:
             _print_mot(opened, record, car, from_us, to_us)
-
-
-def media_us(text: str, *, parameter: str) -> int:
-    """Read a time point in media time, in microseconds.
-
-    Raises
-    ------
-    QueryError
-        If it is not a time, or one on the UTC calendar, which a run's tracks do not carry.
-    """
-    from service.errors import QueryError
-    from service.times import parse_time
-
-    point = parse_time(text, parameter=parameter)
-    if point.clock != "media":
-        raise QueryError(f"{parameter}: expected media time such as 12.5s, got {text!r}", parameter=parameter)
-    return point.us
 
 
 def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int | None, to_us: int | None) -> None:
