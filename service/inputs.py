@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,11 @@ from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
 from service.errors import InputError
 from service.pipeline import Pipeline, trajectory_pipeline, video_pipeline
-from service.records import CameraRecord
+from service.records import CameraRecord, InputKind
 from service.site import Site
-from service.trajectories import Trajectories, load_trajectories
+from service.trajectories import Trajectories, TrajectoryObjects, load_trajectories
 from vision.fixed_camera import FixedCameraVision
-from vision.frames import VideoSource, open_video
+from vision.frames import Frame, VideoSource, open_video
 from vision.scale import estimate_scale, image_plane
 
 TRAJECTORY_SUFFIXES = (".csv",)
@@ -27,42 +26,21 @@ SCALE_SPAN_US = 10_000_000
 SCALE_STEP_US = 500_000
 
 
-class Input(Protocol):
-    """Describe one thing that can go through a pipeline.
+@dataclass(slots=True)
+class VideoInput:
+    """Read a video seen by a fixed camera with a known map to the ground.
 
     Attributes
     ----------
-    kind : ``video`` or ``trajectory``.
-    frame_count : number of times by the file; None if it does not say.
     warnings : what the user should know about how the input is read.
     """
-
-    kind: str
-    path: Path
-    network: RoadNetwork | None
-    camera: CameraRecord | None
-    frame_count: int | None
-    warnings: tuple[str, ...]
-
-    def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
-        """Wire the pipeline that takes this input."""
-        ...
-
-    def __iter__(self) -> Iterator[tuple[int, Any]]:  # Any: frames or objects, as the pipeline's source takes them
-        """Yield time in microseconds and value, in order."""
-        ...
-
-
-@dataclass(slots=True)
-class VideoInput:
-    """Read a video seen by a fixed camera with a known map to the ground."""
 
     path: Path
     video: VideoSource
     ground_camera: GroundCamera
     network: RoadNetwork | None
     warnings: tuple[str, ...] = ()
-    kind: str = "video"
+    kind: InputKind = "video"
 
     @property
     def frame_count(self) -> int | None:
@@ -82,8 +60,8 @@ class VideoInput:
         vision = FixedCameraVision(self.ground_camera.pixel_from_ground, surface, size_px)
         return video_pipeline(vision, self.network, chronicle_set, clock=clock)
 
-    def __iter__(self) -> Iterator[tuple[int, Any]]:  # Any: see Input
-        """Yield the frames of the video."""
+    def __iter__(self) -> Iterator[tuple[int, Frame]]:
+        """Yield the frames of the video with their times in microseconds."""
         for frame in self.video:
             yield frame.t_us, frame
 
@@ -96,8 +74,8 @@ class TrajectoryInput:
     trajectories: Trajectories
     network: RoadNetwork | None
     warnings: tuple[str, ...] = ()
-    kind: str = "trajectory"
-    camera: None = None
+    kind: InputKind = "trajectory"
+    camera: CameraRecord | None = None
 
     @property
     def frame_count(self) -> int | None:
@@ -108,10 +86,13 @@ class TrajectoryInput:
         """Wire the reasoning alone."""
         return trajectory_pipeline(self.network, chronicle_set, clock=clock)
 
-    def __iter__(self) -> Iterator[tuple[int, Any]]:  # Any: see Input
-        """Yield the objects of each time."""
+    def __iter__(self) -> Iterator[tuple[int, TrajectoryObjects]]:
+        """Yield the objects of each time, with the time in microseconds."""
         for objects in self.trajectories:
             yield objects.t_us, objects
+
+
+Input = VideoInput | TrajectoryInput
 
 
 def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None = None) -> Input:

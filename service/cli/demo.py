@@ -17,7 +17,7 @@ PORT = 8420
 
 def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for everything the demo makes.")] = Path("out/demo"),
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Another seed, other traffic.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Another seed, other traffic.")] = 3,
     seconds: Annotated[float, typer.Option("--seconds", min=10.0, help="Length of the video.")] = 60.0,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
@@ -27,7 +27,7 @@ def demo(
     from service.evaluate_log import evaluate_log
     from service.runs import RunRequest, process
 
-    scene, log = out / "scene", f"sqlite:///{(out / 'log.db').as_posix()}"
+    scene, log = out / "scene", str(out / "log.db")
     out.mkdir(parents=True, exist_ok=True)
     # The demo shows one run: another seed before would leave its run in the log.
     for old in out.glob("log.db*"):
@@ -49,19 +49,14 @@ def demo(
 
 
 def _print_table(evaluation: "Evaluation") -> None:
-    from rich.console import Console
-    from rich.table import Table
+    from service.cli.tables import format_table
 
-    table = Table(box=None, pad_edge=False)
-    for title in ("recognised", "from", "to", "truth", "from", "to", ""):
-        table.add_column(title, no_wrap=True)
-    for row in sorted(_rows(evaluation)):
-        table.add_row(*row[1:])
-    Console().print(table)
+    titles = ("recognised", "from", "to", "truth", "from", "to", "")
+    print(format_table(titles, [row[1:] for row in sorted(_rows(evaluation))]), end="")
 
 
 def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
-    for verdict, matches in (("right", evaluation.right), ("right, at the border of the view", evaluation.border)):
+    for verdict, matches in (("right", evaluation.right), ("border", evaluation.border)):
         for match in matches:
             yield _matched(match, verdict)
     for claim in evaluation.wrong:
@@ -91,17 +86,19 @@ def _print_figures(evaluation: "Evaluation", summary: "RunSummary") -> None:
 
 
 def _print_next_steps(out: Path, scene: Path, log: str) -> None:
-    python_bin = _command()
+    dyknow = _command()
     print(f"""
 Ask for them:
-  {python_bin} events {log} --type overtake
-  {python_bin} serve {log} --port {PORT} &
+  {dyknow} events {log} --type overtake
+  {dyknow} serve {log} --port {PORT} &
   curl 'http://127.0.0.1:{PORT}/api/v1/events?type=overtake&limit=3'
 See them:
-  {python_bin} draw {scene / "video.mp4"} {log} --out {out / "drawn.mp4"}
+  {dyknow} draw {scene / "video.mp4"} {log} --out {out / "drawn.mp4"}
 Files:
-  {scene / "video.mp4"}   the video        {scene / "site.toml"}   roads and camera
-  {scene / "truth.csv"}   what really happened        {out / "log.db"}   the event log""")
+  {log}  event log
+  {scene / "video.mp4"}  video
+  {scene / "site.toml"}  roads and camera
+  {scene / "truth.csv"}  what really happened""")
 
 
 def _command() -> str:
