@@ -12,6 +12,7 @@ from pathlib import Path
 
 from service.proportions import wilson_interval
 from service.queries import EventFilter, decode_event, iterate_events
+from service.records import EventRecord
 from service.store.log import EventLog, open_log
 
 MARGIN_US = 2_000_000
@@ -39,16 +40,18 @@ def main() -> None:
 
 def _recognised(log: EventLog, event_type: str) -> Intervals:
     run = log.run()
-    names: defaultdict[str, Counter[str]] = defaultdict(Counter)
-    for state in log.states(run.id):
-        if state.vision_id:
-            names[state.car][state.vision_id] += 1
     intervals: Intervals = defaultdict(list)
     for text in iterate_events(log, EventFilter(types=(event_type,), runs=(run.id,))):
         event = decode_event(text)
-        passer, passed = (names[event.roles[role]].most_common(1)[0][0] for role in ("passer", "passed"))
+        passer, passed = (_file_id(log, run.id, event, role) for role in ("passer", "passed"))
         intervals[passer, passed].append((event.start_us, event.end_us))
     return intervals
+
+
+def _file_id(log: EventLog, run_id: str, event: EventRecord, role: str) -> str:
+    """Return which object of the trajectory file played a role: a car symbol may have several, one after another."""
+    states = log.states(run_id, car=event.roles[role], from_us=event.start_us - MARGIN_US, to_us=event.end_us)
+    return Counter(state.vision_id for state in states if state.vision_id).most_common(1)[0][0]
 
 
 def _listed(path: Path) -> Intervals:

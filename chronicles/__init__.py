@@ -1,0 +1,23 @@
+"""Chronicles: which patterns of events, with time constraints between them, occur in a stream?
+
+`load` reads chronicle texts, `Recogniser` finds their occurrences as events come, `recognise` in a stored list.
+"""
+
+from chronicles.chronicle_set import ChronicleSet, check_texts, load, load_texts
+from chronicles.errors import ChronicleError
+from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
+from chronicles.recogniser import Recogniser, recognise
+
+__all__ = [
+    "ChronicleError",
+    "ChronicleSet",
+    "Event",
+    "ExpectedEvent",
+    "Occurrence",
+    "PartialInstance",
+    "Recogniser",
+    "check_texts",
+    "load",
+    "load_texts",
+    "recognise",
+]

@@ -1,0 +1,79 @@
+"""What goes into a recogniser and what comes out of it?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened to some things at one time.
+
+    Without `old` and `new` it is a message. With them it is a change of the attribute `name[args]`, whose value is
+    `old` before `t_us` and `new` from `t_us` on; values are texts such as "true", "false", "unknown".
+    `hypotheses` are labels of the assumptions it rests on, such as identities of the things.
+    """
+
+    name: str
+    args: tuple[str, ...]
+    t_us: int
+    old: str | None = None
+    new: str | None = None
+    hypotheses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """A recognised instance of a chronicle.
+
+    Attributes
+    ----------
+    chronicle, version : name of the chronicle, and a digest of its text and of the declarations it rests on.
+    roles : the header's variables without "?" and their values.
+    start_us, end_us : the header's first and last time point; the first and last event's time without such.
+    sub_events : (time point, time) for all time points, sorted by time.
+    events : the matched events, sorted by time.
+    emitted : the events that the chronicle emits.
+    reports : its report texts.
+    recognised_us : the latest time the recogniser had been told when it concluded.
+    hypotheses : those of all matched events, sorted.
+    """
+
+    chronicle: str
+    version: str
+    roles: dict[str, str]
+    start_us: int
+    end_us: int
+    sub_events: tuple[tuple[str, int], ...]
+    events: tuple[Event, ...]
+    emitted: tuple[Event, ...]
+    reports: tuple[str, ...]
+    recognised_us: int
+    hypotheses: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedEvent:
+    """An event that a partial instance waits for: its time point, its pattern, and when it may still come (closed)."""
+
+    label: str
+    pattern: str
+    earliest_us: int
+    latest_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class PartialInstance:
+    """An instance that may still be recognised.
+
+    `roles` holds the header variables known so far; `matched` (time point, time) sorted by time; `expected` what is
+    missing, empty when only the end of a `noevent` or `hold` is awaited; `latest_us` is when it dies, or concludes,
+    at the latest.
+    """
+
+    chronicle: str
+    roles: dict[str, str]
+    matched: tuple[tuple[str, int], ...]
+    expected: tuple[ExpectedEvent, ...]
+    latest_us: int
+    hypotheses: tuple[str, ...]
