@@ -1,0 +1,138 @@
+import numpy as np
+
+from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
+from tests.vision.test_rectify import ground_surface
+from vision.background import AT_THRESHOLD, Background
+from vision.boxes import Boxes
+from vision.rectify import RoadImage, RoadRaster
+from vision.settings import VisionSettings
+
+SIZE = (120, 40)
+SETTINGS = VisionSettings(startup_us=1_000_000)
+NOBODY = (Boxes.none(), np.zeros(0, np.bool_))
+
+
+class Road:
+    """A raster, its background, and pictures of boxes on it."""
+
+    def __init__(self, settings: VisionSettings = SETTINGS) -> None:
+        self.raster: RoadRaster = ground_surface(top_view(SIZE), [whole_view(SIZE)], SIZE).raster
+        self.background = Background(self.raster, settings)
+        self._rng = np.random.default_rng(0)
+        self._texture = ROAD_LEVEL + self._rng.normal(0, 6, (SIZE[1], SIZE[0]))
+
+    def picture(self, k: int, boxes: Boxes | None = None, *, light: float = 1.0) -> RoadImage:
+        boxes = boxes or Boxes.none()
+        levels = [200.0, 40.0, 170.0, 50.0, 140.0, 70.0][: len(boxes)]
+        luma = draw_boxes(SIZE, boxes, levels, ground=self._texture)
+        noisy = 16 + light * (luma - 16) + self._rng.normal(0, 1, luma.shape)
+        return self.raster.rectify(make_frame(np.clip(noisy, 0, 255), index=k, t_us=40_000 * k))
+
+    def start(self, boxes: Boxes | None = None) -> int:
+        k = 0
+        while not self.background.hold(self.picture(k, boxes)):
+            k += 1
+        return k + 1
+
+    def differing(self, image: RoadImage) -> int:
+        return int(np.sum(self.background.compare(image) > AT_THRESHOLD))
+
+
+def test_startup_holds_frames_and_returns_them_in_order() -> None:
+    road = Road()
+    returned = [road.background.hold(road.picture(k)) for k in range(26)]
+    assert [len(images) for images in returned] == [0] * 25 + [26]
+    assert [image.index for image in returned[-1]] == list(range(26))
+    assert road.background.is_ready
+
+
+def test_startup_ends_early_when_memory_is_short() -> None:
+    road = Road()
+    frame_bytes = 3 * road.raster.packed_size
+    road.background = Background(road.raster, VisionSettings(startup_bytes=5 * frame_bytes))
+    assert road.start() == 5
+
+
+def test_passing_cars_do_not_get_into_the_background() -> None:
+    road = Road()
+    k = 0
+    while not road.background.hold(road.picture(k, make_boxes([(2.0 * k, 9, 0, 4.5, 1.8)]))):
+        k += 1
+    assert road.differing(road.picture(99)) == 0
+    assert road.differing(road.picture(99, make_boxes([(20, 9, 0, 4.5, 1.8)]))) > 25
+
+
+def test_brightness_of_the_whole_scene_is_no_motion() -> None:
+    road = Road()
+    k = road.start()
+    for light in (0.7, 1.0, 1.25):
+        assert road.differing(road.picture(k, light=light)) < 10
+        assert road.differing(road.picture(k, make_boxes([(20, 9, 0, 4.5, 1.8)]), light=light)) > 25
+
+
+def test_patch_that_nobody_claims_heals_within_seconds() -> None:
+    parked = make_boxes([(20, 9, 0, 4.5, 1.8)])
+    road = Road()
+    start = road.start(parked)  # burned in, then it is gone
+    counts = []
+    for k in range(start, start + 110):
+        image = road.picture(k)
+        difference = road.background.compare(image)
+        road.background.learn(image, (difference > AT_THRESHOLD).astype(np.uint8), *NOBODY)
+        counts.append(int(np.sum(difference > AT_THRESHOLD)))
+    assert counts[0] > 25
+    assert counts[50] > 25
+    assert counts[-1] == 0
+
+
+def test_background_is_frozen_under_an_object() -> None:
+    standing = make_boxes([(20, 9, 0, 4.5, 1.8)])
+    road = Road()
+    start = road.start()
+    for k in range(start, start + 250):
+        image = road.picture(k, standing)
+        foreground = (road.background.compare(image) > AT_THRESHOLD).astype(np.uint8)
+        road.background.learn(image, foreground, standing, np.ones(1, np.bool_))
+    assert road.differing(road.picture(start + 250, standing)) > 25
+    assert road.differing(road.picture(start + 250)) == 0
+
+
+def test_outline_tells_a_standing_car_from_revealed_road() -> None:
+    car = make_boxes([(20, 9, 0, 4.5, 1.8)])
+    with_car, without_car = Road(), Road()
+    k = with_car.start(car)
+    without_car.start()
+    revealed, arrived = with_car.picture(k), without_car.picture(k, car)
+    with_car.background.compare(revealed)
+    without_car.background.compare(arrived)
+    assert with_car.background.judge(revealed, car).tolist() == [-1]
+    assert without_car.background.judge(arrived, car).tolist() == [1]
+    with_car.background.heal(revealed, car)
+    assert with_car.differing(revealed) == 0
+
+
+def test_change_of_most_of_the_view_is_learned_anew() -> None:
+    road = Road()
+    start = road.start()
+    everything = make_boxes([(5 + 9 * i, 9, 0, 9, 25) for i in range(6)])
+    for k in range(start, start + 60):
+        image = road.picture(k, everything)
+        difference = road.background.compare(image)
+        road.background.learn(image, (difference > AT_THRESHOLD).astype(np.uint8), *NOBODY)
+    assert road.differing(road.picture(start + 60, everything)) < 10
+
+
+def test_restless_cells_need_a_larger_difference() -> None:
+    road = Road()
+    rng = np.random.default_rng(1)
+    road_cells = np.flatnonzero(road.raster.pack(road.raster.road.astype(np.uint8)))
+    restless, calm = road_cells[:300], road_cells[300:]
+    for k in range(26):
+        image = road.picture(k)
+        image.planes[0, restless] = np.clip(ROAD_LEVEL + rng.normal(0, 8, 300), 0, 255)
+        road.background.hold(image)
+    image = road.picture(30)
+    image.planes[1] += 20  # colour, which the gain does not follow
+    levels = road.background.compare(image)
+    assert levels[calm].mean() > 3 * AT_THRESHOLD
+    assert levels[restless].mean() < 0.5 * levels[calm].mean()

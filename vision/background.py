@@ -1,0 +1,273 @@
+"""What does the road look like without vehicles? A background that is learned causally and kept up to date.
+
+Start-up holds some seconds of rectified frames, takes the median of a spread sample, and then hands the held frames
+back to be processed: results come late by a constant time, but no second pass over the video is needed.
+Later the background learns slowly where nothing is seen, is frozen under tracked objects, and heals: a patch that
+keeps differing while no object claims it is taken over from the present picture. Brightness of the whole scene is
+followed by one gain per frame, so that the background itself can stay in the light of the start-up.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.boxes import Boxes
+from vision.frames import ByteArray
+from vision.rectify import RoadImage, RoadRaster
+from vision.settings import VisionSettings
+
+BoolArray = NDArray[np.bool_]
+
+# Black in video levels: light multiplies what lies above it.
+BLACK_LEVEL = 16.0
+# Cells on which the gain is measured, and cells to dark to measure it on.
+GAIN_CELLS = 2_000
+GAIN_MIN_LEVEL = 40.0
+# Outline contrast of picture over background that shows an object, and of background over picture that shows a ghost.
+# The second is stricter: a marking under a dark car has edges too, and a car taken for a ghost is lost.
+OBJECT_RATIO = 1.3
+GHOST_RATIO = 2.0
+# Differences are handed on as multiples of a cell's threshold, this being 1.
+AT_THRESHOLD = 20
+# Shadow leaves this part of the light, and changes the colour by few levels.
+SHADE_DEEPEST, SHADE_LIGHTEST = 0.25, 0.85
+SHADE_CHROMA = 6.0
+NO_COLOUR = 128.0
+
+
+class Background:
+    """The road without vehicles, as packed planes.
+
+    Life: `hold` frames until it returns them, then per frame `compare`, and `learn` after the objects are known.
+    """
+
+    def __init__(self, raster: RoadRaster, settings: VisionSettings) -> None:
+        self._raster = raster
+        self._settings = settings
+        self._held: list[RoadImage] = []
+        self._max_held = max(2, settings.startup_bytes // (3 * raster.packed_size))
+        self._planes = np.zeros((3, raster.packed_size), np.float32)
+        self._shown = np.zeros((3, raster.packed_size), np.uint8)
+        self._sensitivity = np.zeros((1, raster.packed_size), np.float32)
+        self._road = raster.pack(raster.road.astype(np.uint8)) > 0
+        road_cells = np.flatnonzero(self._road)
+        self._gain_cells = road_cells[:: max(1, len(road_cells) // GAIN_CELLS)]
+        self._gain = 1.0
+        self._unclaimed_us = np.zeros(raster.packed_size, np.int32)
+        self._learned_us: int | None = None
+        self._lost_since_us: int | None = None
+        self.is_ready = False
+
+    def hold(self, image: RoadImage) -> list[RoadImage]:
+        """Take a frame of the start-up.
+
+        Parameters
+        ----------
+        image : the next frame.
+
+        Returns
+        -------
+        Nothing while starting up; all held frames, in order, once the background exists.
+        """
+        self._held.append(image)
+        is_long = image.t_us - self._held[0].t_us >= self._settings.startup_us
+        if is_long or len(self._held) >= self._max_held:
+            return self.start()
+        return []
+
+    def start(self) -> list[RoadImage]:
+        """End the start-up with what is held.
+
+        Returns
+        -------
+        All held frames, in order.
+        """
+        held, self._held = self._held, []
+        if held:
+            count = min(len(held), self._settings.startup_samples)
+            chosen = np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))
+            samples = [held[i].planes for i in chosen]
+            self._planes[...] = _median(samples)
+            self._show()
+            self._set_sensitivity(samples)
+            self._learned_us = held[0].t_us
+            self.is_ready = True
+        return held
+
+    def compare(self, image: RoadImage) -> ByteArray:
+        """Measure how much every cell differs from the background, for what is usual there.
+
+        Parameters
+        ----------
+        image : the present frame.
+
+        Returns
+        -------
+        (packed_size,) difference as a multiple of the cell's threshold, in units of 1 / `AT_THRESHOLD`; 0 off the road.
+        """
+        self._follow_light(image.planes[0])
+        offset = BLACK_LEVEL * (1.0 - self._gain)
+        self._shown[:1] = cv2.convertScaleAbs(self._planes[:1], alpha=self._gain, beta=offset)
+        difference = self._difference(image.planes)
+        return np.asarray(cv2.multiply(difference, self._sensitivity, dtype=cv2.CV_8U), np.uint8).ravel()
+
+    def _difference(self, planes: ByteArray) -> ByteArray:
+        """Compare with the shown background: (1, packed_size) grey levels, the largest over the weighted planes."""
+        difference = cv2.absdiff(planes, self._shown)
+        chroma = cv2.max(difference[1:2], difference[2:3])
+        weighted = cv2.convertScaleAbs(chroma, alpha=self._settings.chroma_weight)
+        return np.asarray(cv2.max(difference[:1], weighted), np.uint8)
+
+    def _set_sensitivity(self, samples: list[ByteArray]) -> None:
+        """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
+        settings = self._settings
+        noise = _median([self._difference(planes) for planes in samples])
+        threshold = settings.least_difference + settings.noise_factor * (noise - 1.0)
+        threshold = np.clip(threshold, settings.least_difference, settings.most_difference)
+        self._sensitivity[...] = np.where(self._road, AT_THRESHOLD / threshold, 0.0)
+
+    def shaded(self, image: RoadImage) -> ByteArray:
+        """Find cells that look like the known road with less light on it.
+
+        Parameters
+        ----------
+        image : the frame last compared.
+
+        Returns
+        -------
+        (packed_size,) 1 where the frame is darker by a plausible factor and of the same colour.
+        """
+        lit = self._shown[0].astype(np.float32) - np.float32(BLACK_LEVEL)
+        seen = image.planes[0].astype(np.float32) - np.float32(BLACK_LEVEL)
+        light = seen / np.maximum(lit, 1.0)
+        # Less light takes colour away in proportion, seen best on grass.
+        colour = self._shown[1:].astype(np.float32) - NO_COLOUR
+        difference = np.abs(image.planes[1:].astype(np.float32) - NO_COLOUR - light * colour).max(axis=0)
+        is_darker = (light > SHADE_DEEPEST) & (light < SHADE_LIGHTEST)
+        return np.asarray(is_darker & (difference <= SHADE_CHROMA), np.uint8)
+
+    def learn(self, image: RoadImage, foreground: ByteArray, objects: Boxes, is_real: BoolArray) -> None:
+        """Bring the background up to date, every `background_period_us`.
+
+        Parameters
+        ----------
+        image : the present frame.
+        foreground : (packed_size,) non-zero where the frame differs.
+        objects : the tracked objects, as seen on the raster's plane.
+        is_real : (n,) which of them are known to be objects and no ghosts; the background is frozen under these.
+        """
+        assert self._learned_us is not None
+        elapsed_us = image.t_us - self._learned_us
+        if elapsed_us < self._settings.background_period_us:
+            return
+        self._learned_us = image.t_us
+        is_foreground = foreground > 0
+        is_claimed = (
+            self._raster.pack(self._raster.grid.paint(objects.select(is_real).corners(self._raster.grid.side))) > 0
+        )
+        present = self._in_reference_light(image.planes)
+        self._unclaimed_us += elapsed_us
+        self._unclaimed_us[~is_foreground | is_claimed] = 0
+        is_healing = self._unclaimed_us >= self._settings.heal_us
+        if self._is_view_lost(image.t_us, is_foreground):
+            is_healing = self._road
+        self._unclaimed_us[is_healing] = 0
+        is_quiet = np.asarray(~(is_foreground | is_claimed), np.uint8)[None]
+        rate = min(1.0, elapsed_us / self._settings.background_tau_us)
+        for plane, seen in zip(self._planes, present, strict=True):
+            cv2.accumulateWeighted(seen[None], plane[None], rate, mask=is_quiet)
+            plane[is_healing] = seen[is_healing]
+        self._show()
+
+    def heal(self, image: RoadImage, boxes: Boxes) -> None:
+        """Take over the present picture under some boxes: they hold ghosts.
+
+        Parameters
+        ----------
+        image : the present frame.
+        boxes : where, on the raster's plane.
+        """
+        where = self._raster.pack(self._raster.grid.paint(boxes.corners(2 * self._raster.grid.side))) > 0
+        self._planes[:, where] = self._in_reference_light(image.planes)[:, where]
+        self._show()
+
+    def judge(self, image: RoadImage, boxes: Boxes) -> NDArray[np.int8]:
+        """Tell standing objects from ghosts: whose outline is it, the picture's or the background's?
+
+        Where a car that was learned as background drives away, the bare road stands out just like a parked car
+        would; but then the edges around it are in the background and not in the picture.
+
+        Parameters
+        ----------
+        image : the present frame.
+        boxes : of unmoved objects, on the raster's plane.
+
+        Returns
+        -------
+        (n,) 1 object, -1 ghost, 0 undecided.
+        """
+        present, learned = (self._raster.unpack(luma) for luma in (image.planes[0], self._shown[0]))
+        verdicts = np.zeros(len(boxes), np.int8)
+        for i, corners in enumerate(boxes.corners()):
+            window, ring = self._outline(corners)
+            seen, known = (_edge_strength(luma[window], ring) for luma in (present, learned))
+            verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
+        return verdicts
+
+    def _outline(self, corners: NDArray[np.float64]) -> tuple[tuple[slice, slice], BoolArray]:
+        """Mark the border of a box, in a window around it."""
+        cells = np.rint(self._raster.grid.to_cells(corners)).astype(np.int32)
+        rows, columns = self._raster.grid.shape
+        left, top = np.clip(cells.min(axis=0) - 3, 0, [columns - 1, rows - 1])
+        right, bottom = np.clip(cells.max(axis=0) + 4, 1, [columns, rows])
+        ring = np.zeros((max(bottom - top, 1), max(right - left, 1)), np.uint8)
+        cv2.polylines(ring, [cells - np.array([left, top], np.int32)], True, (1,), thickness=3)
+        window = slice(top, top + ring.shape[0]), slice(left, left + ring.shape[1])
+        return window, (ring > 0) & self._raster.road[window]
+
+    def _follow_light(self, luma: ByteArray) -> None:
+        """Measure the gain on a fixed sample of cells; a median does not mind the vehicles among them."""
+        learned = self._planes[0, self._gain_cells] - BLACK_LEVEL
+        seen = luma[self._gain_cells] - np.float32(BLACK_LEVEL)
+        is_bright = learned > GAIN_MIN_LEVEL - BLACK_LEVEL
+        if is_bright.sum() >= 10:
+            self._gain = float(np.clip(np.median(seen[is_bright] / learned[is_bright]), 0.25, 4.0))
+
+    def _in_reference_light(self, planes: ByteArray) -> NDArray[np.float32]:
+        present = planes.astype(np.float32)
+        present[0] = (present[0] - np.float32(BLACK_LEVEL)) / np.float32(self._gain) + np.float32(BLACK_LEVEL)
+        return present
+
+    def _is_view_lost(self, t_us: int, is_foreground: BoolArray) -> bool:
+        """Notice when most of the road keeps differing: the camera moved, or the light jumped unevenly."""
+        road_cells = int(np.count_nonzero(self._road))
+        if np.count_nonzero(is_foreground & self._road) <= self._settings.lost_fraction * road_cells:
+            self._lost_since_us = None
+            return False
+        if self._lost_since_us is None:
+            self._lost_since_us = t_us
+        return t_us - self._lost_since_us >= self._settings.lost_us
+
+    def _show(self) -> None:
+        np.rint(self._planes, out=self._shown, casting="unsafe")
+
+
+def _median(samples: list[ByteArray]) -> NDArray[np.float32]:
+    """Take the median per cell; in pieces, since sorting wants each cell's samples side by side."""
+    result = np.empty((len(samples[0]), samples[0].shape[-1]), np.float32)
+    piece = 65_536
+    for start in range(0, result.shape[-1], piece):
+        cells = np.stack([sample[:, start : start + piece] for sample in samples], axis=-1)
+        cells.partition(cells.shape[-1] // 2, axis=-1)
+        result[:, start : start + piece] = cells[..., cells.shape[-1] // 2]
+    return result
+
+
+def _edge_strength(luma: ByteArray, ring: BoolArray) -> float:
+    if not ring.any():
+        return 0.0
+    horizontal = cv2.Sobel(luma, cv2.CV_32F, 1, 0, borderType=cv2.BORDER_REPLICATE)
+    vertical = cv2.Sobel(luma, cv2.CV_32F, 0, 1, borderType=cv2.BORDER_REPLICATE)
+    return float(np.mean(np.hypot(horizontal, vertical)[ring]))

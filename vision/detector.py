@@ -1,0 +1,202 @@
+"""Which boxes on the road hold something now? The detector protocol and the built-in motion detector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.background import AT_THRESHOLD, Background
+from vision.blobs import Cells, find_blobs
+from vision.boxes import Boxes, distance_to_boxes
+from vision.frames import ByteArray
+from vision.rectify import RoadImage
+from vision.settings import VisionSettings
+from vision.split import assign_cells
+from vision.surface import Appearances, Surface
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+# Odd: an even kernel moves the mask by half a cell, and with it every centre.
+CLOSE_CELLS = 3
+# A tentative track is this close to the middle of its blob.
+LEND_REACH_M = 1.0
+# Cells under this part of their group's mean difference are halo, but none above this multiple of the threshold.
+HALO_SHARE = 0.5
+HALO_MOST = 2.2
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """What was found in one frame, one row each.
+
+    Attributes
+    ----------
+    boxes : on the ground; without an owner the heading is that of the long axis, front or rear unknown.
+    noise : (n, 2, 2) covariance of the centres of whole, undivided boxes.
+    elongation : (n,) ratio of the spreads along and across; near 1 the heading means nothing.
+    owner : (n,) row of the predicted box that the cells were given to, -1 for none.
+    divided : (n,) True if the blob was shared out between several predicted boxes.
+    directed : (n,) True if the heading came from a track, so that the front is known.
+    cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
+    shadow_m : (n, 2) how far a shadow reaches past the body, nan where not measured.
+    """
+
+    boxes: Boxes
+    noise: FloatArray
+    elongation: FloatArray
+    owner: IntArray
+    divided: BoolArray
+    directed: BoolArray
+    cut: NDArray[np.int8]
+    shadow_m: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """Where objects must be at a frame.
+
+    Attributes
+    ----------
+    known : boxes of confirmed tracks with their shadows; they divide blobs.
+    bodies : the same without shadows.
+    is_sized : which of the known ones have a size that can be relied on.
+    tentative : boxes of unconfirmed tracks that move; they lend their direction to the blobs that they meet.
+    """
+
+    known: Boxes
+    bodies: Boxes
+    is_sized: BoolArray
+    tentative: Boxes
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Detections, and the cells that differ from the background.
+
+    Attributes
+    ----------
+    detections : of the frame.
+    foreground : (packed_size,) non-zero where the frame differs; the background must not learn there.
+    """
+
+    detections: Detections
+    foreground: ByteArray
+
+
+class Detector(Protocol):
+    """Anything that finds vehicles in a rectified frame, given where known ones must be."""
+
+    def detect(self, image: RoadImage, expected: Expected) -> Scene:
+        """Find vehicles.
+
+        Parameters
+        ----------
+        image : the rectified road.
+        expected : where objects must be; `Detections.owner` refers to the rows of `expected.known`.
+        """
+        ...
+
+
+class MotionDetector:
+    """Finds what differs from the background: threshold, close, connect, divide by prediction, box."""
+
+    def __init__(self, surface: Surface, background: Background, settings: VisionSettings) -> None:
+        self._surface = surface
+        self._raster = surface.raster
+        self._background = background
+        self._settings = settings
+        self._road = surface.raster.road.astype(np.uint8)
+        self._kernel = np.ones((CLOSE_CELLS, CLOSE_CELLS), np.uint8)
+        self._shadows_us = 0
+
+    def detect(self, image: RoadImage, expected: Expected) -> Scene:
+        """Find vehicles by their difference from the background.
+
+        Parameters
+        ----------
+        image : the road's cells; the background must be ready.
+        expected : where objects must be.
+
+        Returns
+        -------
+        Boxes of at least `min_area_m2`, and the foreground.
+        """
+        packed = self._background.compare(image)
+        difference = self._raster.unpack(packed)
+        mask = cv2.threshold(difference, AT_THRESHOLD, 1, cv2.THRESH_BINARY)[1]
+        closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+        blobs = self._strong(find_blobs(self._raster, np.asarray(closed * self._road, np.uint8), difference))
+        foreground = np.asarray(packed > AT_THRESHOLD, np.uint8)
+        return Scene(self._box(blobs, expected, image), foreground)
+
+    def _strong(self, blobs: Cells) -> Cells:
+        """Drop blobs that differ a little everywhere and nowhere clearly: noise and compression."""
+        if blobs.count == 0:
+            return blobs
+        return blobs.keep(
+            np.maximum.reduceat(blobs.strength, blobs.starts) >= self._settings.strong_ratio * AT_THRESHOLD
+        )
+
+    def _box(self, blobs: Cells, expected: Expected, image: RoadImage) -> Detections:
+        side, known = self._raster.grid.side, len(expected.known)
+        seen, bodies = (self._surface.appearances(boxes) for boxes in (expected.known, expected.bodies))
+        ownership = assign_cells(blobs, seen, bodies.boxes, expected.is_sized, side=side, settings=self._settings)
+        # Owned cells are grouped by owner; of each blob, what is left over and what was never owned stay together.
+        others = known + 2 * blobs.group + ownership.is_rest
+        cells = blobs.regroup(np.where(ownership.owner >= 0, ownership.owner, others))
+        cells = cells.keep(self._surface.areas_m2(cells) >= self._settings.min_area_m2)
+        owner = np.where(cells.key < known, cells.key, -1)
+        heading, elongation = self._surface.headings(cells)
+        is_owned = owner >= 0
+        heading[is_owned] = expected.known.heading_rad[owner[is_owned]]
+        lent, lender = _lend(cells, self._surface.appearances(expected.tentative))
+        heading[lent & ~is_owned] = expected.tentative.heading_rad[lender[lent & ~is_owned]]
+        sharp = _without_halo(cells)
+        footprints = self._surface.footprints(sharp, heading, self._shaded(sharp, image))
+        return Detections(
+            boxes=footprints.boxes,
+            noise=footprints.noise,
+            elongation=elongation,
+            owner=owner,
+            divided=np.append(ownership.is_divided, False)[owner],
+            directed=is_owned | lent,
+            cut=footprints.cut,
+            shadow_m=footprints.shadow_m,
+        )
+
+    def _shaded(self, cells: Cells, image: RoadImage) -> BoolArray | None:
+        """Find cells like road in shadow; only now and then, since shadows change slowly."""
+        if image.t_us - self._shadows_us < self._settings.background_period_us:
+            return None
+        self._shadows_us = image.t_us
+        is_shaded = self._raster.unpack(self._background.shaded(image)) > 0
+        return self._raster.grid.look_up(is_shaded, cells.points)
+
+
+def _without_halo(cells: Cells) -> Cells:
+    """Drop cells much fainter than their group: blur and compression put a halo around strong contrasts."""
+    if cells.count == 0:
+        return cells
+    strength = cells.strength.astype(np.float64)
+    mean = np.add.reduceat(strength, cells.starts) / cells.sizes
+    least = np.clip(HALO_SHARE * mean, AT_THRESHOLD, HALO_MOST * AT_THRESHOLD)
+    least = np.minimum(least, np.maximum.reduceat(strength, cells.starts))
+    return cells.regroup(np.where(strength >= least[cells.group], cells.group, -1))
+
+
+def _lend(cells: Cells, tentative: Appearances) -> tuple[BoolArray, IntArray]:
+    """Find a tentative track for each group whose middle lies in its box: whether there is one, and its row."""
+    if len(tentative.boxes) == 0 or cells.count == 0:
+        return np.zeros(cells.count, np.bool_), np.zeros(cells.count, np.intp)
+    middle = np.add.reduceat(cells.points, cells.starts, axis=0) / cells.sizes[:, None]
+    distance_m = distance_to_boxes(middle, tentative.boxes) * tentative.metres_per_unit
+    return distance_m.min(axis=1) <= LEND_REACH_M, np.argmin(distance_m, axis=1)

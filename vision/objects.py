@@ -1,0 +1,38 @@
+"""What does vision say about one instant? All tracked objects of one frame, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class VisionObjects:
+    """All confirmed tracks at one frame, one row each.
+
+    Attributes
+    ----------
+    t_us : the frame's time stamp.
+    ids : track names; a name dies with its track and is never used again in a run.
+    centre_m : (n, 2) centre of the footprint, x east, y north.
+    velocity_mps : (n, 2).
+    heading_rad : (n,) direction the front points to; kept while the object stands.
+    length_m, width_m : (n,) of the footprint.
+    observed : (n,) False where no detection was assigned in this frame and the position is predicted.
+    clipped : (n,) True where the object reaches over the edge of the view: centre and length are then guesses.
+    """
+
+    t_us: int
+    ids: tuple[str, ...]
+    centre_m: FloatArray
+    velocity_mps: FloatArray
+    heading_rad: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+    observed: BoolArray
+    clipped: BoolArray

@@ -1,0 +1,91 @@
+"""How big is a pixel, if nobody says? A scale for the image plane from the typical length of what moves in it.
+
+For a video without a site file: the first seconds are compared with their own median picture, and the typical length
+of the moving blobs is taken to be the typical length of a car. Good for one camera that looks down; in perspective it
+holds in the middle distance only. The caller says so to the user.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.errors import VisionError
+
+ByteArray = NDArray[np.uint8]
+FloatArray = NDArray[np.float64]
+
+TYPICAL_LENGTH_M = 4.5
+LEAST_PICTURES = 5
+LEAST_BLOBS = 10
+LEAST_AREA_PX = 30
+LEAST_FILL = 0.4
+DIFFERENCE = 22
+
+
+def image_plane(metres_per_pixel: float, *, width_px: int, height_px: int) -> FloatArray:
+    """Lay the ground into the image: x right, y up, the middle of the image at (0, 0).
+
+    Returns
+    -------
+    (3, 3) homography, ground metres from pixels.
+
+    Examples
+    --------
+    >>> plane = image_plane(0.5, width_px=101, height_px=51)
+    >>> (plane @ [50, 0, 1])[:2].tolist()
+    [0.0, 12.5]
+    """
+    s = metres_per_pixel
+    return np.array([[s, 0.0, -s * (width_px - 1) / 2], [0.0, -s, s * (height_px - 1) / 2], [0.0, 0.0, 1.0]])
+
+
+def estimate_scale(pictures: Sequence[ByteArray], *, typical_length_m: float = TYPICAL_LENGTH_M) -> float:
+    """Estimate metres per pixel from what moves.
+
+    Parameters
+    ----------
+    pictures : (h, w) luma of frames spread over some seconds of one fixed camera, at least five.
+
+    Returns
+    -------
+    Metres per pixel, such that the median moving blob is ``typical_length_m`` long.
+
+    Raises
+    ------
+    VisionError
+        If too little moves to tell.
+    """
+    if len(pictures) < LEAST_PICTURES:
+        raise VisionError(f"scale: expected at least {LEAST_PICTURES} pictures, got {len(pictures)}")
+    background = np.median(np.stack(pictures), axis=0).astype(np.uint8)
+    lengths_px = [length for picture in pictures for length in _blob_lengths(picture, background)]
+    if len(lengths_px) < LEAST_BLOBS:
+        raise VisionError(f"scale: expected at least {LEAST_BLOBS} moving blobs to take it from, got {len(lengths_px)}")
+    return typical_length_m / float(np.median(lengths_px))
+
+
+def _blob_lengths(picture: ByteArray, background: ByteArray) -> list[float]:
+    """Return the long sides in pixels of the compact blobs that are wholly in the picture."""
+    moving = (cv2.absdiff(picture, background) > DIFFERENCE).astype(np.uint8)
+    closed = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+    outlines, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return [
+        length
+        for outline in outlines
+        if (length := _length_px(np.asarray(outline, np.int32), picture.shape)) is not None
+    ]
+
+
+def _length_px(outline: NDArray[np.int32], shape: tuple[int, ...]) -> float | None:
+    area_px = cv2.contourArea(outline)
+    left, top, width, height = cv2.boundingRect(outline)
+    touches = left == 0 or top == 0 or left + width == shape[1] or top + height == shape[0]
+    _, sides, _ = cv2.minAreaRect(outline)
+    if touches or area_px < LEAST_AREA_PX or area_px < LEAST_FILL * sides[0] * sides[1]:
+        return None
+    # A rectangle through pixel centres is one pixel shorter than what it covers.
+    return float(max(sides)) + 1.0

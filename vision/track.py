@@ -1,0 +1,221 @@
+"""What is known of each tracked object? A table with one row per track, stored by columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.boxes import Boxes, distance_to_boxes
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+# Sizes are averages over about this many measurements, so that they go on correcting themselves.
+SIZE_MEMORY = 40
+# One measurement moves the sum behind a size by at most this much: like a median, it forgets outliers.
+SIZE_STEP_M = 0.5
+# Measurements in a row this far off mean that the size is wrong (two cars entered as one), not the measurement.
+SIZE_MISFIT_M = 1.5
+SIZE_MISFITS = 12
+# A track that stays within this distance stands.
+REST_RADIUS_M = 0.7
+
+
+@dataclass(slots=True)
+class TrackTable:
+    """All tracks, one row each.
+
+    Attributes
+    ----------
+    number : part of the name; -1 until confirmed.
+    state, covariance : (n, 4) x, y, vx, vy and (n, 4, 4).
+    heading_rad, length_m, width_m : the box.
+    size_count, size_misfits : how many measurements the size rests on, and how many in a row contradict it.
+    hits : detections so far.
+    born_us, seen_us : time of the first and of the latest detection.
+    born_m, seen_m : (n, 2) position at these times.
+    rest_m, rest_us : (n, 2) where it stands, and since when; both move on with it.
+    is_confirmed : shown to the outside.
+    is_proved : known to be an object and no ghost, because it moved or has an outline of its own.
+    is_observed, is_clipped : of the latest frame.
+    doubled_us : how long it has stood inside an older track.
+    shadow_m, shadow_count : (n, 2) mean reach of its shadow, and over how many measurements.
+    """
+
+    number: IntArray
+    state: FloatArray
+    covariance: FloatArray
+    heading_rad: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+    size_count: IntArray
+    size_misfits: IntArray
+    hits: IntArray
+    born_us: IntArray
+    seen_us: IntArray
+    born_m: FloatArray
+    seen_m: FloatArray
+    rest_m: FloatArray
+    rest_us: IntArray
+    is_confirmed: BoolArray
+    is_proved: BoolArray
+    is_observed: BoolArray
+    is_clipped: BoolArray
+    doubled_us: IntArray
+    shadow_m: FloatArray
+    shadow_count: IntArray
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+    @classmethod
+    def empty(cls) -> TrackTable:
+        """Make a table without rows."""
+        count, truth, number = np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0)
+        points = np.zeros((0, 2))
+        return cls(
+            number=count,
+            state=np.zeros((0, 4)),
+            covariance=np.zeros((0, 4, 4)),
+            heading_rad=number,
+            length_m=number,
+            width_m=number,
+            size_count=count,
+            size_misfits=count,
+            hits=count,
+            born_us=count,
+            seen_us=count,
+            born_m=points,
+            seen_m=points,
+            rest_m=points,
+            rest_us=count,
+            is_confirmed=truth,
+            is_proved=truth,
+            is_observed=truth,
+            is_clipped=truth,
+            doubled_us=count,
+            shadow_m=points,
+            shadow_count=count,
+        )
+
+    def select(self, which: BoolArray) -> TrackTable:
+        """Keep some rows.
+
+        Parameters
+        ----------
+        which : (n,).
+
+        Returns
+        -------
+        A table of those rows.
+        """
+        return self if which.all() else TrackTable(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    def append(self, other: TrackTable) -> TrackTable:
+        """Add the rows of another table at the end.
+
+        Parameters
+        ----------
+        other : the rows to add.
+
+        Returns
+        -------
+        A table of both.
+        """
+        columns = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
+        return TrackTable(*(np.concatenate(pair) for pair in columns))
+
+    def boxes(self) -> Boxes:
+        """Box every track at its present position.
+
+        Returns
+        -------
+        One box a row.
+        """
+        return Boxes(self.state[:, :2], self.heading_rad, self.length_m, self.width_m)
+
+    def speed_mps(self) -> FloatArray:
+        """Measure how fast every track moves.
+
+        Returns
+        -------
+        (n,).
+        """
+        return np.hypot(self.state[:, 2], self.state[:, 3])
+
+    def turn_ahead(self, min_speed_mps: float) -> None:
+        """Point the heading of moving tracks along their velocity; standing ones keep theirs.
+
+        Parameters
+        ----------
+        min_speed_mps : slower counts as standing: the direction of a small velocity is noise.
+        """
+        is_moving = self.speed_mps() >= min_speed_mps
+        ahead = np.arctan2(self.state[:, 3], self.state[:, 2])
+        self.heading_rad = np.where(is_moving, ahead, self.heading_rad)
+
+    def note_rest(self, now_us: int) -> None:
+        """Keep track of how long each track has been standing where it is.
+
+        Parameters
+        ----------
+        now_us : the frame's time.
+        """
+        has_moved = np.hypot(*(self.state[:, :2] - self.rest_m).T) > REST_RADIUS_M
+        self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
+        self.rest_us = np.where(has_moved, now_us, self.rest_us)
+
+    def learn_size(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:
+        """Take measured sizes of whole, undivided boxes into account.
+
+        Parameters
+        ----------
+        rows : (m,) which tracks were measured.
+        length_m, width_m : (m,).
+        """
+        error_m = np.maximum(np.abs(length_m - self.length_m[rows]), np.abs(width_m - self.width_m[rows]))
+        misfits = np.where(error_m > SIZE_MISFIT_M, self.size_misfits[rows] + 1, 0)
+        is_fresh = (misfits >= SIZE_MISFITS) | (self.size_count[rows] == 0)
+        count = np.where(is_fresh, 1, self.size_count[rows] + 1)
+        for size, measured in ((self.length_m, length_m), (self.width_m, width_m)):
+            step = np.clip(measured - size[rows], -SIZE_STEP_M, SIZE_STEP_M)
+            size[rows] = np.where(is_fresh, measured, size[rows] + step / np.minimum(count, SIZE_MEMORY))
+        self.size_count[rows] = count
+        self.size_misfits[rows] = np.where(is_fresh, 0, misfits)
+
+    def learn_shadow(self, rows: NDArray[np.intp], shadow_m: FloatArray) -> None:
+        """Take measured shadows into account.
+
+        Parameters
+        ----------
+        rows : (m,) which tracks were measured.
+        shadow_m : (m, 2), nan where not measured.
+        """
+        is_measured = ~np.isnan(shadow_m[:, 0])
+        rows, shadow_m = rows[is_measured], shadow_m[is_measured]
+        self.shadow_count[rows] += 1
+        weight = 1 / np.minimum(self.shadow_count[rows], SIZE_MEMORY)
+        self.shadow_m[rows] += (shadow_m - self.shadow_m[rows]) * weight[:, None]
+
+    def doubles(self, bodies: Boxes, depth_m: float) -> BoolArray:
+        """Find tracks that stand inside a longer-lived one: fragments of it.
+
+        Parameters
+        ----------
+        bodies : of all tracks, without shadows.
+        depth_m : how deep inside the other's box the centre must lie.
+
+        Returns
+        -------
+        (n,).
+        """
+        inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
+        # Of two tracks born at once, the one with the smaller box goes.
+        area = bodies.length_m * bodies.width_m
+        is_older = (self.born_us[None] < self.born_us[:, None]) | (
+            (self.born_us[None] == self.born_us[:, None]) & (area[None] > area[:, None])
+        )
+        return np.asarray((inside & is_older).any(axis=1))

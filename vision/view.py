@@ -1,0 +1,196 @@
+"""Which ground does a fixed camera see, and how finely? Geometry of one plane homography."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.errors import VisionError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# The extent of the seen ground is sampled on image positions this far apart.
+STEP_PX = 8.0
+# Above this sine of the viewing angle, unequal scales say more about the calibration than about the view.
+STEEP = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """How the camera sees the ground around some points.
+
+    Attributes
+    ----------
+    across_m : (n,) metres per pixel across the line of sight.
+    along_m : (n,) metres per pixel along it; more, the more slanting the view.
+    away : (n, 2) unit vectors on the ground, along the line of sight, away from the camera.
+    """
+
+    across_m: FloatArray
+    along_m: FloatArray
+    away: FloatArray
+
+    def smear_m(self, height_m: float) -> FloatArray:
+        """Measure over how much ground an upright thing is projected.
+
+        Parameters
+        ----------
+        height_m : of the thing.
+
+        Returns
+        -------
+        (n,) metres along `away`; 0 where the view is so steep that the scales cannot tell.
+        """
+        steepness = self.across_m / self.along_m  # the sine of the angle between ground and line of sight
+        slant = np.sqrt(np.maximum(1 - steepness**2, 0.0)) / steepness
+        return np.where(steepness < STEEP, height_m * slant, 0.0)
+
+
+class GroundView:
+    """The part of the ground plane in front of the camera, inside the image, and fine enough.
+
+    The sign of the homography is fixed so that the third coordinate is positive in front of the camera: with a
+    right-handed ground (x east, y north) seen from above, that is the sign with a negative determinant.
+    """
+
+    def __init__(
+        self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], *, max_metres_per_pixel: float
+    ) -> None:
+        matrix = np.asarray(pixel_from_ground, np.float64)
+        if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)) or np.linalg.matrix_rank(matrix) < 3:
+            raise VisionError(f"camera: expected an invertible (3, 3) homography, got {pixel_from_ground!r}")
+        if min(image_size_px) < 2:
+            raise VisionError(f"camera: expected an image of at least 2 x 2 px, got {image_size_px!r}")
+        determinant = np.linalg.det(matrix)
+        self._matrix = -matrix if determinant > 0 else matrix
+        self._inverse = np.linalg.inv(self._matrix)
+        self._scale = 1.0 / np.sqrt(abs(determinant))
+        self._last_px = np.array([image_size_px[0] - 1.0, image_size_px[1] - 1.0])
+        self._max_metres_per_pixel = max_metres_per_pixel
+
+    def to_pixels(self, points_m: FloatArray) -> FloatArray:
+        """Project ground points in front of the camera; others get meaningless positions.
+
+        Parameters
+        ----------
+        points_m : (..., 2).
+
+        Returns
+        -------
+        (..., 2) pixels.
+        """
+        homogeneous = points_m @ self._matrix[:, :2].T + self._matrix[:, 2]
+        return np.asarray(homogeneous[..., :2] / np.maximum(homogeneous[..., 2:], 1e-12))
+
+    def metres_per_pixel(self, points_m: FloatArray) -> FloatArray:
+        """Measure how much ground a pixel covers, as the side of a square of that area.
+
+        Parameters
+        ----------
+        points_m : (..., 2).
+
+        Returns
+        -------
+        (...,) metres; infinite at and behind the horizon.
+        """
+        depth = points_m @ self._matrix[2, :2] + self._matrix[2, 2]
+        return np.where(depth > 0, np.maximum(depth, 0.0) ** 1.5 * self._scale, np.inf)
+
+    def sees(self, points_m: FloatArray) -> BoolArray:
+        """Tell which ground points are in view and fine enough.
+
+        Parameters
+        ----------
+        points_m : (..., 2).
+
+        Returns
+        -------
+        (...,).
+        """
+        is_fine = self.metres_per_pixel(points_m) <= self._max_metres_per_pixel
+        pixels = self.to_pixels(points_m)
+        return np.asarray(is_fine & np.all((pixels >= 0) & (pixels <= self._last_px), axis=-1))
+
+    def to_ground(self, pixels: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Find the ground that pixels show.
+
+        Parameters
+        ----------
+        pixels : (..., 2).
+
+        Returns
+        -------
+        (..., 2) metres, and (...,) False for pixels at or above the horizon.
+        """
+        homogeneous = pixels @ self._inverse[:, :2].T + self._inverse[:, 2]
+        is_below = homogeneous[..., 2] > 0
+        return homogeneous[..., :2] / np.where(is_below, homogeneous[..., 2], 1.0)[..., None], is_below
+
+    def sight(self, points_m: FloatArray) -> Sight:
+        """Describe how the ground around points is foreshortened.
+
+        The scales are those of the homography's derivative: for a small angle of view their ratio is the sine of the
+        angle under which the camera looks at the ground there.
+
+        Parameters
+        ----------
+        points_m : (n, 2) on the ground, in front of the camera.
+
+        Returns
+        -------
+        The two scales and the direction away from the camera.
+        """
+        depth = np.maximum(points_m @ self._matrix[2, :2] + self._matrix[2, 2], 1e-12)
+        pixels = self.to_pixels(points_m)
+        derivative = (self._matrix[:2, :2] - pixels[:, :, None] * self._matrix[2, :2]) / depth[:, None, None]
+        _, stretch, axes = np.linalg.svd(derivative)
+        away = axes[:, 1]
+        # Farther means deeper; where depth does not change over the view, it means higher up in the image.
+        farther = np.broadcast_to(self._matrix[2, :2], away.shape)
+        if np.allclose(self._matrix[2, :2] / self._matrix[2, 2], 0.0, atol=1e-9):
+            farther = -derivative[:, 1]
+        sign = np.where(np.einsum("ni,ni->n", away, farther) < 0, -1.0, 1.0)
+        return Sight(1 / stretch[:, 0], 1 / np.maximum(stretch[:, 1], 1e-12), away * sign[:, None])
+
+    def extent(self) -> tuple[FloatArray, FloatArray]:
+        """Bound the seen ground.
+
+        Returns
+        -------
+        (2,) lowest and (2,) highest x, y of the ground in view.
+
+        Raises
+        ------
+        VisionError
+            If no pixel shows ground finely enough.
+        """
+        ground_m = self.seen_ground()
+        return ground_m.min(axis=0), ground_m.max(axis=0)
+
+    def seen_ground(self) -> FloatArray:
+        """Project a grid of image positions to the ground.
+
+        Returns
+        -------
+        (n, 2) metres, only where the ground is seen finely enough.
+
+        Raises
+        ------
+        VisionError
+            If that is nowhere.
+        """
+        axes = [np.linspace(0.0, last, max(2, int(last / STEP_PX))) for last in self._last_px]
+        pixels = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+        ground_m, is_below = self.to_ground(pixels)
+        ground_m = ground_m[is_below]
+        scale = self.metres_per_pixel(ground_m)
+        ground_m = ground_m[scale <= self._max_metres_per_pixel]
+        if len(ground_m) == 0:
+            best = float(scale.min()) if len(scale) else float("inf")
+            raise VisionError(
+                f"camera: expected ground at {self._max_metres_per_pixel} m per pixel or finer, got {best:.3g} at best"
+            )
+        return np.asarray(ground_m)
