@@ -148,8 +148,7 @@ class RoadNetwork:
         Rings (k, 2), counter-clockwise, open. Where the surface has a hole (the island of a roundabout) it is cut
         into parts without one, so that filling each ring leaves the hole empty.
         """
-        parts = [part for polygon in shapely.get_parts(self.surface()) for part in _without_holes(polygon)]
-        return tuple(counter_clockwise(shapely.get_coordinates(part.exterior)[:-1]) for part in parts)
+        return plain_rings(self.surface())
 
     def _check_membership(self) -> None:
         named = {(road.id, lane_id) for road in self.roads for lane_id in road.lanes}
@@ -236,6 +235,28 @@ def _look_up(kind: str, name: str, index: Mapping[str, int]) -> int:
     near = difflib.get_close_matches(name, index, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     raise GisError(f"road network: expected the id of a {kind}, got {name!r}{hint}")
+
+
+def plain_rings(area: shapely.Geometry) -> tuple[FloatArray, ...]:
+    """Cut an area into rings without holes that together cover it.
+
+    Parameters
+    ----------
+    area : polygons; lines and points among its parts have no area and are left out.
+
+    Returns
+    -------
+    Rings (k, 2), counter-clockwise, open.
+
+    Examples
+    --------
+    >>> island = shapely.box(0, 0, 10, 10) - shapely.box(4, 4, 6, 6)
+    >>> len(plain_rings(island))
+    2
+    """
+    polygons = [part for part in shapely.get_parts(area) if isinstance(part, shapely.Polygon)]
+    parts = [part for polygon in polygons for part in _without_holes(polygon)]
+    return tuple(counter_clockwise(shapely.get_coordinates(part.exterior)[:-1]) for part in parts)
 
 
 def _without_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:

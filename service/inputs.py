@@ -16,9 +16,12 @@ from service.pipeline import Pipeline, trajectory_pipeline, video_pipeline
 from service.records import CameraRecord, InputKind
 from service.site import Site
 from service.trajectories import Trajectories, TrajectoryObjects, load_trajectories
+from service.watched_area import watched_area
 from vision.fixed_camera import FixedCameraVision
 from vision.frames import Frame, VideoSource, open_video
 from vision.scale import estimate_scale, image_plane
+
+FloatArray = NDArray[np.float64]
 
 TRAJECTORY_SUFFIXES = (".csv",)
 HASHED_BLOCK_BYTES = 1 << 20
@@ -32,6 +35,7 @@ class VideoInput:
 
     Attributes
     ----------
+    area_m : rings (k, 2) of ground that vision looks at.
     warnings : what the user should know about how the input is read.
     """
 
@@ -39,6 +43,7 @@ class VideoInput:
     video: VideoSource
     ground_camera: GroundCamera
     network: RoadNetwork | None
+    area_m: tuple[FloatArray, ...]
     warnings: tuple[str, ...] = ()
     kind: InputKind = "video"
 
@@ -56,8 +61,7 @@ class VideoInput:
     def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
         """Wire vision for this camera in front of the reasoning."""
         size_px = (self.video.width_px, self.video.height_px)
-        surface = self.network.road_polygons() if self.network else (self.ground_camera.view_outline(*size_px),)
-        vision = FixedCameraVision(self.ground_camera.pixel_from_ground, surface, size_px)
+        vision = FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
         return video_pipeline(vision, self.network, chronicle_set, clock=clock)
 
     def __iter__(self) -> Iterator[tuple[int, Frame]]:
@@ -114,7 +118,8 @@ def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None 
         raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
     video = open_video(path)
     if site is not None and site.camera is not None:
-        return VideoInput(path, video, site.camera, network)
+        area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
+        return VideoInput(path, video, site.camera, network, area_m)
     return _without_camera(path, video, network)
 
 
@@ -128,7 +133,8 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
         f"{path.name}: no camera is known, so the image plane is taken for the ground, at {scale:.3f} m a pixel from "
         "the typical length of what moves; distances and speeds are rough"
     )
-    return VideoInput(path, video, camera, None, (warning,))
+    area_m = watched_area(camera, None, None, (video.width_px, video.height_px))
+    return VideoInput(path, video, camera, None, area_m, (warning,))
 
 
 def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
