@@ -32,7 +32,7 @@ GHOST_RATIO = 2.0
 # Differences are handed on as multiples of a cell's threshold, this being 1.
 AT_THRESHOLD = 20
 # Shadow leaves this part of the light, and changes the colour by few levels.
-SHADE_DEEPEST, SHADE_LIGHTEST = 0.25, 0.85
+SHADE_DEEPEST, SHADE_LIGHTEST = 0.25, 0.97
 SHADE_CHROMA = 6.0
 NO_COLOUR = 128.0
 

@@ -44,7 +44,7 @@ class Detections:
     divided : (n,) True if the blob was shared out between several predicted boxes.
     directed : (n,) True if the heading came from a track, so that the front is known.
     cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
-    shadow_m : (n, 2) how far a shadow reaches past the body, nan where not measured.
+    borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
     """
 
     boxes: Boxes
@@ -54,7 +54,7 @@ class Detections:
     divided: BoolArray
     directed: BoolArray
     cut: NDArray[np.int8]
-    shadow_m: FloatArray
+    borders_m: FloatArray
 
     def __len__(self) -> int:
         return len(self.owner)
@@ -170,7 +170,7 @@ class MotionDetector:
             divided=np.append(ownership.is_divided, False)[owner],
             directed=is_owned | lent,
             cut=footprints.cut,
-            shadow_m=footprints.shadow_m,
+            borders_m=footprints.borders_m,
         )
 
     def _shaded(self, cells: Cells, image: RoadImage) -> BoolArray | None:

@@ -129,14 +129,14 @@ class GroundSurface:
         """
         side = self.raster.grid.side
         extents = measure(cells, heading_rad, side)
-        shadow_m = np.full((cells.count, 2), np.nan)
+        borders_m = np.full((cells.count, 4), np.nan)
         if is_shaded is not None:
-            shadow_m = measure_shadows(cells, is_shaded, extents.boxes, side)
+            borders_m = measure_shadows(cells, is_shaded, extents.boxes, side)
         return Footprints(
             boxes=self._parallax.footprints(extents.boxes),
             noise=np.broadcast_to(self._noise_m**2 * np.eye(2), (cells.count, 2, 2)),
             cut=extents.cut,
-            shadow_m=shadow_m,
+            borders_m=borders_m,
         )
 
 

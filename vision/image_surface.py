@@ -165,7 +165,7 @@ class ImageSurface:
             boxes=Boxes(feet_m + sight.away * depth_m[:, None] / 2, heading_rad, length_m, width_m),
             noise=noise,
             cut=is_touching.astype(np.int8),
-            shadow_m=np.full((cells.count, 2), np.nan),
+            borders_m=np.full((cells.count, 4), np.nan),
         )
 
     def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray]:

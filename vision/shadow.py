@@ -2,7 +2,8 @@
 
 Detection and splitting take vehicle and shadow as one thing: telling them apart cell by cell eats dark cars. But one
 sun shines on the whole road. On a bright or coloured vehicle the shadow shows as a border of dark, colourless road on
-the sides away from the sun only; its reach, learned over time, then corrects the boxes of all tracks at output.
+the sides away from the sun. To which sides shadows fall is the median over all vehicles, since dark screens and
+bumpers come on either side; how far they reach is then the width of the border on those sides.
 """
 
 from __future__ import annotations
@@ -16,17 +17,22 @@ from vision.blobs import Cells, measure
 from vision.boxes import Boxes, axis
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 # A body is recognised if the cells that are no shadow are this much of the blob and fill at least a small car.
 BODY_SHARE = 0.35
 BODY_LENGTH_M = 2.5
 BODY_WIDTH_M = 1.2
-# Longer vehicles are taller: their shadows are learned apart.
+# Longer vehicles are taller: their shadows are learned apart, and are this much longer until enough was seen of them.
 LONG_VEHICLE_M = 7.5
+LONG_FACTOR = 1.5
 # What the middle value is taken over, and the fewest measurements it needs.
 MEMORY = 300
 MIN_MEASUREMENTS = 10
+# From this many measurements on, a vehicle's own shadow counts and not that of its kind; but no more than this of it.
+OWN_MEASUREMENTS = 5
+OWN_FACTOR, OWN_SLACK_M = 1.25, 0.25
 # What remains of a box at least: length and width of small vehicles of both kinds. A shadow that falls off the watched
 # road is not in the box, so there may be less to take off than the sun would have it.
 LEAST_SHORT_M = (3.0, 1.6)
@@ -34,10 +40,7 @@ LEAST_LONG_M = (6.0, 2.3)
 
 
 def measure_shadows(cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: float) -> FloatArray:
-    """Measure how far each group of cells goes on as shadow past its body.
-
-    Dark ends that a body has on both sides (screens, bumpers) cancel: only the difference between opposite sides
-    counts, since a shadow falls to one of them.
+    """Measure the dark borders of groups of cells.
 
     Parameters
     ----------
@@ -48,20 +51,23 @@ def measure_shadows(cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: floa
 
     Returns
     -------
-    (n, 2) offset of the shadow's far corner from the body's, metres east and north; nan where no body stands out.
+    (n, 4) metres of border in front, behind, left and right of the body; nan where no body stands out.
     """
-    result = np.full((len(boxes), 2), np.nan)
+    result = np.full((len(boxes), 4), np.nan)
     if cells.count == 0:
         return result
     body = cells.regroup(np.where(is_shadow, -1, cells.group))
     rows = body.key
     whole = boxes.select(rows)
     bodies = measure(body, whole.heading_rad, side).boxes
-    offset = whole.centre_m - bodies.centre_m
-    # The centre of vehicle and shadow lies half the shadow's reach away from the vehicle's.
+    ahead, left = axis(whole.heading_rad), axis(whole.heading_rad + np.pi / 2)
+    offset = bodies.centre_m - whole.centre_m
+    along, across = np.einsum("ni,ni->n", offset, ahead), np.einsum("ni,ni->n", offset, left)
+    spare_length, spare_width = (whole.length_m - bodies.length_m) / 2, (whole.width_m - bodies.width_m) / 2
+    borders = np.stack([spare_length - along, spare_length + along, spare_width - across, spare_width + across], axis=1)
     is_clear = (body.sizes >= BODY_SHARE * cells.sizes[rows]) & (bodies.length_m >= BODY_LENGTH_M)
     is_clear &= bodies.width_m >= BODY_WIDTH_M
-    result[rows[is_clear]] = 2 * offset[is_clear]
+    result[rows[is_clear]] = borders[is_clear]
     return result
 
 
@@ -69,36 +75,68 @@ class Sun:
     """The reach of shadows in one clip, by the median over what was measured so far."""
 
     def __init__(self) -> None:
-        # Of short and of long vehicles.
-        self._measured: tuple[deque[tuple[float, float]], ...] = (deque(maxlen=MEMORY), deque(maxlen=MEMORY))
+        # Of short and of long vehicles: heading, then the four borders.
+        self._measured: tuple[deque[FloatArray], ...] = (deque(maxlen=MEMORY), deque(maxlen=MEMORY))
+        self._direction = np.zeros(2)
         self._usual_m = np.zeros((2, 2))
 
-    def learn(self, shadow_m: FloatArray, length_m: FloatArray) -> None:
+    def learn(self, borders_m: FloatArray, heading_rad: FloatArray, length_m: FloatArray) -> None:
         """Add measurements.
 
         Parameters
         ----------
-        shadow_m : (n, 2) offsets; rows with nan are left out.
-        length_m : (n,) of the vehicles.
+        borders_m : (n, 4) from `measure_shadows`; rows with nan are left out.
+        heading_rad, length_m : (n,) of the vehicles.
         """
-        is_measured = ~np.isnan(shadow_m[:, 0])
-        for (east_m, north_m), length in zip(shadow_m[is_measured], length_m[is_measured], strict=True):
-            self._measured[int(length > LONG_VEHICLE_M)].append((float(east_m), float(north_m)))
-        if is_measured.any():
-            self._usual_m = np.array([_middle(measured) for measured in self._measured])
+        is_measured = ~np.isnan(borders_m[:, 0])
+        if not is_measured.any():
+            return
+        rows = np.column_stack([heading_rad, borders_m])[is_measured]
+        for row, length in zip(rows, length_m[is_measured], strict=True):
+            self._measured[int(length > LONG_VEHICLE_M)].append(row)
+        short, long = (np.array(measured).reshape(-1, 5) for measured in self._measured)
+        both = short if len(short) >= MIN_MEASUREMENTS else np.concatenate([short, long])
+        ahead, left = axis(both[:, 0]), axis(both[:, 0] + np.pi / 2)
+        self._direction = _middle(
+            (both[:, 1] - both[:, 2])[:, None] * ahead + (both[:, 3] - both[:, 4])[:, None] * left
+        )
+        self._usual_m[0] = _middle(self._on_shadow_side(short[:, 0], short[:, 1:]))
+        self._usual_m[1] = LONG_FACTOR * self._usual_m[0]
+        if len(long) >= MIN_MEASUREMENTS:
+            self._usual_m[1] = _middle(self._on_shadow_side(long[:, 0], long[:, 1:]))
 
-    def shadows(self, length_m: FloatArray) -> FloatArray:
-        """Say how far the shadow of a vehicle reaches.
+    def shadows(
+        self, heading_rad: FloatArray, length_m: FloatArray, borders_m: FloatArray, count: IntArray
+    ) -> FloatArray:
+        """Say how far the shadows of vehicles reach.
 
         Parameters
         ----------
-        length_m : (n,).
+        heading_rad, length_m : (n,).
+        borders_m, count : (n, 4) mean of what was measured of each vehicle itself, and (n,) how often.
 
         Returns
         -------
         (n, 2) metres east and north; zero until enough was measured.
         """
-        return np.asarray(self._usual_m[(length_m > LONG_VEHICLE_M).astype(np.intp)])
+        usual_m = self._usual_m[(length_m > LONG_VEHICLE_M).astype(np.intp)]
+        ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
+        own_m = self._on_shadow_side(heading_rad, borders_m)
+        limited_m = np.zeros_like(own_m)
+        for direction in (ahead, left):
+            most_m = OWN_FACTOR * np.abs(np.einsum("ni,ni->n", usual_m, direction)) + OWN_SLACK_M
+            part_m = np.clip(np.einsum("ni,ni->n", own_m, direction), -most_m, most_m)
+            limited_m += part_m[:, None] * direction
+        return np.where((count >= OWN_MEASUREMENTS)[:, None], limited_m, usual_m)
+
+    def _on_shadow_side(self, heading_rad: FloatArray, borders_m: FloatArray) -> FloatArray:
+        """Keep the borders on the sides to which shadows fall, as vectors on the ground."""
+        ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
+        along = np.where(ahead @ self._direction > 0, borders_m[:, 0], -borders_m[:, 1])
+        across = np.where(left @ self._direction > 0, borders_m[:, 2], -borders_m[:, 3])
+        if not self._direction.any():
+            return np.zeros((len(heading_rad), 2))
+        return np.asarray(along[:, None] * ahead + across[:, None] * left)
 
 
 def without_shadow(boxes: Boxes, shadow_m: FloatArray) -> Boxes:
@@ -137,5 +175,5 @@ def _limited(value: FloatArray, limit: FloatArray) -> FloatArray:
     return np.clip(value, -np.maximum(limit, 0.0), np.maximum(limit, 0.0))
 
 
-def _middle(memory: deque[tuple[float, float]]) -> FloatArray:
-    return np.median(np.array(memory), axis=0) if len(memory) >= MIN_MEASUREMENTS else np.zeros(2)
+def _middle(vectors: FloatArray) -> FloatArray:
+    return np.median(vectors, axis=0) if len(vectors) >= MIN_MEASUREMENTS else np.zeros(2)

@@ -46,13 +46,13 @@ class Footprints:
     boxes : on the ground.
     noise : (n, 2, 2) covariance of the centres.
     cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
-    shadow_m : (n, 2) how far a shadow reaches past the body, nan where not measured.
+    borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
     """
 
     boxes: Boxes
     noise: FloatArray
     cut: NDArray[np.int8]
-    shadow_m: FloatArray
+    borders_m: FloatArray
 
 
 class Surface(Protocol):

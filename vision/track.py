@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.boxes import Boxes, distance_to_boxes
+from vision.boxes import Boxes, axis, distance_to_boxes
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -22,6 +22,10 @@ SIZE_MISFIT_M = 1.5
 SIZE_MISFITS = 12
 # A track that stays within this distance stands.
 REST_RADIUS_M = 0.7
+# Parts of one vehicle: no farther apart across and along, no difference in velocity beyond the noise.
+JOINED_ACROSS_M = 1.2
+JOINED_GAP_M = 1.5
+JOINED_SLIP_MPS = 3.0
 
 
 @dataclass(slots=True)
@@ -40,9 +44,10 @@ class TrackTable:
     rest_m, rest_us : (n, 2) where it stands, and since when; both move on with it.
     is_confirmed : shown to the outside.
     is_proved : known to be an object and no ghost, because it moved or has an outline of its own.
-    is_observed, is_clipped : of the latest frame.
+    is_observed, is_divided, is_clipped : of the latest frame.
     doubled_us : how long it has stood inside an older track.
-    shadow_m, shadow_count : (n, 2) mean reach of its shadow, and over how many measurements.
+    joined_us : how long it has shared its blob with an older track right before or behind it, moving as that does.
+    borders_m, borders_count : (n, 4) mean width of its dark borders (`shadow.py`), and over how many measurements.
     """
 
     number: IntArray
@@ -63,10 +68,12 @@ class TrackTable:
     is_confirmed: BoolArray
     is_proved: BoolArray
     is_observed: BoolArray
+    is_divided: BoolArray
     is_clipped: BoolArray
     doubled_us: IntArray
-    shadow_m: FloatArray
-    shadow_count: IntArray
+    joined_us: IntArray
+    borders_m: FloatArray
+    borders_count: IntArray
 
     def __len__(self) -> int:
         return len(self.number)
@@ -95,10 +102,12 @@ class TrackTable:
             is_confirmed=truth,
             is_proved=truth,
             is_observed=truth,
+            is_divided=truth,
             is_clipped=truth,
             doubled_us=count,
-            shadow_m=points,
-            shadow_count=count,
+            joined_us=count,
+            borders_m=np.zeros((0, 4)),
+            borders_count=count,
         )
 
     def select(self, which: BoolArray) -> TrackTable:
@@ -186,19 +195,30 @@ class TrackTable:
         self.size_count[rows] = count
         self.size_misfits[rows] = np.where(is_fresh, 0, misfits)
 
-    def learn_shadow(self, rows: NDArray[np.intp], shadow_m: FloatArray) -> None:
-        """Take measured shadows into account.
+    def grow(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:
+        """Make boxes at least as large as what is in view of them; for objects cut by the view edge.
 
         Parameters
         ----------
         rows : (m,) which tracks were measured.
-        shadow_m : (m, 2), nan where not measured.
+        length_m, width_m : (m,) of the part in view.
         """
-        is_measured = ~np.isnan(shadow_m[:, 0])
-        rows, shadow_m = rows[is_measured], shadow_m[is_measured]
-        self.shadow_count[rows] += 1
-        weight = 1 / np.minimum(self.shadow_count[rows], SIZE_MEMORY)
-        self.shadow_m[rows] += (shadow_m - self.shadow_m[rows]) * weight[:, None]
+        self.length_m[rows] = np.maximum(self.length_m[rows], length_m)
+        self.width_m[rows] = np.maximum(self.width_m[rows], width_m)
+
+    def learn_borders(self, rows: NDArray[np.intp], borders_m: FloatArray) -> None:
+        """Take measured dark borders into account.
+
+        Parameters
+        ----------
+        rows : (m,) which tracks were measured.
+        borders_m : (m, 4), nan where not measured.
+        """
+        is_measured = ~np.isnan(borders_m[:, 0])
+        rows, borders_m = rows[is_measured], borders_m[is_measured]
+        self.borders_count[rows] += 1
+        weight = 1 / np.minimum(self.borders_count[rows], SIZE_MEMORY)
+        self.borders_m[rows] += (borders_m - self.borders_m[rows]) * weight[:, None]
 
     def doubles(self, bodies: Boxes, depth_m: float) -> BoolArray:
         """Find tracks that stand inside a longer-lived one: fragments of it.
@@ -213,9 +233,32 @@ class TrackTable:
         (n,).
         """
         inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
-        # Of two tracks born at once, the one with the smaller box goes.
-        area = bodies.length_m * bodies.width_m
-        is_older = (self.born_us[None] < self.born_us[:, None]) | (
-            (self.born_us[None] == self.born_us[:, None]) & (area[None] > area[:, None])
-        )
-        return np.asarray((inside & is_older).any(axis=1))
+        return np.asarray((inside & self._is_older()).any(axis=1))
+
+    def joined(self, bodies: Boxes, is_divided: BoolArray) -> BoolArray:
+        """Find tracks that share a blob with a longer-lived one in line with them, and move as one with it.
+
+        Parameters
+        ----------
+        bodies : of all tracks, without shadows.
+        is_divided : (n,) tracks that got a part of a blob in this frame.
+
+        Returns
+        -------
+        (n,).
+        """
+        offset = bodies.centre_m[:, None] - bodies.centre_m[None]
+        ahead = axis(bodies.heading_rad)[None]
+        along = np.abs(np.einsum("nmi,nmi->nm", offset, ahead))
+        across = np.abs(offset[..., 1] * ahead[..., 0] - offset[..., 0] * ahead[..., 1])
+        gap = along - (bodies.length_m[:, None] + bodies.length_m[None]) / 2
+        slip = np.linalg.norm(self.state[:, None, 2:] - self.state[None, :, 2:], axis=-1)
+        in_line = (across < JOINED_ACROSS_M) & (gap < JOINED_GAP_M) & (slip < JOINED_SLIP_MPS)
+        is_pair = in_line & is_divided[:, None] & is_divided[None]
+        return np.asarray((is_pair & self._is_older()).any(axis=1))
+
+    def _is_older(self) -> BoolArray:
+        """Tell which tracks (columns) count as older than which (rows); born at once, the larger box wins."""
+        area = self.length_m * self.width_m
+        is_earlier = self.born_us[None] < self.born_us[:, None]
+        return np.asarray(is_earlier | ((self.born_us[None] == self.born_us[:, None]) & (area[None] > area[:, None])))

@@ -31,8 +31,9 @@ CLEAR_ELONGATION = 1.8
 # A track whose centre lies this deep in an older one's box for this long is a fragment of the same object.
 DOUBLE_DEPTH_M = 0.3
 DOUBLE_US = 300_000
-# From this many measurements on, a vehicle's own shadow counts and not that of its kind.
-SHADOW_COUNT = 5
+# So is one that has shared a blob with an older one in line with it for this long, and for this part of its life.
+JOINED_US = 500_000
+JOINED_SHARE = 0.6
 
 
 class Tracker:
@@ -96,7 +97,7 @@ class Tracker:
         tracks = self._tracks
         known = np.flatnonzero(tracks.is_confirmed)
         sightings = sight(detections, known, tracks, self._settings)
-        tracks.is_observed = np.zeros(len(tracks), np.bool_)
+        tracks.is_observed, tracks.is_divided = np.zeros((2, len(tracks)), np.bool_)
         cost = costs(tracks, sightings, self._now_us, self._settings)
         is_free = np.ones(len(sightings.owner), np.bool_)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
@@ -168,20 +169,23 @@ class Tracker:
         is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
         boxes = detections.boxes.select(chosen[is_whole])
         tracks.learn_size(rows[is_whole], boxes.length_m, boxes.width_m)
-        shadow_m = detections.shadow_m[chosen[is_whole]]
-        tracks.learn_shadow(rows[is_whole], shadow_m)
-        self._sun.learn(shadow_m, boxes.length_m)
+        is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.size_count[rows] == 0)
+        parts = detections.boxes.select(chosen[is_growing])
+        tracks.grow(rows[is_growing], parts.length_m, parts.width_m)
+        borders_m = detections.borders_m[chosen[is_whole]]
+        tracks.learn_borders(rows[is_whole], borders_m)
+        self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
         tracks.hits[rows] += 1
         tracks.seen_us[rows] = self._now_us
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
+        tracks.is_divided[rows] = detections.divided[chosen]
         tracks.is_clipped[rows] = detections.cut[chosen] != 0
 
     def _bodies(self) -> Boxes:
         """Box all tracks without their shadows."""
         tracks = self._tracks
-        has_own = (tracks.shadow_count >= SHADOW_COUNT)[:, None]
-        shadow_m = np.where(has_own, tracks.shadow_m, self._sun.shadows(tracks.length_m))
+        shadow_m = self._sun.shadows(tracks.heading_rad, tracks.length_m, tracks.borders_m, tracks.borders_count)
         return without_shadow(tracks.boxes(), shadow_m)
 
     def _confirm(self) -> None:
@@ -197,7 +201,7 @@ class Tracker:
         tracks.is_confirmed |= is_new
 
     def _end(self) -> None:
-        """Remove tracks not seen for too long, gone from view, or doubling another one."""
+        """Remove tracks not seen for too long, gone from view, or being a part of another one."""
         tracks, settings = self._tracks, self._settings
         assert self._now_us is not None
         # What was seen for a moment only is not believed in for longer than that.
@@ -205,11 +209,22 @@ class Tracker:
         patience_us = np.where(tracks.is_confirmed, seen_for_us, settings.tentative_us)
         is_lost = self._now_us - tracks.seen_us > patience_us
         has_left = ~tracks.is_observed & ~self._is_in_view(tracks.state[:, :2])
+        self._tracks = tracks.select(~(is_lost | has_left | self._is_part()))
+
+    def _is_part(self) -> BoolArray:
+        """Find fragments: tracks that stand inside an older one, or were never seen apart from it."""
+        tracks = self._tracks
+        assert self._now_us is not None
         is_double = tracks.doubles(tracks.boxes(), DOUBLE_DEPTH_M)
-        if is_double.any():
-            is_double = tracks.doubles(self._bodies(), DOUBLE_DEPTH_M)
+        is_joined = tracks.joined(tracks.boxes(), tracks.is_divided)
+        if is_double.any() or is_joined.any():
+            bodies = self._bodies()
+            is_double = tracks.doubles(bodies, DOUBLE_DEPTH_M)
+            is_joined = tracks.joined(bodies, tracks.is_divided)
         tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
-        self._tracks = tracks.select(~(is_lost | has_left | (tracks.doubled_us >= DOUBLE_US)))
+        tracks.joined_us = np.where(is_joined, tracks.joined_us + self._step_us, 0)
+        never_apart = tracks.joined_us >= JOINED_SHARE * (self._now_us - tracks.born_us)
+        return np.asarray((tracks.doubled_us >= DOUBLE_US) | ((tracks.joined_us >= JOINED_US) & never_apart))
 
     def _start(self, detections: Detections, sightings: Sightings, is_free: BoolArray) -> None:
         """Begin a tentative track at every detection that no track took and no confirmed track covers."""
@@ -254,10 +269,12 @@ class Tracker:
             is_confirmed=falses.copy(),
             is_proved=falses.copy(),
             is_observed=~falses,
+            is_divided=falses.copy(),
             is_clipped=~is_whole,
             doubled_us=np.zeros(count, np.int64),
-            shadow_m=np.zeros((count, 2)),
-            shadow_count=np.zeros(count, np.int64),
+            joined_us=np.zeros(count, np.int64),
+            borders_m=np.zeros((count, 4)),
+            borders_count=np.zeros(count, np.int64),
         )
 
     def _objects(self) -> VisionObjects:

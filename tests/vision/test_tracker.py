@@ -34,7 +34,7 @@ def detect(rows: Sequence[Row], *, known: Boxes | None = None, cut: Sequence[int
         divided=np.zeros(count, np.bool_),
         directed=owner >= 0,
         cut=np.zeros(count, np.int8) if cut is None else np.array(cut, np.int8),
-        shadow_m=np.full((count, 2), np.nan),
+        borders_m=np.full((count, 4), np.nan),
     )
 
 
