@@ -120,3 +120,36 @@ def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], t
     assert "precision 1.000" in capsys.readouterr().out
     assert run(["draw", str(scene / "video.mp4"), str(log), "--out", str(picture), "--from", "20s"]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_interrupt_keeps_what_was_found(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from service import runs
+
+    frames = iter(range(700))
+
+    def count(meter: runs._Meter, t_us: int) -> None:
+        if next(frames, None) is None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(runs._Meter, "count", count)
+    log = tmp_path / "log.db"
+    assert process(scene / "truth.csv", "--site", scene / "site.toml", "--log", log) == 130
+    assert "got an interrupt; the events up to there are kept" in capsys.readouterr().err
+    with open_log(str(log)) as opened:
+        (record,) = opened.runs()
+        assert record.status == "interrupted"
+        assert opened.cars(record.id)
+
+
+def test_video_without_a_site_file_runs_on_the_image_plane_and_says_so(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path
+) -> None:
+    log = tmp_path / "log.db"
+    assert process(scene / "video.mp4", "--log", log) == 0
+    assert "no camera is known, so the image plane is taken for the ground" in capsys.readouterr().err
+    with open_log(str(log)) as opened:
+        (record,) = opened.runs()
+        assert "no camera is known" in record.warnings[0]
+        assert opened.cars(record.id)
