@@ -14,6 +14,7 @@ def main() -> None:
         sys.exit(f"benchmarks: expected names out of {', '.join(known)}, got {unknown[0]!r}")
     for name in wanted:
         print(f"== {name}", flush=True)
+        sys.argv = [f"bench_{name}"]  # some take options of their own when run alone
         importlib.import_module(f"benchmarks.bench_{name}").main()
 
 
