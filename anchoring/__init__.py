@@ -1,1 +1,1 @@
-"""Anchoring: from vision objects, which come and go, to car symbols, which stay."""
+"""Which car is which? From vision objects, which come and go, to car symbols, which stay."""

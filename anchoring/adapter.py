@@ -1,4 +1,4 @@
-"""Anchoring as a DyKnow process: vision objects in, car symbols and link changes out."""
+"""How does anchoring sit in a stream graph? A DyKnow process: vision objects in, car symbols and link changes out."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

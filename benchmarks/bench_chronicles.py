@@ -10,7 +10,7 @@ are Poisson with 20 kinds of events:
 pychronicles has no variables: for `keyed` it gets one sequence a thing. It reads a stored list; ours takes one event
 at a time. Without pychronicles (extra `bench`) the ratio is left out. Trust the ratios, not the absolute numbers.
 
-    python benchmarks/bench_chronicles.py [--scale 0.1]
+    python -m benchmarks.bench_chronicles [--scale 0.1]
 """
 
 from __future__ import annotations

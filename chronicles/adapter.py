@@ -1,4 +1,4 @@
-"""Chronicle recognition as a DyKnow process: relation changes in, occurrences out."""
+"""How does chronicle recognition sit in a stream graph? A DyKnow process: relation changes in, occurrences out."""
 
 from collections.abc import Iterable, Sequence
 from typing import Protocol

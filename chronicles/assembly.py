@@ -82,7 +82,9 @@ class Assembly:
             name=chronicle.name,
             version=version,
             positions=positions,
-            distance=tuple(tuple(timing.most_us(one.label, other.label) for other in positions) for one in positions),
+            distance_us=tuple(
+                tuple(timing.most_us(one.label, other.label) for other in positions) for one in positions
+            ),
             slots=self._slots,
             event_slot_count=self._event_slot_count,
             different=self._different_slots(),

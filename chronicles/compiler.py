@@ -80,6 +80,7 @@ def _check_bound(resolved: Resolved, variables: Variables, reporter: Reporter) -
     known = _known_names(resolved, variables)
 
     def check(name: str, span: Span, code: str) -> None:
+        """Report a variable that no event and no hold gives a value."""
         if name not in known:
             message = f"expected ?{name} to get its value from an event or a hold, got no such statement"
             reporter.error(code, message, span, suggest(f"?{name}", [f"?{one}" for one in known]))

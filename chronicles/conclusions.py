@@ -33,6 +33,7 @@ class _AbsenceLog:
         self._found: dict[Values, tuple[list[int], list[Values]]] = {}
 
     def append(self, event: Event) -> None:
+        """Keep an event if it is forbidden; events come in the order of time."""
         values = self._matcher(event)
         if values is None:
             return
@@ -56,6 +57,7 @@ class _AbsenceLog:
         return known.issuperset(self._bound_slots) and known.issuperset(self._other_slots)
 
     def forget_before(self, t_us: int) -> int:
+        """Drop the events before a time; return how many are left."""
         kept: dict[Values, tuple[list[int], list[Values]]] = {}
         for key, (times, owns) in self._found.items():
             start = bisect_left(times, t_us)

@@ -34,6 +34,7 @@ def event_matcher(test: EventTest, fields: Sequence[int]) -> EventMatcher:
     is_limited = bool(test.filters or test.equal or test.different)
 
     def match(event: Event) -> Values | None:
+        """Give the values of the variables, or None if the event does not fit."""
         values = event.args
         if len(values) != arity or (event.new is not None) != is_change:
             return None
@@ -64,6 +65,7 @@ def _message_matcher(arity: int, fields: tuple[int, ...], pick: Callable[[Values
     takes_all = fields == tuple(range(arity))
 
     def match(event: Event) -> Values | None:
+        """Give the values of the arguments, or None if the event does not fit."""
         args = event.args
         if len(args) != arity or event.new is not None:
             return None

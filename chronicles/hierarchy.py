@@ -24,6 +24,7 @@ def order_by_emission(plans: Sequence[Plan], places: Mapping[str, Span], reporte
     ordered: list[Plan] = []
 
     def append(plan: Plan, path: tuple[str, ...]) -> None:
+        """Put a plan behind all plans whose events it looks at."""
         if plan.name in path:
             cycle = " -> ".join([*path[path.index(plan.name) :], plan.name])
             message = f"expected chronicles that do not feed each other in a circle, got {cycle}"

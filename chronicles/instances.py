@@ -208,7 +208,7 @@ class InstanceStore:
 
     def _can_follow(self, mask: int, position: int) -> bool:
         """Say whether a position can be the next in the order of time; simultaneous events come in any order."""
-        distance = self._plan.distance
+        distance = self._plan.distance_us
         others = [one for one in range(self._layout.positions) if not mask >> one & 1 and one != position]
         return not mask >> position & 1 and all(distance[position][other] >= 0 for other in others)
 
@@ -234,7 +234,7 @@ class InstanceStore:
 
     def _checks(self, mask: int, position: int) -> list[tuple[int, int, int]]:
         """List the bounds on `t[position] - t[one]` for matched `one`, without those that the others imply."""
-        distance = self._plan.distance
+        distance = self._plan.distance_us
         needed = list(_members(mask))
         for one in list(needed):
             implied = any(
@@ -249,7 +249,7 @@ class InstanceStore:
 
     def _deadlines(self, mask: int) -> tuple[tuple[int, int], ...]:
         """List (index, bound): the deadline of an instance is the least of its times plus their bounds."""
-        distance = self._plan.distance
+        distance = self._plan.distance_us
         missing = [one for one in range(self._layout.positions) if not mask >> one & 1]
         if not missing:
             return ()

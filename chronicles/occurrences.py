@@ -100,7 +100,7 @@ class PartialBuilder:
 
     def _windows(self, instance: Instance, mask: int, now_us: int) -> list[tuple[int, int]]:
         """Intersect the windows of missing positions with those that the matched ones and the clock leave."""
-        distance = self._plan.distance
+        distance = self._plan.distance_us
         places = range(len(distance))
         matched = [index for index in places if mask >> index & 1]
         earliest = [max(instance[1 + one] - distance[index][one] for one in matched) for index in places]

@@ -126,17 +126,17 @@ class Emission:
 class Plan:
     """One chronicle, ready to be recognised.
 
-    `distance[i][j]` bounds the time of position j minus that of position i (minimal network); all entries are finite.
-    `different` are pairs of event slots that must differ; `points` all time points by name; `start` and `end` the
-    exported ones; `roles` the header variables. `is_symmetric` says that one event could fill two positions, so two
-    instances can be the same set of events. `tail_us` bounds how long after its first event an instance is concluded,
-    `memory_us` how far an obligation then looks back.
+    `distance_us[i][j]` bounds the time of position j minus that of position i from above (minimal network); all entries
+    are finite. `different` are pairs of event slots that must differ; `points` all time points by name; `start` and
+    `end` the exported ones; `roles` the header variables. `is_symmetric` says that one event could fill two positions,
+    so two instances can be the same set of events. `tail_us` bounds how long after its first event an instance is
+    concluded, `memory_us` how far an obligation then looks back.
     """
 
     name: str
     version: str
     positions: tuple[Position, ...]
-    distance: tuple[tuple[int, ...], ...]
+    distance_us: tuple[tuple[int, ...], ...]
     slots: tuple[str, ...]
     event_slot_count: int
     different: tuple[tuple[int, int], ...]

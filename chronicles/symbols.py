@@ -136,6 +136,7 @@ class _Resolver:
         self._circles: set[frozenset[str]] = set()
 
     def named(self, name: str) -> ValueSet:
+        """Resolve a declared domain; report one that is made of itself."""
         if name in self._open:
             self._report_circle(self._open[self._open.index(name) :])
             return ANY_VALUE
@@ -157,6 +158,7 @@ class _Resolver:
             self._reporter.error("C0205", message, self._domains[names[0]].name_span)
 
     def signature(self, declaration: model.Attribute | model.Message) -> Signature:
+        """Resolve the domains of an event, and check its default against them."""
         names = [parameter.name for parameter in declaration.parameters]
         self._check_parameters(declaration, names)
         by_name = {item.variable.name: item.domain for item in declaration.domains}
@@ -219,6 +221,7 @@ def domain_of(expression: model.DomainExpression, symbols: Symbols, reporter: Re
     """Give the values that an expression in a chronicle's body allows."""
 
     def look_up(name: model.DomainName) -> ValueSet:
+        """Return the values of a domain by name; report an unknown name."""
         if name.name in symbols.domains:
             return symbols.domains[name.name]
         return _unknown_domain(name, list(symbols.domains), reporter)

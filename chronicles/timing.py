@@ -21,12 +21,12 @@ class Timing:
     """The minimal network over `points` (sorted names); `anchors` ties each point to the point of an event, plus us."""
 
     points: tuple[str, ...]
-    least: IntArray
+    least_us: IntArray
     anchors: Mapping[str, tuple[str, int]]
 
     def most_us(self, start: str, end: str) -> int:
         """Bound `end - start` from above; `UNBOUNDED_US` or more means no bound."""
-        return int(self.least[self.points.index(start), self.points.index(end)])
+        return int(self.least_us[self.points.index(start), self.points.index(end)])
 
     def most_between_us(self, start: tuple[str, int], end: tuple[str, int]) -> int:
         """Bound the difference of two moved points from above."""
@@ -104,6 +104,7 @@ class _EdgeBuilder:
         self._edges: list[Edge] = []
 
     def edges(self, chronicle: model.Chronicle) -> list[Edge]:
+        """Collect the edges of all statements, in the order of the text."""
         for one in chronicle.statements:
             match one:
                 case model.Comparison():

@@ -190,6 +190,7 @@ def _allowed(
     allowed = dict.fromkeys(class_of.values(), ANY_VALUE)
 
     def restrict(variable: model.Variable, values: ValueSet, span: Span) -> None:
+        """Narrow what a variable may be; report when nothing is left."""
         if variable.name not in class_of:
             return
         left = allowed[class_of[variable.name]].intersection(values)

@@ -69,6 +69,7 @@ def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
     length_m[columns] = np.concatenate([step.length_m for step in states])
 
     def table(values: FloatArray, empty: float) -> FloatArray:
+        """Spread the values over (steps, vehicles), with `empty` elsewhere."""
         filled = np.full(shape, empty)
         filled[rows, columns] = values
         return filled

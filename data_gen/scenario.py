@@ -1,4 +1,4 @@
-"""What a scenario is: a road network, who drives on it, and what the camera sees. Data only.
+"""What is a scenario? A road network, who drives on it, and what the camera sees. Data only.
 
 A new scenario is a folder under `data_gen/scenarios` with a network and one function that returns a `Scenario`;
 simulation, truth and drawing read nothing else.

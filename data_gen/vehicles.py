@@ -170,6 +170,7 @@ class _Canvas:
         self._lay(self._coverage(outline_m), colour)
 
     def cast_shadow(self, solids: tuple[tuple[Box, float], ...], sun: Sun, heading_rad: float) -> None:
+        """Lay the soft shadow of solids, each a box and the height of its top in m."""
         turn = np.array(
             [[math.cos(heading_rad), math.sin(heading_rad)], [-math.sin(heading_rad), math.cos(heading_rad)]]
         )
@@ -183,6 +184,7 @@ class _Canvas:
         self._lay(soft * np.float32(_SHADOW_STRENGTH), _SHADOW)
 
     def sprite(self) -> Sprite:
+        """Return what was painted, averaged over the area of an image pixel."""
         # The mean over an image pixel's area: after it, sampling at pixel centres is exact area sampling.
         averaged = cv2.blur(self._picture, (OVERSAMPLING, OVERSAMPLING), borderType=cv2.BORDER_CONSTANT)
         half_x, half_y = self._half_px

@@ -1,1 +1,1 @@
-"""DyKnow: labelled streams, policies and processes that carry samples between engines."""
+"""How do samples get from one engine to the next? By labelled streams, policies and processes."""

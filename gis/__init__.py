@@ -1,1 +1,1 @@
-"""Roads and cameras: where things are on the ground and on the road network."""
+"""Where is it on the ground, on which road, and how far along? Roads and cameras."""

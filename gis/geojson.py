@@ -122,6 +122,7 @@ class _FeatureReader:
         self._where = f"{where} ({self._id!r})"
 
     def lane(self, lanes_of_edge: Counter[str]) -> Lane:
+        """Read a lane; `lanes_of_edge` counts them and gives the default index."""
         road = self._text("road", default=self._id)
         direction = self._integer("direction", default=1)
         edge = self._text("edge", default=edge_name(road, direction))
@@ -135,6 +136,7 @@ class _FeatureReader:
             raise GisError(f"{self._where}: {error}") from error
 
     def junction(self) -> Junction:
+        """Read a junction; holes in its area are left out."""
         rings = self._geometry.get("coordinates")
         outline_m = self._points(rings[0] if isinstance(rings, list) and rings else rings)
         try:

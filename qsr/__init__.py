@@ -1,1 +1,1 @@
-"""Qualitative spatial relations between cars and places, as change events."""
+"""How do cars and places stand to each other, and when did that change? Qualitative relations as change events."""

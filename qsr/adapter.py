@@ -1,4 +1,4 @@
-"""Qualitative relations as a DyKnow process: cars in, relation changes out."""
+"""How do the relations sit in a stream graph? A DyKnow process: cars in, relation changes out."""
 
 from collections.abc import Iterable
 from typing import Protocol

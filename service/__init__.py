@@ -1,1 +1,1 @@
-"""The service: pipeline wiring, event log, HTTP, command line."""
+"""How are the parts wired, stored and asked? Pipeline, event log, HTTP, command line."""

@@ -191,12 +191,14 @@ class _Meter:
         self._started_s = time.perf_counter()
 
     def count(self, t_us: int) -> None:
+        """Count the frame of a media time."""
         if self._first_us is None:
             self._first_us = t_us
         self.last_us = t_us
         self._frames += 1
 
     def read(self) -> Progress:
+        """Read how far the run has come, and how long that took."""
         return Progress(
             frames=self._frames,
             frame_count=self._frame_count,

@@ -186,36 +186,42 @@ class _Table:
         raise self.wrong("", f"expected exactly one of {', '.join(names)}; got {came}")
 
     def text(self, name: str) -> str:
+        """Read a text that is not empty."""
         value = self._values.get(name)
         if isinstance(value, str) and value:
             return value
         raise self._unexpected(name, "a text that is not empty")
 
     def number(self, name: str) -> float:
+        """Read a finite number."""
         value = self._values.get(name)
         if _is_number(value):
             return float(value)
         raise self._unexpected(name, "a number")
 
     def direction(self, name: str) -> int:
+        """Read a direction of travel, 1 or -1."""
         value = self._values.get(name)
         if _is_number(value) and value in (1, -1):
             return int(value)
         raise self._unexpected(name, "1 or -1")
 
     def time(self, name: str) -> datetime:
+        """Read a time with its zone, and turn it into UTC."""
         value = self._values.get(name)
         if isinstance(value, datetime) and value.tzinfo is not None:
             return value.astimezone(UTC)
         raise self._unexpected(name, "a date and time with its zone and no quotes, as 2026-05-01T08:00:00Z")
 
     def file(self, name: str) -> Path:
+        """Read the path of a file that exists, relative to the site file's folder."""
         path = self._path.parent / self.text(name)
         if path.is_file():
             return path
         raise self.wrong(name, f"expected the path of a file, got {self._values[name]!r}, and there is no {path}")
 
     def point(self, name: str) -> Point:
+        """Read a point [x, y]."""
         value = self._values.get(name)
         if isinstance(value, list) and len(value) == 2 and all(map(_is_number, value)):
             return float(value[0]), float(value[1])
@@ -225,12 +231,14 @@ class _Table:
         return self._number_rows(name, 2, "points [[x, y], [x, y], ...]")
 
     def rows(self, name: str) -> list[list[float]]:
+        """Read a 3 x 3 matrix by rows."""
         rows = self._number_rows(name, 3, "3 rows of 3 numbers")
         if len(rows) != 3:
             raise self._unexpected(name, "3 rows of 3 numbers")
         return rows
 
     def table(self, name: str) -> _Table | None:
+        """Read a table; None if the file has none of that name."""
         value = self._values.get(name)
         if value is None:
             return None
@@ -239,6 +247,7 @@ class _Table:
         return _Table(value, self._path, name, name)
 
     def tables(self, name: str) -> list[_Table]:
+        """Read a list of tables, `[[name]]` in the file."""
         value, kind = self._values.get(name), f"{self._kind}.{name}"
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise self._unexpected(name, f"tables [[{kind}]]")

@@ -1,1 +1,1 @@
-"""Vision: from timed video frames to tracked objects on the ground."""
+"""Which objects are in this frame, and which is which in the next? From timed video frames to tracked objects."""

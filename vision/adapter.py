@@ -1,4 +1,4 @@
-"""Vision as a DyKnow process: frames in, tracked vision objects out."""
+"""How does vision sit in a stream graph? A DyKnow process: frames in, tracked vision objects out."""
 
 from collections.abc import Iterable
 

@@ -22,7 +22,7 @@ BoolArray = NDArray[np.bool_]
 
 # Black in video levels: light multiplies what lies above it.
 BLACK_LEVEL = 16.0
-# Cells on which the gain is measured, and cells to dark to measure it on.
+# Cells on which the gain is measured, and cells too dark to measure it on.
 GAIN_CELLS = 2_000
 GAIN_MIN_LEVEL = 40.0
 # Outline contrast of picture over background that shows an object, and of background over picture that shows a ghost.

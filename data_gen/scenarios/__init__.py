@@ -1,1 +1,1 @@
-"""The shipped scenarios, one folder each: a network, its sources and the traffic on it."""
+"""What traffic can be generated? The shipped scenarios, one folder each: a network, its sources, its traffic."""

@@ -1,1 +1,1 @@
-"""The event log over HTTP."""
+"""How is an event log asked over HTTP?"""

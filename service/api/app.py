@@ -38,6 +38,7 @@ def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        """Bound the worker threads; close the log when the server stops."""
         anyio.to_thread.current_default_thread_limiter().total_tokens = WORKER_THREADS
         yield
         log.close()

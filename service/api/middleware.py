@@ -31,6 +31,7 @@ class RequestFrame:
         is_head = scope["method"] == "HEAD"
 
         async def send_framed(message: Message) -> None:
+            """Send a message with the request's identifier; to `HEAD`, no body."""
             if message["type"] == "http.response.start":
                 MutableHeaders(scope=message)["X-Request-Id"] = request_id
             elif is_head and message["type"] == "http.response.body":

@@ -34,6 +34,7 @@ def describe_bodies(app: FastAPI) -> None:
     describe = app.openapi
 
     def openapi() -> JsonObject:
+        """Describe the interface, once, with the schemas of the structs sent."""
         if not app.openapi_schema:
             document = describe()
             _, components = msgspec.json.schema_components(_BODIES, ref_template=_REF)

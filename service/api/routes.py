@@ -78,6 +78,7 @@ def _add_event(router: APIRouter, log: EventLog) -> None:
         response_class=Response,
     )
     def get_event(event_id: str) -> Response:
+        """Get an event by its identifier; 404 if the log has no such event."""
         text = find_event(log, event_id)
         if text is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
@@ -94,6 +95,7 @@ def _add_event_list(router: APIRouter, log: EventLog) -> None:
         openapi_extra={"parameters": describe_parameters()},
     )
     def list_events(request: Request) -> Response:
+        """Answer with one page of the events that were asked for."""
         pairs = request.query_params.multi_items()
         question = read_question(pairs)
         page = find_events(log, question.wanted, limit=question.limit, cursor=question.cursor)

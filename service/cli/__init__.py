@@ -1,1 +1,1 @@
-"""The command line: one module a command, put together in `service.cli.app`."""
+"""How is DyKnow used from a terminal? One module a command, put together in `service.cli.app`."""

@@ -1,4 +1,4 @@
-"""`dyknow demo`: a scene is made, processed and compared with its truth."""
+"""`dyknow demo`: does it work here? A scene is made, processed and compared with its truth."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

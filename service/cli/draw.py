@@ -1,4 +1,4 @@
-"""`dyknow draw`: what a run saw, on the frames of its video."""
+"""`dyknow draw`: what did a run see, on the frames of its video?"""
 
 from pathlib import Path
 from typing import Annotated

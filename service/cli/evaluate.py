@@ -1,4 +1,4 @@
-"""`dyknow evaluate`: recognised events against the truth of a generated scene."""
+"""`dyknow evaluate`: how good are the recognised events, against the truth of a generated scene?"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`dyknow generate`: a synthetic scene with exact truth."""
+"""`dyknow generate`: where do test videos come from? A synthetic scene with exact truth."""
 
 import sys
 from contextlib import nullcontext

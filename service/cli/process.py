@@ -1,4 +1,4 @@
-"""`dyknow process`: a video or a trajectory file becomes an event log."""
+"""`dyknow process`: how does a video or a trajectory file become an event log?"""
 
 import sys
 import time
@@ -114,6 +114,7 @@ class _Bar:
         self._is_due = _every(REPORT_EVERY_S / 5)
 
     def show(self, progress: "Progress") -> None:
+        """Move the bar on, if it is time to."""
         if self._is_due():
             self._progress.update(
                 self._task, completed=progress.frames, total=progress.frame_count, rates=_rates(progress)
@@ -127,6 +128,7 @@ def _line_reporter() -> "Callable[[Progress], None]":
     is_due = _every(REPORT_EVERY_S)
 
     def report(progress: "Progress") -> None:
+        """Print a line on how far the run has come, if it is time to."""
         if is_due():
             left = progress.seconds_left
             rest = f", {left:.0f} s left" if left is not None else ""
@@ -150,6 +152,7 @@ def _every(period_s: float) -> "Callable[[], bool]":
     due_s = time.monotonic() + period_s
 
     def is_due() -> bool:
+        """Tell whether a period has passed since the last time it had."""
         nonlocal due_s
         now_s = time.monotonic()
         if now_s < due_s:

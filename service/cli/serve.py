@@ -1,4 +1,4 @@
-"""`dyknow serve`: an event log over HTTP."""
+"""`dyknow serve`: how is an event log asked over HTTP?"""
 
 import ipaddress
 import socket

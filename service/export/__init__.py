@@ -1,1 +1,1 @@
-"""Events and tracks as files that other programs read."""
+"""How do other programs get events and tracks? As files."""

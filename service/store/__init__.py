@@ -1,1 +1,1 @@
-"""The event log in an SQL database."""
+"""How is an event log kept? In an SQL database."""

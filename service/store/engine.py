@@ -54,6 +54,7 @@ def _connector(path: Path, query: str, pragmas: tuple[str, ...]) -> Callable[[],
     uri = f"file:{quote(str(path.absolute()))}?{query}"
 
     def connect() -> sqlite3.Connection:
+        """Open a connection and set its pragmas."""
         connection = sqlite3.connect(
             uri, uri=True, timeout=BUSY_TIMEOUT_S, isolation_level=None, check_same_thread=False
         )

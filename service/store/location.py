@@ -26,8 +26,8 @@ def parse_log_url(url: str) -> Path:
     --------
     >>> parse_log_url("sqlite:///out/demo.db").as_posix()
     'out/demo.db'
-    >>> parse_log_url("sqlite:////tmp/demo.db").as_posix()
-    '/tmp/demo.db'
+    >>> parse_log_url("sqlite:////data/demo.db").as_posix()
+    '/data/demo.db'
     >>> parse_log_url("ftp://a")
     Traceback (most recent call last):
         ...

@@ -197,6 +197,7 @@ class _Cars:
         self._changed: set[str] = set()
 
     def see(self, state: CarState) -> None:
+        """Take note of a car at one frame; `unknown` replaces no class."""
         name = state.car
         car = self._cars.get(name)
         if car is None:
@@ -209,6 +210,7 @@ class _Cars:
         self._changed.add(name)
 
     def write(self, connection: Connection, run_no: int) -> None:
+        """Write the cars that are new, and update those seen again."""
         new = sorted(self._new, key=lambda name: self._cars[name].number)
         rows = [(run_no, name, car.number, car.car_class, car.first_us, car.last_us) for name, car in self._named(new)]
         insert_rows(connection, schema.cars, rows)
@@ -231,6 +233,7 @@ class _KnownTypes:
         self._roles: set[tuple[str, str]] = set()
 
     def write(self, connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:
+        """Write longest durations that have grown, and role names that are new."""
         self._write_durations(connection, run_no, _longest_by_type(drafts))
         roles = {(draft.type, role) for draft in drafts for role in draft.roles} - self._roles
         insert_rows(connection, schema.role_names, [(run_no, *names) for names in sorted(roles)])

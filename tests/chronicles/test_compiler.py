@@ -33,7 +33,7 @@ def test_plan_does_not_depend_on_the_order_of_the_text(seed: int) -> None:
 def test_plan_has_the_minimal_network_between_events() -> None:
     text = "event(a[], t1) event(b[], t2) event(d[], t3) t2 - t1 in [1s, 5s] t3 - t2 in [1s, 5s] t3 < t1 + 4s"
     plan = load(f"chronicle c {{ {text} }}").plans[0]
-    assert plan.distance == ((0, 2_999_999, 3_999_999), (-1_000_000, 0, 2_999_999), (-2_000_000, -1_000_000, 0))
+    assert plan.distance_us == ((0, 2_999_999, 3_999_999), (-1_000_000, 0, 2_999_999), (-2_000_000, -1_000_000, 0))
 
 
 def test_holds_that_only_check_come_before_those_that_search() -> None:

@@ -1,3 +1,5 @@
+"""Pixels to the ground and back, and what a camera sees of it."""
+
 from __future__ import annotations
 
 import numpy as np

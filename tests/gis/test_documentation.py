@@ -1,3 +1,5 @@
+"""The example of the page on `gis` is run as it stands."""
+
 from __future__ import annotations
 
 import doctest

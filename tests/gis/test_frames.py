@@ -1,3 +1,5 @@
+"""The local east/north frame against the geodesic."""
+
 from __future__ import annotations
 
 import numpy as np

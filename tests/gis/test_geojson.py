@@ -1,3 +1,5 @@
+"""Road networks as GeoJSON: written, read back, refused with a reason."""
+
 from __future__ import annotations
 
 import json

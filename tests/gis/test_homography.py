@@ -1,3 +1,5 @@
+"""Fitted homographies against those of OpenCV."""
+
 from __future__ import annotations
 
 import cv2

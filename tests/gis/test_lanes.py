@@ -1,3 +1,5 @@
+"""Roads out of lanes, and their reference lines."""
+
 from __future__ import annotations
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Lines, rings, parallels and what is neither."""
+
 from __future__ import annotations
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Points on roads, against the slow loop over all lanes."""
+
 from __future__ import annotations
 
 import numpy as np

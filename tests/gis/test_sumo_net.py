@@ -1,3 +1,5 @@
+"""SUMO networks: which edges make a road, and what is left out."""
+
 from __future__ import annotations
 
 import gzip

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from qsr.changes import RelationChange
+from qsr.changes import BoolArray, RelationChange
 from qsr.footprints import FloatArray, Footprints
 
 
@@ -47,6 +49,24 @@ def changes_of(changes: Sequence[RelationChange], name: str, *args: str) -> list
     return [(change.t_us, change.old, change.new) for change in changes if (change.name, change.args) == (name, args)]
 
 
+_RADIUS_M = 120.0
+
+
+@dataclass(slots=True)
+class _Drivers:
+    """Cars on a bend of 180 m and on the open ground; `along_m` and `across_m` count on the road, `xy_m` beside it."""
+
+    on_road: BoolArray
+    sign: FloatArray
+    along_m: FloatArray
+    across_m: FloatArray
+    speed_mps: FloatArray
+    xy_m: FloatArray
+    heading_rad: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+
+
 def random_traffic(
     rng: np.random.Generator, *, frames: int, count: int, period_us: int = 100_000, noise_m: float = 0.2
 ) -> Iterator[Footprints]:
@@ -54,42 +74,79 @@ def random_traffic(
 
     Cars come and go at random, some come back under their old name, and the order within a frame is shuffled.
     """
-    radius_m = 120.0
-    on_road = rng.random(count) < 0.7
-    sign = np.where(rng.random(count) < 0.6, 1.0, -1.0)
-    along = rng.uniform(0, 150, count)
-    across = np.where(sign > 0, -1.75, 1.75) * rng.choice([1.0, -1.0], count, p=[0.8, 0.2])
-    speed = rng.uniform(0.0, 25.0, count)
-    xy = rng.uniform(-60, 60, (count, 2)) + np.array([0.0, radius_m])
-    heading = rng.uniform(-math.pi, math.pi, count)
-    length, width = rng.uniform(2, 14, count), rng.uniform(0.8, 2.5, count)
+    drivers = _draw_drivers(rng, count)
     seen = rng.random(count) < 0.5
     for frame in range(frames):
         t_us = frame * period_us + int(rng.integers(0, 1000))
-        speed = np.maximum(speed + rng.normal(0, 0.5, count), 0.0)
-        heading = heading + rng.normal(0, 0.05, count)
-        along = (along + sign * speed * period_us * 1e-6) % 180.0
-        xy = xy + 0.3 * speed[:, None] * period_us * 1e-6 * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-        angle = along / radius_m
-        tangent = angle
-        point = np.stack([(radius_m - across) * np.sin(angle), radius_m - (radius_m - across) * np.cos(angle)], axis=1)
-        centre = np.where(on_road[:, None], point, xy) + rng.normal(0, noise_m, (count, 2))
-        body_heading = np.where(on_road, tangent + np.where(sign > 0, 0, math.pi), heading) + rng.normal(0, 0.05, count)
+        _drive(drivers, rng, period_us)
+        centre_m, body_rad = _bodies(drivers, rng, noise_m)
         seen ^= rng.random(count) < 0.02
-        in_junction = on_road & (along > 60) & (along < 80)
-        road = np.where(on_road & ~in_junction, np.where(along < 90, 0, 1), -1).astype(np.int32)
         order = rng.permutation(np.flatnonzero(seen))
-        yield Footprints(
-            t_us=t_us,
-            ids=tuple(f"car{k}" for k in order),
-            centre_m=centre[order],
-            heading_rad=np.angle(np.exp(1j * body_heading))[order],
-            speed_mps=speed[order],
-            length_m=length[order],
-            width_m=width[order],
-            road=road[order],
-            along_m=np.where(road >= 0, along + rng.normal(0, noise_m, count), np.nan)[order],
-            across_m=np.where(road >= 0, across + rng.normal(0, noise_m, count), np.nan)[order],
-            tangent_rad=np.where(road >= 0, np.angle(np.exp(1j * tangent)), np.nan)[order],
-            junction=np.where(in_junction, 0, -1).astype(np.int32)[order],
-        )
+        yield _place(drivers, rng, t_us, order=order, centre_m=centre_m, body_rad=body_rad, noise_m=noise_m)
+
+
+def _draw_drivers(rng: np.random.Generator, count: int) -> _Drivers:
+    on_road = rng.random(count) < 0.7
+    sign = np.where(rng.random(count) < 0.6, 1.0, -1.0)
+    return _Drivers(
+        on_road=on_road,
+        sign=sign,
+        along_m=rng.uniform(0, 150, count),
+        across_m=np.where(sign > 0, -1.75, 1.75) * rng.choice([1.0, -1.0], count, p=[0.8, 0.2]),
+        speed_mps=rng.uniform(0.0, 25.0, count),
+        xy_m=rng.uniform(-60, 60, (count, 2)) + np.array([0.0, _RADIUS_M]),
+        heading_rad=rng.uniform(-math.pi, math.pi, count),
+        length_m=rng.uniform(2, 14, count),
+        width_m=rng.uniform(0.8, 2.5, count),
+    )
+
+
+def _drive(drivers: _Drivers, rng: np.random.Generator, period_us: int) -> None:
+    count = len(drivers.sign)
+    drivers.speed_mps = np.maximum(drivers.speed_mps + rng.normal(0, 0.5, count), 0.0)
+    drivers.heading_rad = drivers.heading_rad + rng.normal(0, 0.05, count)
+    drivers.along_m = (drivers.along_m + drivers.sign * drivers.speed_mps * period_us * 1e-6) % 180.0
+    ahead = np.stack([np.cos(drivers.heading_rad), np.sin(drivers.heading_rad)], axis=1)
+    drivers.xy_m = drivers.xy_m + 0.3 * drivers.speed_mps[:, None] * period_us * 1e-6 * ahead
+
+
+def _bodies(drivers: _Drivers, rng: np.random.Generator, noise_m: float) -> tuple[FloatArray, FloatArray]:
+    """Measure centres, (n, 2), and headings, not yet within (-pi, pi]."""
+    count = len(drivers.sign)
+    tangent_rad = drivers.along_m / _RADIUS_M
+    out_m = _RADIUS_M - drivers.across_m
+    point_m = np.stack([out_m * np.sin(tangent_rad), _RADIUS_M - out_m * np.cos(tangent_rad)], axis=1)
+    centre_m = np.where(drivers.on_road[:, None], point_m, drivers.xy_m) + rng.normal(0, noise_m, (count, 2))
+    road_rad = tangent_rad + np.where(drivers.sign > 0, 0, math.pi)
+    return centre_m, np.where(drivers.on_road, road_rad, drivers.heading_rad) + rng.normal(0, 0.05, count)
+
+
+def _place(
+    drivers: _Drivers,
+    rng: np.random.Generator,
+    t_us: int,
+    *,
+    order: NDArray[np.intp],
+    centre_m: FloatArray,
+    body_rad: FloatArray,
+    noise_m: float,
+) -> Footprints:
+    """Add noisy road coordinates; the junction lies between two roads."""
+    along_m, count = drivers.along_m, len(drivers.sign)
+    in_junction = drivers.on_road & (along_m > 60) & (along_m < 80)
+    road = np.where(drivers.on_road & ~in_junction, np.where(along_m < 90, 0, 1), -1).astype(np.int32)
+    on = road >= 0
+    return Footprints(
+        t_us=t_us,
+        ids=tuple(f"car{k}" for k in order),
+        centre_m=centre_m[order],
+        heading_rad=np.angle(np.exp(1j * body_rad))[order],
+        speed_mps=drivers.speed_mps[order],
+        length_m=drivers.length_m[order],
+        width_m=drivers.width_m[order],
+        road=road[order],
+        along_m=np.where(on, along_m + rng.normal(0, noise_m, count), np.nan)[order],
+        across_m=np.where(on, drivers.across_m + rng.normal(0, noise_m, count), np.nan)[order],
+        tangent_rad=np.where(on, np.angle(np.exp(1j * (along_m / _RADIUS_M))), np.nan)[order],
+        junction=np.where(in_junction, 0, -1).astype(np.int32)[order],
+    )

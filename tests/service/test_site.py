@@ -1,3 +1,5 @@
+"""Site files: both forms of everything, and every mistake with its place."""
+
 from __future__ import annotations
 
 import re

@@ -1,3 +1,5 @@
+"""Assignment against trying every choice."""
+
 from itertools import permutations
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""The empty road: learned, kept up to date, healed, and not learned from cars."""
+
 import numpy as np
 
 from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view

@@ -1,3 +1,5 @@
+"""Groups of cells and their boxes, against a loop over groups."""
+
 import numpy as np
 import pytest
 

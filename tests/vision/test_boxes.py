@@ -1,3 +1,5 @@
+"""Oriented boxes: corners, margins, distances."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Few rectangles that hold all marked cells."""
+
 import numpy as np
 import pytest
 

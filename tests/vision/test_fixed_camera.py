@@ -1,3 +1,5 @@
+"""The whole of vision on small drawn videos."""
+
 from collections.abc import Callable
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Frames of a file: time stamps, planes, and files that break."""
+
 import threading
 from pathlib import Path
 

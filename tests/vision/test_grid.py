@@ -1,3 +1,5 @@
+"""Cells of a raster: places, look-up, painting."""
+
 import numpy as np
 import pytest
 

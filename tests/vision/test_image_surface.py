@@ -1,3 +1,5 @@
+"""A road seen from low above it: what stands where its foot is."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Many filters at once against one at a time."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Height smeared over the road, and taken off again."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Cells sampled from the planes of a frame, against their bilinear mix."""
+
 import numpy as np
 import pytest
 

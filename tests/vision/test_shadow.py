@@ -1,3 +1,5 @@
+"""Shadows learned from bright vehicles, and taken off boxes."""
+
 import numpy as np
 import pytest
 

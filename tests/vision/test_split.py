@@ -1,3 +1,5 @@
+"""Merged blobs divided by predicted boxes, fragments joined."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Tracks: born, shown, kept, lost, and never turned round."""
+
 from collections.abc import Sequence
 
 import numpy as np

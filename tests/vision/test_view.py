@@ -1,3 +1,5 @@
+"""What a homography says of a view: horizon, scale, slant."""
+
 import numpy as np
 import pytest
 

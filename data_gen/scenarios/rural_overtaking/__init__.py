@@ -1,1 +1,1 @@
-"""A straight two-way rural road where fast cars overtake slow ones through the oncoming lane."""
+"""Which scenario has many overtakes? A straight two-way rural road, where they lead through the oncoming lane."""

@@ -1,4 +1,4 @@
-"""A straight two-way rural road where fast cars overtake slow ones through the oncoming lane.
+"""Who drives on a straight two-way rural road, so that fast cars overtake slow ones through the oncoming lane?
 
 1800 m, one lane of 3.5 m each way. What the numbers were chosen for (seeds 1 to 5, 240 s each, all countable
 overtakes together and the hardest braking anywhere):

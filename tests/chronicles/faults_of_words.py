@@ -1,0 +1,206 @@
+"""Texts with a fault in their words or names (C01, C02), what is said about it, and how it is mended."""
+
+from dataclasses import dataclass
+
+HEAD = """domain Car = symbol
+domain Road = symbol
+domain Truth = {true, false}
+message enter[?car] { ?car in Car }
+attribute behind[?a, ?b] { ?a in Car ?b in Car value in Truth }
+attribute on[?car, ?road] { ?car in Car ?road in Road value in Truth }
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A text, where `<<` and `>>` stand around the place of the finding, and how it is mended."""
+
+    code: str
+    bad: str
+    message: str
+    hint: str
+    good: str
+
+
+def body(statements: str, head: str = "[?a](t1)") -> str:
+    return f"{HEAD}chronicle one{head} {{ event(enter[?a], t1) {statements} }}"
+
+
+TWO = "event(enter[?b], t2) "
+WORDS = {
+    "a character no word has": Case(
+        "C0101", body("<<@>>"), "expected a word of the language, got the character '@'", "", body("")
+    ),
+    "an unfinished text": Case(
+        "C0101",
+        body('when recognised { report <<">>x\n}'),
+        "got the character '\"'",
+        "texts start and end with",
+        body('when recognised { report "x"\n}'),
+    ),
+    "a misspelled statement": Case(
+        "C0102",
+        body("<<evnt>>(enter[?b], t2) t2 - t1 in [0s, 1s]"),
+        "expected a statement after ')', got 'evnt'",
+        "did you mean 'event'?",
+        body(TWO + "t2 - t1 in [0s, 1s]"),
+    ),
+    "a misspelled declaration": Case(
+        "C0102",
+        "message a[] <<mesage>> b[]",
+        "expected a new declaration after ']', got 'mesage'",
+        "'message'?",
+        "message a[]",
+    ),
+    "a first word that declares nothing": Case(
+        "C0102", "<<chronicel>> x { }", "expected a declaration, got 'chronicel'", "'chronicle'?", "message x[]"
+    ),
+    "a forgotten parenthesis": Case(
+        "C0102",
+        body("noevent(enter[?], (t1, t1 + 1s) <<event>>(enter[?b], t1)"),
+        "expected ')' after ')', got 'event'",
+        "",
+        body("event(enter[?b], t1)"),
+    ),
+    "a forgotten time point": Case(
+        "C0102",
+        body("event(enter[?b]<<)>>"),
+        "expected ',' or ':' after ']', got ')'",
+        "",
+        body("event(enter[?b], t1)"),
+    ),
+    "a time point with a bad name": Case(
+        "C0102",
+        body("event(enter[?b], <<start>>)"),
+        "got 'start'",
+        "the letter t, a digit",
+        body("event(enter[?b], t1)"),
+    ),
+    "a variable without its mark": Case(
+        "C0102",
+        "message enter[<<car>>]",
+        "got 'car'",
+        "variables start with a question mark: ?car",
+        "message enter[?car]",
+    ),
+    "a name like a time point": Case(
+        "C0102", "message <<t1>>[]", "expected a name after 'message', got 't1'", "choose another name", "message t[]"
+    ),
+    "a word of the language as a value": Case(
+        "C0102",
+        body("?a != <<event>>"),
+        "got 'event'",
+        'as a value it needs quotes: "event"',
+        body('?a != "event"'),
+    ),
+    "== between time points": Case(
+        "C0102",
+        body(TWO + "t2 <<==>> t1"),
+        "after 't2', got '=='",
+        "time points are compared with '='",
+        body(TWO + "t2 = t1"),
+    ),
+    "= between variables": Case(
+        "C0102", body(TWO + "t2 = t1 ?a <<=>> ?b"), "got '='", "'==' and '!='", body(TWO + "t2 = t1 ?a == ?b")
+    ),
+    "an unknown action": Case(
+        "C0102",
+        body("when recognised { <<emt>> enter[?a] }"),
+        "expected 'emit' or 'report' after '{', got 'emt'",
+        "'emit'?",
+        body('when recognised { report "x" }'),
+    ),
+    "an open brace": Case(
+        "C0103",
+        "chronicle one[] { event(a[], t1) hold(b[]:x, (t1, t1 + 1s)<<)>>",
+        "got the end of the declaration",
+        "the chronicle that starts in line 1 is not closed",
+        "chronicle one[] { event(a[], t1) hold(b[]:x, (t1, t1 + 1s)) }",
+    ),
+    "an unknown unit": Case(
+        "C0104",
+        body("hold(on[?a, ?]:true, (t1, t1 + <<5sec>>))"),
+        "expected a unit of time, got 'sec'",
+        "known: 'h'",
+        body("hold(on[?a, ?]:true, (t1, t1 + 5s))"),
+    ),
+    "less than a microsecond": Case(
+        "C0105",
+        body("hold(on[?a, ?]:true, (t1, t1 + <<0.0005ms>>))"),
+        "expected a whole number of microseconds, got '0.0005ms'",
+        "",
+        body("hold(on[?a, ?]:true, (t1, t1 + 0.005ms))"),
+    ),
+    "more than 35 years": Case(
+        "C0105", body("hold(on[?a, ?]:true, (t1, t1 + <<400000h>>))"), "expected at most 35 years", "", body("")
+    ),
+    "occurs": Case(
+        "C0106", body("<<occurs((1, oo), enter[?], (t1, t1 + 1s))>>"), "got 'occurs'", "not recognised yet", body("")
+    ),
+    "assert": Case(
+        "C0106", body("<<assert(on[?a, north]:true, (t1, t1 + 1s))>>"), "got 'assert'", "not recognised yet", body("")
+    ),
+    "an unknown event": Case(
+        "C0201",
+        body("event(<<entr>>[?b], t1)"),
+        "expected an attribute or a message, got the unknown name 'entr'",
+        "did you mean 'enter'?",
+        body("event(enter[?b], t1)"),
+    ),
+    "an unknown attribute": Case(
+        "C0201",
+        body("hold(<<behnd>>[?a, ?]:true, (t1, t1 + 1s))"),
+        "expected an attribute, got the unknown name 'behnd'",
+        "did you mean 'behind'?",
+        body("hold(behind[?a, ?]:true, (t1, t1 + 1s))"),
+    ),
+    "an unknown domain": Case(
+        "C0202", body("?a in <<Cars>>"), "expected a domain, got the unknown name 'Cars'", "'Car'?", body("?a in Car")
+    ),
+    "an unknown domain in a declaration": Case(
+        "C0202",
+        HEAD + "message x[?a] { ?a in <<Cra>> }",
+        "got the unknown name 'Cra'",
+        "'Car'?",
+        HEAD + "message x[?a]",
+    ),
+    "two declarations of one name": Case(
+        "C0203",
+        HEAD + "message <<behind>>[?a]",
+        "expected one declaration of 'behind', got another one than at <text>:5",
+        "choose another name",
+        HEAD + "message behind_it[?a]",
+    ),
+    "two timeunits": Case(
+        "C0203", "timeunit 1s <<timeunit 1ms>>", "expected one timeunit in a text", "", "timeunit 1s"
+    ),
+    "a parameter twice": Case("C0203", "message enter[?car, <<?car>>]", "got ?car twice", "", "message enter[?car]"),
+    "an unknown constant": Case(
+        "C0204",
+        "constant patience = 5s " + body(TWO + "t2 - t1 in [0s, <<pateince>>]"),
+        "expected a duration or a constant, got the unknown name 'pateince'",
+        "did you mean 'patience'?",
+        "constant patience = 5s " + body(TWO + "t2 - t1 in [0s, patience]"),
+    ),
+    "a domain of a parameter that is none": Case(
+        "C0205",
+        "message enter[?car] { <<?cra>> in symbol }",
+        "expected a parameter of 'enter', got ?cra",
+        "'?car'?",
+        "message enter[?car] { ?car in symbol }",
+    ),
+    "a domain made of itself": Case(
+        "C0205",
+        "domain <<A>> = B domain B = A | {x} message m[]",
+        "got one made of itself: A -> B -> A",
+        "",
+        "domain A = B domain B = {x} message m[]",
+    ),
+    "two chronicles of one name": Case(
+        "C0206",
+        "chronicle one { event(a[], t1) } chronicle <<one>> { event(a[], t1) }",
+        "expected one chronicle 'one', got another one than at <text>:1",
+        "choose another name",
+        "chronicle one { event(a[], t1) } chronicle two { event(a[], t1) }",
+    ),
+}
