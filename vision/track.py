@@ -72,6 +72,7 @@ class TrackTable:
     is_clipped: BoolArray
     doubled_us: IntArray
     joined_us: IntArray
+    coupled_us: IntArray
     borders_m: FloatArray
     borders_count: IntArray
 
@@ -106,6 +107,7 @@ class TrackTable:
             is_clipped=truth,
             doubled_us=count,
             joined_us=count,
+            coupled_us=count,
             borders_m=np.zeros((0, 4)),
             borders_count=count,
         )
@@ -233,7 +235,7 @@ class TrackTable:
         (n,).
         """
         inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
-        return np.asarray((inside & self._is_older()).any(axis=1))
+        return np.asarray((inside & self.older()).any(axis=1))
 
     def joined(self, bodies: Boxes, is_divided: BoolArray) -> BoolArray:
         """Find tracks that share a blob with a longer-lived one in line with them, and move as one with it.
@@ -255,9 +257,9 @@ class TrackTable:
         slip = np.linalg.norm(self.state[:, None, 2:] - self.state[None, :, 2:], axis=-1)
         in_line = (across < JOINED_ACROSS_M) & (gap < JOINED_GAP_M) & (slip < JOINED_SLIP_MPS)
         is_pair = in_line & is_divided[:, None] & is_divided[None]
-        return np.asarray((is_pair & self._is_older()).any(axis=1))
+        return np.asarray((is_pair & self.older()).any(axis=1))
 
-    def _is_older(self) -> BoolArray:
+    def older(self) -> BoolArray:
         """Tell which tracks (columns) count as older than which (rows); born at once, the larger box wins."""
         area = self.length_m * self.width_m
         is_earlier = self.born_us[None] < self.born_us[:, None]

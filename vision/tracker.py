@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vision import kalman
 from vision.association import SIZED_COUNT, Sightings, assign, costs, doubt, sight
 from vision.boxes import Boxes, distance_to_boxes, wrap_angle
+from vision.couples import find_couples
 from vision.detector import Detections, Expected
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
@@ -34,6 +35,8 @@ DOUBLE_US = 300_000
 # So is one that has shared a blob with an older one in line with it for this long, and for this part of its life.
 JOINED_US = 500_000
 JOINED_SHARE = 0.6
+# And so is one that has followed or led an older one, closer than anybody drives, for this long.
+COUPLED_US = 1_200_000
 
 
 class Tracker:
@@ -223,8 +226,20 @@ class Tracker:
             is_joined = tracks.joined(bodies, tracks.is_divided)
         tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
         tracks.joined_us = np.where(is_joined, tracks.joined_us + self._step_us, 0)
+        is_coupled = self._join_couples()
         never_apart = tracks.joined_us >= JOINED_SHARE * (self._now_us - tracks.born_us)
-        return np.asarray((tracks.doubled_us >= DOUBLE_US) | ((tracks.joined_us >= JOINED_US) & never_apart))
+        is_joined = (tracks.joined_us >= JOINED_US) & never_apart
+        return np.asarray((tracks.doubled_us >= DOUBLE_US) | is_joined | is_coupled)
+
+    def _join_couples(self) -> BoolArray:
+        """Find tracks that have long ridden with an older one as one body; the older one learns its size anew."""
+        tracks = self._tracks
+        couples = find_couples(tracks.boxes(), tracks.state[:, 2:])
+        couples &= tracks.is_confirmed[:, None] & tracks.is_confirmed[None] & tracks.older()
+        tracks.coupled_us = np.where(couples.any(axis=1), tracks.coupled_us + self._step_us, 0)
+        is_part: BoolArray = tracks.coupled_us >= COUPLED_US
+        tracks.size_count[(couples & is_part[:, None]).any(axis=0)] = 0
+        return is_part
 
     def _start(self, detections: Detections, sightings: Sightings, is_free: BoolArray) -> None:
         """Begin a tentative track at every detection that no track took and no confirmed track covers."""
@@ -273,6 +288,7 @@ class Tracker:
             is_clipped=~is_whole,
             doubled_us=np.zeros(count, np.int64),
             joined_us=np.zeros(count, np.int64),
+            coupled_us=np.zeros(count, np.int64),
             borders_m=np.zeros((count, 4)),
             borders_count=np.zeros(count, np.int64),
         )
