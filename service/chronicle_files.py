@@ -46,7 +46,7 @@ def read_text(path: Path) -> str:
         If it is missing, unreadable or not UTF-8.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"{path}: expected a readable chronicle file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:

@@ -13,6 +13,7 @@ from service.drawing import TRAIL_US, OverlayReader, draw_overlay
 from service.errors import InputError, LogError
 from service.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord
+from service.store.location import parse_log_url
 from service.store.log import EventLog, open_log
 from vision.frames import Frame, open_video
 
@@ -29,6 +30,7 @@ def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str |
     LogError, InputError, VisionError
         If the log holds no camera for the video, the video ends before the time, or a file cannot be used.
     """
+    _check_target(out, video, parse_log_url(log_url))
     for _, picture in _drawn_frames(video, log_url, from_us=at_us, to_us=None, run=run):
         if not cv2.imwrite(str(out), picture):
             raise InputError(f"{out}: expected a path that can be written, got a refusal")
@@ -46,6 +48,7 @@ def draw_video(
     LogError, VisionError, InputError
         If the log holds no camera for the video, no frame lies in the interval, or a file cannot be used.
     """
+    _check_target(out, video, parse_log_url(log_url))
     drawn = _drawn_frames(video, log_url, from_us=from_us, to_us=to_us, run=run)
     first = next(drawn, None)
     if first is None:
@@ -66,6 +69,14 @@ def draw_video(
             frame.pts, frame.time_base = t_us - first[0], MICROSECOND
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
+
+
+def _check_target(out: Path, *used: Path) -> None:
+    """Refuse to write where nothing can be written, or over what is being read."""
+    if any(out.exists() and one.exists() and out.samefile(one) for one in used):
+        raise InputError(f"{out}: expected a new file, got one that is being read")
+    if not out.parent.is_dir() or out.is_dir():
+        raise InputError(f"{out}: expected a file in an existing folder, got another path")
 
 
 def _drawn_frames(

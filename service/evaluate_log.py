@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from service.errors import TruthError
 from service.evaluate import (
     Evaluation,
     Positions,
@@ -32,6 +33,11 @@ def evaluate_log(url: str, truth_folder: Path, *, event_type: str, run: str | No
     with open_log(url) as log:
         run_id = log.run(run).id
         recognised = load_events(log, run_id, event_type)
+        known = {event.type for event in truth}
+        if not recognised and event_type not in known:
+            raise TruthError(
+                f"event type: expected one of the truth's ({', '.join(sorted(known))}), got {event_type!r}"
+            )
         return evaluate_events(recognised, _car_positions(log, run_id), truth, vehicles, event_type=event_type)
 
 

@@ -140,13 +140,16 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
 def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
     """Return the luma of a picture every half second, for up to ten seconds."""
     pictures: list[NDArray[np.uint8]] = []
+    first_us: int | None = None
     due_us = 0
     for frame in video:
-        if frame.t_us > SCALE_SPAN_US:
+        first_us = frame.t_us if first_us is None else first_us
+        since_us = frame.t_us - first_us
+        if since_us > SCALE_SPAN_US:
             break
-        if frame.t_us >= due_us:
+        if since_us >= due_us:
             pictures.append(frame.luma.copy())
-            due_us = frame.t_us + SCALE_STEP_US
+            due_us = since_us + SCALE_STEP_US
     return pictures
 
 

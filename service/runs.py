@@ -23,7 +23,7 @@ from service.store.log import EventLog, open_log
 from service.times import utc_us
 from vision.errors import VideoBroken
 
-HISTORY_US = 120_000_000  # longer than any interval of the library's chronicles
+HISTORY_US = 330_000_000  # longer than any interval of the library's chronicles
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,18 +117,20 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     site = load_site(request.site) if request.site else None
     source = open_input(request.input, site, request.columns)
     with open_log(request.log_url, "w") as log:
-        return _run(source, site, chronicles, log, on_progress)
+        return _run(source, site, chronicles, columns=request.columns or {}, log=log, on_progress=on_progress)
 
 
 def _run(
     source: Input,
     site: Site | None,
     chronicles: LoadedChronicles,
+    *,
+    columns: Mapping[str, str],
     log: EventLog,
     on_progress: Callable[[Progress], None],
 ) -> RunSummary:
     pipeline = source.pipeline(chronicles.merged, clock=time.perf_counter_ns)
-    record = _run_record(source, site, chronicles)
+    record = _run_record(source, site, chronicles, columns)
     recorder = Recorder(log.begin_run(record), source.network, history_us=HISTORY_US)
     recorder.attach(pipeline)
     meter = _Meter(source.frame_count, recorder)
@@ -156,12 +158,16 @@ def _feed(
     return status, reason
 
 
-def _run_record(source: Input, site: Site | None, chronicles: LoadedChronicles) -> RunRecord:
+def _run_record(
+    source: Input, site: Site | None, chronicles: LoadedChronicles, columns: Mapping[str, str]
+) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
     software = f"dyknow {version('dyknow')}"
     parts = (
         software,
+        source.path.name,
         content_digest(source.path),
+        repr(sorted(columns.items())),
         content_digest(*site.files) if site else "no site",
         *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
     )

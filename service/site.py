@@ -97,7 +97,7 @@ def load_site(path: str | Path) -> Site:
 
 def _parse(path: Path) -> Mapping[str, object]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise SiteError(f"{path}: expected a readable site file, got {error.strerror or error!s}") from error
     except ValueError as error:

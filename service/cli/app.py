@@ -76,7 +76,7 @@ def make_app() -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
-    app.callback()(_program)
+    app.callback(invoke_without_command=True)(_program)
     for command in COMMANDS:
         app.command()(command)
     return app
@@ -89,6 +89,9 @@ def report(error: Exception) -> int:
     if isinstance(error, QueryError):
         print(f"error: {error}", file=sys.stderr)
         return exit_codes.USAGE
+    if isinstance(error, OSError) and error.filename is not None:
+        print(f"error: {error.filename}: expected a path that can be used, got {error.strerror!r}", file=sys.stderr)
+        return exit_codes.INVALID
     if not {kind.__module__ for kind in type(error).__mro__} & INPUT_ERROR_MODULES:
         came = f"{type(error).__name__}: {error}"
         print(f"error: dyknow: expected to finish, got {came!r} (DYKNOW_TRACEBACK=1 shows where)", file=sys.stderr)

@@ -118,6 +118,7 @@ def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], t
     assert process(scene / "video.mp4", "--site", scene / "site.toml", "--log", log) == 0
     assert run(["evaluate", str(log), str(scene), "--min-f1", "0.9"]) == 0
     assert "precision 1.000" in capsys.readouterr().out
+    assert run(["evaluate", str(log), str(scene), "--type", "nosuch"]) == 3
     assert run(["draw", str(scene / "video.mp4"), str(log), "--out", str(picture), "--from", "20s"]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
 
