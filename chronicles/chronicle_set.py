@@ -10,15 +10,15 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from chronicles import model
-from chronicles.compiler import compile_chronicle
-from chronicles.diagnostics import Diagnostic, Reporter
+from chronicles.compilation.compiler import compile_chronicle
+from chronicles.compilation.hierarchy import order_by_emission
+from chronicles.compilation.plan import Plan
+from chronicles.compilation.symbols import Symbols, collect_symbols
 from chronicles.errors import ChronicleError
-from chronicles.hierarchy import order_by_emission
-from chronicles.parser import parse
-from chronicles.plan import Plan
-from chronicles.printer import print_declaration
-from chronicles.symbols import Symbols, collect_symbols
+from chronicles.language import model
+from chronicles.language.diagnostics import Diagnostic, Reporter
+from chronicles.language.parser import parse
+from chronicles.language.printer import print_declaration
 
 _VERSION_LENGTH = 12
 

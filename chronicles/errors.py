@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chronicles.diagnostics import Diagnostic, render_all
+from chronicles.language.diagnostics import Diagnostic, render_all
 
 
 class ChronicleError(Exception):

@@ -14,15 +14,15 @@ from collections.abc import Iterable, Mapping
 from heapq import heappop, heappush
 
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.conclusions import Conclusions
+from chronicles.compilation.hierarchy import levels
+from chronicles.compilation.network import UNBOUNDED_US
+from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence, PartialInstance
-from chronicles.hierarchy import levels
-from chronicles.history import AttributeHistory
-from chronicles.instances import Instance, InstanceStore, Record
-from chronicles.network import UNBOUNDED_US
-from chronicles.occurrences import Finding, OccurrenceBuilder, PartialBuilder
-from chronicles.plan import Plan
+from chronicles.execution.conclusions import Conclusions
+from chronicles.execution.history import AttributeHistory
+from chronicles.execution.instances import Instance, InstanceStore, Record
+from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
 
 _BEFORE_ALL_US = -UNBOUNDED_US
 _FIRST_SWEEP = 1024

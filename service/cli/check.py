@@ -11,7 +11,7 @@ from service.cli import exit_codes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from chronicles.diagnostics import Diagnostic
+    from chronicles.language.diagnostics import Diagnostic
 
 
 class CheckFormat(StrEnum):
@@ -50,7 +50,7 @@ def _read(name: str) -> str:
 
 
 def _print_text(found: "Sequence[Diagnostic]") -> None:
-    from chronicles.diagnostics import render_all
+    from chronicles.language.diagnostics import render_all
 
     if found:
         print(render_all(found))

@@ -1,0 +1,1 @@
+"""From the tree of a chronicle to the plan that every executor reads."""

@@ -1,0 +1,206 @@
+"""How are the parts of a checked chronicle numbered?
+
+Events, variables and time points are sorted by what they are, so that the plan does not depend on the order in which
+the text lists them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from chronicles.compilation.obligations import ObligationBuilder, different_fields, event_test
+from chronicles.compilation.patterns import Cells
+from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart
+from chronicles.compilation.symbols import Symbols
+from chronicles.compilation.timing import Timing, moved
+from chronicles.compilation.variables import Variables
+from chronicles.language import model
+from chronicles.language.diagnostics import Reporter
+from chronicles.language.printer import print_pattern
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A chronicle and its statements with their patterns looked up."""
+
+    chronicle: model.Chronicle
+    events: tuple[tuple[model.EventStatement, Cells], ...]
+    absences: tuple[tuple[model.NoEventStatement, Cells], ...]
+    holds: tuple[tuple[model.HoldStatement, Cells], ...]
+    emits: tuple[tuple[model.Emit, Cells], ...]
+
+    @property
+    def binding(self) -> tuple[Cells, ...]:
+        """The patterns that give variables their values."""
+        return tuple(cells for _, cells in self.events) + tuple(cells for _, cells in self.holds)
+
+    @property
+    def forbidding(self) -> tuple[Cells, ...]:
+        """The patterns of noevents."""
+        return tuple(cells for _, cells in self.absences)
+
+
+class Assembly:
+    """Numbers the parts of one chronicle that has no errors so far."""
+
+    def __init__(
+        self, resolved: Resolved, variables: Variables, timing: Timing, symbols: Symbols, reporter: Reporter
+    ) -> None:
+        self._resolved = resolved
+        self._chronicle = resolved.chronicle
+        self._variables = variables
+        self._timing = timing
+        self._symbols = symbols
+        self._reporter = reporter
+        by_event = sorted(_free_classes(resolved.events, variables))
+        by_hold = sorted(_free_classes(resolved.holds, variables) - set(by_event))
+        self._event_slot_count = len(by_event)
+        self._slots = tuple(by_event + by_hold)
+        self._slot_of = {name: slot for slot, name in enumerate(self._slots)}
+        self._events = sorted(resolved.events, key=lambda pair: (print_pattern(pair[0].pattern), pair[0].point.name))
+        self._position_of = {one.point.name: index for index, (one, _) in reversed([*enumerate(self._events)])}
+        builder = ObligationBuilder(variables, self._slots, self._event_slot_count, reporter)
+        absences = [builder.absence(one, cells, *self._window(one.interval)) for one, cells in resolved.absences]
+        holds = [builder.candidate(one, cells, *self._window(one.interval)) for one, cells in resolved.holds]
+        builder.check_differences(self._chronicle, [cells for _, cells in resolved.absences])
+        self._absences = tuple(sorted(absences, key=lambda absence: absence.text))
+        self._holds = builder.ordered(holds)
+        self._ends = [Anchor(index, 0) for index in range(len(self._events))]
+        self._ends += [one.end for one in self._absences]
+        self._ends += [one.end for one in self._holds]
+
+    def plan(self, version: str) -> Plan:
+        """Put the plan together; an emission without a time, or a noevent that can never hold, is an error."""
+        chronicle, timing = self._chronicle, self._timing
+        self._check_absences()
+        positions = tuple(self._position(one, cells) for one, cells in self._events)
+        header = [self._anchor(timing.anchors[point.name]) for point in chronicle.points]
+        starts = [one.start for one in self._absences] + [one.start for one in self._holds]
+        return Plan(
+            name=chronicle.name,
+            version=version,
+            positions=positions,
+            distance_us=tuple(
+                tuple(timing.most_us(one.label, other.label) for other in positions) for one in positions
+            ),
+            slots=self._slots,
+            event_slot_count=self._event_slot_count,
+            different=self._different_slots(),
+            absences=self._absences,
+            persistences=self._holds,
+            points=tuple((name, self._anchor(timing.anchors[name])) for name in timing.points),
+            start=header[0] if header else None,
+            end=header[-1] if header else None,
+            roles=tuple((one.name, self._filling(one.name)) for one in chronicle.parameters),
+            emissions=tuple(self._emission(one, cells) for one, cells in self._resolved.emits),
+            reports=tuple(self._report(one) for one in chronicle.actions if isinstance(one, model.Report)),
+            is_symmetric=_is_symmetric([position.test for position in positions]),
+            tail_us=max(self._after_us(Anchor(index, 0)) for index in range(len(positions))),
+            memory_us=max(map(self._after_us, starts), default=0),
+        )
+
+    def _check_absences(self) -> None:
+        """Refuse a noevent that forbids an event which the chronicle itself needs."""
+        for one, cells in self._resolved.absences:
+            start, end = self._window(one.interval)
+            for index, (event, event_cells) in enumerate(self._events):
+                place = Anchor(index, 0)
+                inside = self._between_us(place, start) <= 0 and self._between_us(end, place) < 0
+                if inside and _covers(cells, event_cells, self._variables):
+                    name = event.point.name
+                    message = f"expected a noevent that can be true, got one that forbids the event at {name} itself"
+                    hint = f"let its interval start after that event: ({name} + 1us, ...)"
+                    self._reporter.error("C0502", message, one.span, hint)
+
+    def _position(self, one: model.EventStatement, cells: Cells) -> Position:
+        test = event_test(cells, self._variables, self._slot_of)
+        test = replace(test, different=different_fields(cells, self._variables))
+        return Position(one.point.name, test, print_pattern(one.pattern))
+
+    def _different_slots(self) -> tuple[tuple[int, int], ...]:
+        slots = self._slots[: self._event_slot_count]
+        pairs = [(first, second) for first in range(len(slots)) for second in range(first + 1, len(slots))]
+        return tuple(pair for pair in pairs if self._variables.must_differ(slots[pair[0]], slots[pair[1]]))
+
+    def _window(self, interval: model.Interval) -> tuple[Anchor, Anchor]:
+        return self._moved(interval.start), self._moved(interval.end)
+
+    def _moved(self, time: model.TimeExpression) -> Anchor:
+        name, offset_us = moved(time, self._symbols, self._reporter)
+        point, fixed_us = self._timing.anchors[name]
+        return self._anchor((point, fixed_us + offset_us))
+
+    def _anchor(self, anchor: tuple[str, int]) -> Anchor:
+        return Anchor(self._position_of[anchor[0]], anchor[1])
+
+    def _filling(self, variable: str) -> Filling:
+        name = self._variables.class_of[variable]
+        if name in self._variables.constants:
+            return Filling(-1, self._variables.constants[name])
+        return Filling(self._slot_of[name])
+
+    def _emission(self, one: model.Emit, cells: Cells) -> Emission:
+        fillings = [
+            self._filling(cell.variable) if cell.variable else Filling(-1, cell.constant or "") for cell in cells.all
+        ]
+        time = self._emission_time(one)
+        change = (fillings[-2], fillings[-1]) if cells.values else None
+        return Emission(cells.name, tuple(fillings[: len(cells.arguments)]), change, time, max(0, self._after_us(time)))
+
+    def _emission_time(self, one: model.Emit) -> Anchor:
+        if one.time is not None:
+            return self._moved(one.time)
+        if self._chronicle.points:
+            return self._anchor(self._timing.anchors[self._chronicle.points[-1].name])
+        message = (
+            f"expected a time for the emitted event, got none and no time point in the head of {self._chronicle.name!r}"
+        )
+        self._reporter.error("C0407", message, one.span, "write emit event(..., t1)")
+        return Anchor(0, 0)
+
+    def _after_us(self, start: Anchor) -> int:
+        """Bound how long after a time of an instance the instance can still be concluded."""
+        return max(self._between_us(start, end) for end in self._ends)
+
+    def _between_us(self, start: Anchor, end: Anchor) -> int:
+        labels = [self._events[anchor.position][0].point.name for anchor in (start, end)]
+        return self._timing.most_us(labels[0], labels[1]) + end.offset_us - start.offset_us
+
+    def _report(self, one: model.Report) -> tuple[ReportPart, ...]:
+        known = {*self._slot_of, *self._variables.constants}
+        names = [name for name, root in self._variables.class_of.items() if root in known]
+        return _report_parts(one.text, {name: self._filling(name) for name in names})
+
+
+def _covers(cells: Cells, event: Cells, variables: Variables) -> bool:
+    """Say whether every event that fits one pattern of an instance fits the other too."""
+    if (cells.name, len(cells.arguments), len(cells.values)) != (event.name, len(event.arguments), len(event.values)):
+        return False
+    pairs = zip(cells.all, event.all, strict=True)
+    return all(variables.content(one) in (("anything", ""), variables.content(other)) for one, other in pairs)
+
+
+def _free_classes(pairs: Iterable[tuple[object, Cells]], variables: Variables) -> set[str]:
+    found = {variables.class_of[cell.variable] for _, cells in pairs for cell in cells.all if cell.variable}
+    return found - variables.constants.keys()
+
+
+def _report_parts(text: str, fillings: Mapping[str, Filling]) -> tuple[ReportPart, ...]:
+    """Cut a text at its ?variables; what is no variable stays as it is."""
+    parts: list[ReportPart] = []
+    for index, piece in enumerate(re.split(r"\?([A-Za-z_][A-Za-z0-9_]*)", text)):
+        parts.append(piece if index % 2 == 0 else fillings.get(piece, f"?{piece}"))
+    return tuple(part for part in parts if part != "")
+
+
+def _is_symmetric(tests: Sequence[EventTest]) -> bool:
+    """Say whether one event could pass two of the tests."""
+    for index, first in enumerate(tests):
+        for second in tests[index + 1 :]:
+            same = (first.name, first.arity, first.is_change) == (second.name, second.arity, second.is_change)
+            values = dict(first.constants)
+            if same and all(values.get(field, text) == text for field, text in second.constants):
+                return True
+    return False

@@ -1,0 +1,112 @@
+"""Which time differences do the constraints of a chronicle leave, and do they contradict each other?
+
+A simple temporal network (Dechter, Meiri, Pearl 1991, *Temporal constraint networks*): `distance[i, j]` bounds
+`t_j - t_i` from above. All-pairs shortest paths give the minimal network: every pair of values it allows can be
+extended to all other points, so a recogniser only intersects windows and never propagates again.
+All numbers are integer microseconds; bounds are closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chronicles.language.diagnostics import Span
+
+IntArray = NDArray[np.int64]
+
+# Twice this still fits into 64 bits; anything at or above it means "no bound".
+UNBOUNDED_US = 2**61
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """`t_target - t_source <= weight_us`, and the statement that says so."""
+
+    source: int
+    target: int
+    weight_us: int
+    span: Span
+
+
+def distances(point_count: int, edges: Sequence[Edge]) -> IntArray:
+    """Make the distance matrix that the edges state, before minimising.
+
+    Returns
+    -------
+    (n, n); `UNBOUNDED_US` where no edge says anything, 0 on the diagonal.
+    """
+    matrix = np.full((point_count, point_count), UNBOUNDED_US, dtype=np.int64)
+    np.fill_diagonal(matrix, 0)
+    for edge in edges:
+        matrix[edge.source, edge.target] = min(matrix[edge.source, edge.target], edge.weight_us)
+    return matrix
+
+
+def minimise(matrix: IntArray) -> IntArray | None:
+    """Tighten every bound to what all constraints together leave (Floyd-Warshall).
+
+    Parameters
+    ----------
+    matrix : (n, n), as made by `distances`.
+
+    Returns
+    -------
+    The minimal network, (n, n), or None if the constraints contradict each other.
+
+    Examples
+    --------
+    >>> minimise(np.array([[0, 5, UNBOUNDED_US], [-1, 0, 5], [UNBOUNDED_US, -1, 0]])).tolist()
+    [[0, 5, 10], [-1, 0, 5], [-2, -1, 0]]
+    >>> minimise(np.array([[0, 5], [-6, 0]])) is None
+    True
+    """
+    least = matrix.copy()
+    for middle in range(len(least)):
+        into, out_of = least[:, middle, None], least[None, middle, :]
+        # Saturating sum: no bound plus anything is no bound, also when the anything is negative.
+        through = np.where((into >= UNBOUNDED_US) | (out_of >= UNBOUNDED_US), UNBOUNDED_US, into + out_of)
+        np.minimum(least, through, out=least)
+        if (np.diagonal(least) < 0).any():
+            return None
+    return least
+
+
+def negative_cycle(point_count: int, edges: Sequence[Edge]) -> tuple[Edge, ...]:
+    """Find constraints that contradict each other (Bellman-Ford from a virtual source).
+
+    Returns
+    -------
+    Edges in order, each starting where the one before ends, with a negative sum of weights; empty if there are none.
+    """
+    reach = [0] * point_count
+    before: list[Edge | None] = [None] * point_count
+    changed: Edge | None = None
+    for _ in range(point_count + 1):
+        changed = None
+        for edge in edges:
+            if reach[edge.source] + edge.weight_us < reach[edge.target]:
+                reach[edge.target] = reach[edge.source] + edge.weight_us
+                before[edge.target] = changed = edge
+        if changed is None:
+            return ()
+    assert changed is not None
+    return _walk_back(changed.target, before)
+
+
+def _walk_back(point: int, before: Sequence[Edge | None]) -> tuple[Edge, ...]:
+    for _ in before:  # n steps back always end inside the cycle
+        edge = before[point]
+        assert edge is not None
+        point = edge.source
+    cycle: list[Edge] = []
+    start = point
+    while not cycle or point != start:
+        edge = before[point]
+        assert edge is not None
+        cycle.append(edge)
+        point = edge.source
+    return tuple(reversed(cycle))

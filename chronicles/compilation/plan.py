@@ -1,0 +1,167 @@
+"""What does a recogniser need to know about a chronicle?
+
+The plan is made once by `compiler.py` and read by every executor. It does not depend on the order in which the text
+lists its statements: positions, variables and time points are sorted by what they are.
+
+Positions are the `event` statements, numbered 0, 1, ...; slots are the variables that an instance binds, those bound by
+events first (`event_slot_count` of them). Fields of an event are its arguments, then for a change the old and the
+new value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chronicles.compilation.domains import ValueSet
+
+
+@dataclass(frozen=True, slots=True)
+class EventTest:
+    """When does an event fit a pattern, looking at the event alone?
+
+    `constants` (field, value) must be equal; `filters` (field, allowed values); `equal` and `different` are pairs of
+    fields that must (not) have the same value; `variables` (field, slot) say where the values of slots stand.
+    """
+
+    name: str
+    arity: int
+    is_change: bool
+    constants: tuple[tuple[int, str], ...] = ()
+    filters: tuple[tuple[int, ValueSet], ...] = ()
+    equal: tuple[tuple[int, int], ...] = ()
+    different: tuple[tuple[int, int], ...] = ()
+    variables: tuple[tuple[int, int], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """A time in an instance: the time of the event at `position`, plus `offset_us`."""
+
+    position: int
+    offset_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """An event that an instance needs; `label` is its time point, `pattern` its text."""
+
+    label: str
+    test: EventTest
+    pattern: str
+
+
+@dataclass(frozen=True, slots=True)
+class Absence:
+    """A `noevent`: no event passes `test` in [start, end).
+
+    `different` (field, slot): variables known only here that must differ from a bound one.
+    """
+
+    test: EventTest
+    start: Anchor
+    end: Anchor
+    different: tuple[tuple[int, int], ...]
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Persistence:
+    """A `hold`: the attribute has one known value throughout [start, end).
+
+    Arguments: `constants` (argument, value), `bound` (argument, slot already known), `binds` (argument, slot that gets
+    its value here), `equal` (argument, argument). The value: `value` a constant or None, `value_slot` a known slot or
+    -1, `value_binds` the slot that gets its value here or -1; none of them means any value.
+    `needs_report` asks for a change at or before the start, so that a default is no evidence: set where an argument
+    is not known from events. `needs_known` rules out "unknown": set where an argument or the value is not known from
+    events.
+    After binding, `different` (new slot, other slot) and `filters` (new slot, allowed values) must pass.
+    """
+
+    attribute: str
+    arity: int
+    start: Anchor
+    end: Anchor
+    constants: tuple[tuple[int, str], ...]
+    bound: tuple[tuple[int, int], ...]
+    binds: tuple[tuple[int, int], ...]
+    equal: tuple[tuple[int, int], ...]
+    value: str | None
+    value_slot: int
+    value_binds: int
+    needs_report: bool
+    needs_known: bool
+    different: tuple[tuple[int, int], ...]
+    filters: tuple[tuple[int, ValueSet], ...]
+    text: str
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all arguments are known before looking."""
+        return len(self.constants) + len(self.bound) == self.arity
+
+
+@dataclass(frozen=True, slots=True)
+class Filling:
+    """A value of an instance: the one in `slot`, or `constant` when the slot is -1."""
+
+    slot: int
+    constant: str = ""
+
+
+ReportPart = str | Filling
+
+
+@dataclass(frozen=True, slots=True)
+class Emission:
+    """An event that a recognised instance gives; `delay_us` bounds how long after its time it can still be given."""
+
+    name: str
+    arguments: tuple[Filling, ...]
+    change: tuple[Filling, Filling] | None
+    time: Anchor
+    delay_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One chronicle, ready to be recognised.
+
+    `distance_us[i][j]` bounds the time of position j minus that of position i from above (minimal network); all entries
+    are finite. `different` are pairs of event slots that must differ; `points` all time points by name; `start` and
+    `end` the exported ones; `roles` the header variables. `is_symmetric` says that one event could fill two positions,
+    so two instances can be the same set of events. `tail_us` bounds how long after its first event an instance is
+    concluded, `memory_us` how far an obligation then looks back.
+    """
+
+    name: str
+    version: str
+    positions: tuple[Position, ...]
+    distance_us: tuple[tuple[int, ...], ...]
+    slots: tuple[str, ...]
+    event_slot_count: int
+    different: tuple[tuple[int, int], ...]
+    absences: tuple[Absence, ...]
+    persistences: tuple[Persistence, ...]
+    points: tuple[tuple[str, Anchor], ...]
+    start: Anchor | None
+    end: Anchor | None
+    roles: tuple[tuple[str, Filling], ...]
+    emissions: tuple[Emission, ...]
+    reports: tuple[tuple[ReportPart, ...], ...]
+    is_symmetric: bool
+    tail_us: int
+    memory_us: int
+
+    @property
+    def consumes(self) -> frozenset[str]:
+        """Names of the events and attributes that the chronicle looks at."""
+        return frozenset(
+            [position.test.name for position in self.positions]
+            + [absence.test.name for absence in self.absences]
+            + [persistence.attribute for persistence in self.persistences]
+        )
+
+    @property
+    def produces(self) -> frozenset[str]:
+        """Names of the events that the chronicle emits."""
+        return frozenset(emission.name for emission in self.emissions)

@@ -1,0 +1,243 @@
+"""Which names do the declarations of some texts introduce, and what do they stand for?
+
+All texts share one name space. The same declaration may stand in several texts; a different one under the same name
+is a clash.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
+from chronicles.language import model
+from chronicles.language.diagnostics import Reporter, Span, suggest
+from chronicles.language.printer import print_domain, print_term
+
+# Every attribute has this value while nothing is known about it, whatever its domain.
+UNKNOWN = "unknown"
+_LARGEST_RANGE = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """An argument or the value of an attribute: `sort` names its domain ("" if none is declared)."""
+
+    sort: str
+    values: ValueSet
+
+
+UNDECLARED_FIELD = Field("", ANY_VALUE)
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """An attribute (with a value field) or a message (value None) and the fields of its arguments."""
+
+    name: str
+    arguments: tuple[Field, ...]
+    value: Field | None
+    default: str
+
+    @property
+    def kind(self) -> str:
+        """The word of the declaration."""
+        return "message" if self.value is None else "attribute"
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def name_span(self) -> Span: ...
+
+
+_Kind = TypeVar("_Kind", bound=_Named)
+
+
+@dataclass(frozen=True, slots=True)
+class Symbols:
+    """The name space of some texts. `timeunits` gives the microseconds of a bare number, by text."""
+
+    constants: Mapping[str, model.Constant]
+    domains: Mapping[str, ValueSet]
+    signatures: Mapping[str, Signature]
+    timeunits: Mapping[str, int]
+
+    @property
+    def is_open(self) -> bool:
+        """Whether events need no declaration: true when no text declares an attribute or a message."""
+        return not self.signatures
+
+    def value_of(self, literal: model.Literal, reporter: Reporter) -> str:
+        """Replace the name of a constant by its value."""
+        constant = None if literal.quoted else self.constants.get(literal.text)
+        if constant is None:
+            return literal.text
+        if isinstance(constant.value, model.Duration):
+            message = f"expected a value, got the constant {literal.text!r}, which is a duration"
+            reporter.error("C0305", message, literal.span)
+            return literal.text
+        return constant.value.text
+
+    def duration_of(self, duration: model.Duration, reporter: Reporter) -> int:
+        """Give a duration in microseconds, looking up a constant's name."""
+        if not duration.constant:
+            return duration.us
+        constant = self.constants.get(duration.constant)
+        value = None if constant is None else constant.value
+        if isinstance(value, model.Duration):
+            return value.us
+        if value is not None and value.text.isdigit():
+            return int(value.text) * self.timeunits.get(duration.span.file, 1)
+        if value is None:
+            message = f"expected a duration or a constant, got the unknown name {duration.constant!r}"
+            reporter.error("C0204", message, duration.span, suggest(duration.constant, list(self.constants)))
+        else:
+            message = f"expected a duration, got the constant {duration.constant!r}, which is {value.text!r}"
+            reporter.error("C0305", message, duration.span)
+        return 0
+
+
+def collect_symbols(files: Iterable[model.ChronicleFile], reporter: Reporter) -> Symbols:
+    """Read all declarations but the chronicles; clashes and unknown domains go to the reporter."""
+    declarations = [declaration for file in files for declaration in file.declarations]
+    constants = _unique([one for one in declarations if isinstance(one, model.Constant)], reporter)
+    domains = _unique([one for one in declarations if isinstance(one, model.Domain)], reporter)
+    events = _unique([one for one in declarations if isinstance(one, model.Attribute | model.Message)], reporter)
+    timeunits = {one.span.file: one.us for one in declarations if isinstance(one, model.TimeUnit)}
+    resolver = _Resolver(Symbols(constants, {}, {}, timeunits), domains, reporter)
+    sets = {name: resolver.named(name) for name in domains}
+    signatures = {name: resolver.signature(declaration) for name, declaration in events.items()}
+    return Symbols(constants, sets, signatures, timeunits)
+
+
+def _unique(declarations: Iterable[_Kind], reporter: Reporter) -> dict[str, _Kind]:
+    found: dict[str, _Kind] = {}
+    for declaration in declarations:
+        first = found.setdefault(declaration.name, declaration)
+        if first != declaration:
+            place = f"{first.name_span.file}:{first.name_span.line}"
+            message = f"expected one declaration of {declaration.name!r}, got another one than at {place}"
+            reporter.error("C0203", message, declaration.name_span, "choose another name, or make them equal")
+    return found
+
+
+class _Resolver:
+    """Turns domain expressions into value sets; invariant: a domain is never resolved inside itself."""
+
+    def __init__(self, symbols: Symbols, domains: Mapping[str, model.Domain], reporter: Reporter) -> None:
+        self._symbols = symbols
+        self._domains = domains
+        self._reporter = reporter
+        self._open: list[str] = []
+        self._circles: set[frozenset[str]] = set()
+
+    def named(self, name: str) -> ValueSet:
+        """Resolve a declared domain; report one that is made of itself."""
+        if name in self._open:
+            self._report_circle(self._open[self._open.index(name) :])
+            return ANY_VALUE
+        self._open.append(name)
+        result = resolve_domain(self._domains[name].expression, self._symbols, self._reporter, self._named_or_error)
+        self._open.pop()
+        return result
+
+    def _named_or_error(self, expression: model.DomainName) -> ValueSet:
+        if expression.name in self._domains:
+            return self.named(expression.name)
+        return _unknown_domain(expression, list(self._domains), self._reporter)
+
+    def _report_circle(self, names: list[str]) -> None:
+        if frozenset(names) not in self._circles:
+            self._circles.add(frozenset(names))
+            path = " -> ".join([*names, names[0]])
+            message = f"expected a domain made of others, got one made of itself: {path}"
+            self._reporter.error("C0205", message, self._domains[names[0]].name_span)
+
+    def signature(self, declaration: model.Attribute | model.Message) -> Signature:
+        """Resolve the domains of an event, and check its default against them."""
+        names = [parameter.name for parameter in declaration.parameters]
+        self._check_parameters(declaration, names)
+        by_name = {item.variable.name: item.domain for item in declaration.domains}
+        arguments = tuple(self._field(by_name.get(name)) for name in names)
+        if isinstance(declaration, model.Message):
+            return Signature(declaration.name, arguments, None, UNKNOWN)
+        value = self._field(declaration.value_domain)
+        default = UNKNOWN
+        if declaration.default is not None:
+            default = self._symbols.value_of(declaration.default, self._reporter)
+            check_value(default, value, declaration.default.span, self._reporter)
+        return Signature(declaration.name, arguments, value, default)
+
+    def _check_parameters(self, declaration: model.Attribute | model.Message, names: list[str]) -> None:
+        for index, parameter in enumerate(declaration.parameters):
+            if parameter.name in names[:index]:
+                message = f"expected parameters that differ, got ?{parameter.name} twice"
+                self._reporter.error("C0203", message, parameter.span)
+        for item in declaration.domains:
+            if item.variable.name not in names:
+                message = f"expected a parameter of {declaration.name!r}, got ?{item.variable.name}"
+                hint = suggest(f"?{item.variable.name}", [f"?{name}" for name in names])
+                self._reporter.error("C0205", message, item.variable.span, hint)
+
+    def _field(self, expression: model.DomainExpression | None) -> Field:
+        if expression is None:
+            return UNDECLARED_FIELD
+        values = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+        return Field(print_domain(expression), values)
+
+
+class _DomainLookUp(Protocol):
+    def __call__(self, expression: model.DomainName, /) -> ValueSet: ...
+
+
+def resolve_domain(
+    expression: model.DomainExpression, symbols: Symbols, reporter: Reporter, look_up: _DomainLookUp
+) -> ValueSet:
+    """Give the values that a domain expression allows."""
+    match expression:
+        case model.DomainValues(values):
+            return one_of(*(symbols.value_of(value, reporter) for value in values))
+        case model.DomainRange(low, high):
+            if not 0 <= high - low < _LARGEST_RANGE:
+                message = f"expected a range of 1 to {_LARGEST_RANGE} numbers, got [{low}..{high}]"
+                reporter.error("C0401", message, expression.span)
+                return ANY_VALUE
+            return one_of(*map(str, range(low, high + 1)))
+        case model.DomainSymbol():
+            return ANY_VALUE
+        case model.DomainName():
+            return look_up(expression)
+        case model.DomainOperation(left, operator, right):
+            first = resolve_domain(left, symbols, reporter, look_up)
+            second = resolve_domain(right, symbols, reporter, look_up)
+            return first.union(second) if operator == "|" else first.difference(second)
+
+
+def domain_of(expression: model.DomainExpression, symbols: Symbols, reporter: Reporter) -> ValueSet:
+    """Give the values that an expression in a chronicle's body allows."""
+
+    def look_up(name: model.DomainName) -> ValueSet:
+        """Return the values of a domain by name; report an unknown name."""
+        if name.name in symbols.domains:
+            return symbols.domains[name.name]
+        return _unknown_domain(name, list(symbols.domains), reporter)
+
+    return resolve_domain(expression, symbols, reporter, look_up)
+
+
+def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None:
+    """Report a value outside its declared domain; `unknown` is always allowed."""
+    if text != UNKNOWN and text not in field.values:
+        known = [] if field.values.complement else sorted(field.values.texts)
+        named = print_term(model.Literal(text, False, span))
+        reporter.error("C0303", f"expected a value of {field.sort}, got {named}", span, suggest(text, known))
+
+
+def _unknown_domain(expression: model.DomainName, known: list[str], reporter: Reporter) -> ValueSet:
+    message = f"expected a domain, got the unknown name {expression.name!r}"
+    reporter.error("C0202", message, expression.span, suggest(expression.name, known))
+    return ANY_VALUE

@@ -1,0 +1,1 @@
+"""Finding the instances of plans in events."""

@@ -1,0 +1,157 @@
+"""How does an instance become an occurrence, or a description of what it still expects?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from chronicles.compilation.plan import Anchor, Emission, Filling, Plan, ReportPart
+from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
+from chronicles.execution.instances import Instance, Layout, Record
+
+Values = tuple[str, ...]
+
+
+# The watermark at which it became certain, the chronicle's place in its set, values, time points, events' numbers.
+Order = tuple[int, int, Values, tuple[tuple[str, int], ...], tuple[int, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """An occurrence with its place in the order of output, and the values and events that identify it."""
+
+    order: Order
+    occurrence: Occurrence
+    builder: OccurrenceBuilder
+
+
+class OccurrenceBuilder:
+    """Builds the occurrences of one chronicle and knows which ones were reported already."""
+
+    def __init__(self, plan: Plan, rank: int) -> None:
+        self._plan = plan
+        self._rank = rank
+        self._layout = Layout(plan)
+        self._reported: dict[tuple[Values, frozenset[int]], int] = {}
+
+    def finding(self, instance: Instance, values: Values, certain_us: int, clock_us: int) -> Finding:
+        """Build the occurrence of a concluded instance with the values of all its slots."""
+        plan = self._plan
+        records: list[Record] = sorted(instance[self._layout.records :])
+        events = tuple([record[2] for record in records])
+        hypotheses = _hypotheses(events)
+        sub_events = _sub_events([(_time(instance, anchor), name) for name, anchor in plan.points])
+        occurrence = Occurrence(
+            chronicle=plan.name,
+            version=plan.version,
+            roles={name: _text(filling, values) for name, filling in plan.roles},
+            start_us=records[0][0] if plan.start is None else _time(instance, plan.start),
+            end_us=records[-1][0] if plan.end is None else _time(instance, plan.end),
+            sub_events=sub_events,
+            events=events,
+            emitted=tuple([_emitted(one, instance, values, hypotheses) for one in plan.emissions]),
+            reports=tuple(["".join([_part(part, values) for part in parts]) for parts in plan.reports]),
+            recognised_us=clock_us,
+            hypotheses=hypotheses,
+        )
+        sequence = tuple([record[1] for record in records])
+        return Finding((certain_us, self._rank, values, sub_events, sequence), occurrence, self)
+
+    def is_new(self, finding: Finding) -> bool:
+        """Say whether the same values and events were not reported before, and remember them.
+
+        Only a chronicle in which one event can fill two positions finds the same events twice.
+        """
+        if not self._plan.is_symmetric:
+            return True
+        certain_us, _, values, _, sequence = finding.order
+        identity = values, frozenset(sequence)
+        if identity in self._reported:
+            return False
+        self._reported[identity] = certain_us + self._plan.tail_us
+        return True
+
+    def forget_before(self, now_us: int) -> None:
+        """Drop what cannot be found again."""
+        self._reported = {key: last_us for key, last_us in self._reported.items() if last_us >= now_us}
+
+
+class PartialBuilder:
+    """Describes the instances of one chronicle that are under way."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._layout = Layout(plan)
+
+    def expecting(self, instance: Instance, mask: int, now_us: int) -> PartialInstance:
+        """Describe an instance that misses events; nothing earlier than `now_us` can come any more."""
+        windows = self._windows(instance, mask, now_us)
+        expected = [
+            ExpectedEvent(position.label, position.pattern, *windows[index])
+            for index, position in enumerate(self._plan.positions)
+            if not mask >> index & 1
+        ]
+        expected.sort(key=lambda one: (one.earliest_us, one.latest_us, one.label, one.pattern))
+        return self._partial(instance, mask, tuple(expected), instance[0])
+
+    def pending(self, instance: Instance, closes_us: int) -> PartialInstance:
+        """Describe an instance that has its events and waits for the end of a `noevent` or `hold`."""
+        return self._partial(instance, (1 << len(self._plan.positions)) - 1, (), closes_us)
+
+    def _windows(self, instance: Instance, mask: int, now_us: int) -> list[tuple[int, int]]:
+        """Intersect the windows of missing positions with those that the matched ones and the clock leave."""
+        distance = self._plan.distance_us
+        places = range(len(distance))
+        matched = [index for index in places if mask >> index & 1]
+        earliest = [max(instance[1 + one] - distance[index][one] for one in matched) for index in places]
+        latest = [min(instance[1 + one] + distance[one][index] for one in matched) for index in places]
+        missing = [index for index in places if index not in matched]
+        cut = {index: max(earliest[index], now_us) for index in missing}
+        # The network is minimal, so one round of propagation is enough.
+        pushed = [max([earliest[one], *(cut[m] - distance[one][m] for m in missing)]) for one in places]
+        return list(zip(pushed, latest, strict=True))
+
+    def _partial(
+        self, instance: Instance, mask: int, expected: tuple[ExpectedEvent, ...], latest_us: int
+    ) -> PartialInstance:
+        layout, plan = self._layout, self._plan
+        records: list[Record] = sorted(one for one in instance[layout.records :] if one is not None)
+        matched = [(instance[1 + index], one.label) for index, one in enumerate(plan.positions) if mask >> index & 1]
+        values = tuple(instance[layout.slots : layout.records]) + (None,) * (len(plan.slots) - layout.event_slots)
+        roles = {
+            name: filling.constant if filling.slot < 0 else values[filling.slot]
+            for name, filling in plan.roles
+            if filling.slot < 0 or values[filling.slot] is not None
+        }
+        hypotheses = _hypotheses([record[2] for record in records])
+        return PartialInstance(plan.name, roles, _sub_events(matched), expected, latest_us, hypotheses)
+
+
+def _hypotheses(events: Iterable[Event]) -> tuple[str, ...]:
+    return tuple(sorted({label for event in events for label in event.hypotheses}))
+
+
+def _sub_events(times: list[tuple[int, str]]) -> tuple[tuple[str, int], ...]:
+    return tuple([(name, t_us) for t_us, name in sorted(set(times))])
+
+
+def _time(instance: Instance, anchor: Anchor) -> int:
+    t_us: int = instance[1 + anchor.position] + anchor.offset_us
+    return t_us
+
+
+def _text(filling: Filling, values: Values) -> str:
+    return filling.constant if filling.slot < 0 else values[filling.slot]
+
+
+def _part(part: ReportPart, values: Values) -> str:
+    return part if isinstance(part, str) else _text(part, values)
+
+
+def _emitted(one: Emission, instance: Instance, values: Values, hypotheses: tuple[str, ...]) -> Event:
+    arguments = tuple([_text(filling, values) for filling in one.arguments])
+    t_us = _time(instance, one.time)
+    if one.change is None:
+        return Event(one.name, arguments, t_us, hypotheses=hypotheses)
+    old, new = (_text(filling, values) for filling in one.change)
+    return Event(one.name, arguments, t_us, old, new, hypotheses)

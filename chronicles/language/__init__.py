@@ -1,0 +1,1 @@
+"""The chronicle language: from text to a tree, and back."""

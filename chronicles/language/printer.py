@@ -1,0 +1,227 @@
+"""How is a chronicle tree written as text?
+
+Reading the text again gives an equal tree. One construct has one form: one statement a line, two spaces of indent,
+durations in the largest unit that divides them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from typing import Any  # the table of printers maps each class to a function of exactly that class
+
+from chronicles.language import model
+from chronicles.language.syntax_errors import ACTION_WORDS, DECLARATION_WORDS, STATEMENT_WORDS
+
+_UNITS = ((3_600_000_000, "h"), (60_000_000, "min"), (1_000_000, "s"), (1_000, "ms"), (1, "us"))
+_OTHER_WORDS = ("in", "value", "default", "symbol", "oo", "recognised", "recognized", "at")
+_WORDS = frozenset((*DECLARATION_WORDS, *STATEMENT_WORDS, *ACTION_WORDS, *_OTHER_WORDS))
+_PLAIN = re.compile(r"(?!t[0-9])[A-Za-z_][A-Za-z0-9_]*|-?[0-9]+(\.[0-9]+)?")
+
+
+def print_file(file: model.ChronicleFile) -> str:
+    """Write a whole text.
+
+    Examples
+    --------
+    >>> from chronicles.language.diagnostics import Reporter
+    >>> from chronicles.language.parser import parse
+    >>> text = "chronicle a(t1){event(b[?x ,?],t1) t1<t2+1500ms}"
+    >>> print(print_file(parse(text, "a", Reporter({"a": text}))))
+    chronicle a(t1) {
+      event(b[?x, ?], t1)
+      t1 < t2 + 1500ms
+    }
+    <BLANKLINE>
+    """
+    return "".join(print_declaration(declaration) + "\n" for declaration in file.declarations)
+
+
+def print_declaration(declaration: model.Declaration) -> str:
+    """Write one declaration without a final newline."""
+    return _PRINTERS[type(declaration)](declaration)
+
+
+def print_statement(statement: model.Statement) -> str:
+    """Write one statement of a chronicle's body."""
+    return _PRINTERS[type(statement)](statement)
+
+
+def format_duration(us: int) -> str:
+    """Write a duration in the largest unit that divides it.
+
+    Examples
+    --------
+    >>> format_duration(1_500_000), format_duration(-60_000_000), format_duration(0)
+    ('1500ms', '-1min', '0s')
+    """
+    if us == 0:
+        return "0s"
+    size, unit = next(pair for pair in _UNITS if us % pair[0] == 0)
+    return f"{us // size}{unit}"
+
+
+def print_pattern(pattern: model.Pattern) -> str:
+    """Write an event pattern."""
+    change = ""
+    if pattern.change is not None:
+        change = f":({print_term(pattern.change[0])}, {print_term(pattern.change[1])})"
+    return f"{pattern.name}[{_terms(pattern.arguments)}]{change}"
+
+
+def print_term(term: model.Term) -> str:
+    """Write a variable, a value or `?`."""
+    if isinstance(term, model.Variable):
+        return f"?{term.name}"
+    if isinstance(term, model.Anything):
+        return "?"
+    if not term.quoted and _PLAIN.fullmatch(term.text) and term.text not in _WORDS:
+        return term.text
+    return _quoted(term.text)
+
+
+def print_domain(expression: model.DomainExpression) -> str:
+    """Write a domain expression with the fewest parentheses."""
+    match expression:
+        case model.DomainValues(values):
+            return "{" + _terms(values) + "}"
+        case model.DomainRange(low, high):
+            return f"[{low}..{high}]"
+        case model.DomainSymbol():
+            return "symbol"
+        case model.DomainName(name):
+            return name
+        case model.DomainOperation(left, operator, right):
+            written = print_domain(right)
+            # The operators group to the left, so only a right operand needs parentheses.
+            written = f"({written})" if isinstance(right, model.DomainOperation) else written
+            return f"{print_domain(left)} {operator} {written}"
+
+
+def _terms(terms: Iterable[model.Term]) -> str:
+    return ", ".join(map(print_term, terms))
+
+
+def _quoted(text: str) -> str:
+    return '"' + re.sub(r'(["\\])', r"\\\1", text) + '"'
+
+
+def _duration(duration: model.Duration) -> str:
+    return duration.constant or format_duration(duration.us)
+
+
+def _bound(bound: model.Bound) -> str:
+    length = "oo" if bound.duration is None else _duration(bound.duration)
+    return ("-" if bound.negative else "") + length
+
+
+def _offset(offset: model.Bound | None) -> str:
+    if offset is None or offset.duration is None:
+        return ""
+    return f" {'-' if offset.negative else '+'} {_duration(offset.duration)}"
+
+
+def _time(time: model.TimeExpression) -> str:
+    return time.point.name + _offset(time.offset)
+
+
+def _interval(interval: model.Interval) -> str:
+    return f"({_time(interval.start)}, {_time(interval.end)})"
+
+
+def _fluent(fluent: model.Fluent) -> str:
+    return f"{fluent.name}[{_terms(fluent.arguments)}]:{print_term(fluent.value)}"
+
+
+def _occurs(statement: model.OccursStatement) -> str:
+    most = "oo" if statement.most is None else statement.most
+    return f"occurs(({statement.least}, {most}), {print_pattern(statement.pattern)}, {_interval(statement.interval)})"
+
+
+def _comparison(statement: model.Comparison) -> str:
+    return f"{statement.left.name} {statement.comparator} {statement.right.name}{_offset(statement.offset)}"
+
+
+def _range(statement: model.Range) -> str:
+    difference = f"{statement.later.name} - {statement.earlier.name}"
+    low, high = _bound(statement.low), _bound(statement.high)
+    if statement.chained:
+        less, more = ("<" if statement.low_open else "<="), ("<" if statement.high_open else "<=")
+        return f"{low} {less} {difference} {more} {high}"
+    return f"{difference} in {']' if statement.low_open else '['}{low}, {high}{'[' if statement.high_open else ']'}"
+
+
+def _emit(action: model.Emit) -> str:
+    if action.time is None:
+        return f"emit {print_pattern(action.pattern)}"
+    return f"emit event({print_pattern(action.pattern)}, {_time(action.time)})"
+
+
+def _block(head: str, items: Iterable[str]) -> str:
+    lines = [f"  {line}" for item in items for line in item.split("\n")]
+    return "\n".join([f"{head} {{", *lines, "}"]) if lines else head
+
+
+def _parameter_domain(item: model.ParameterDomain) -> str:
+    return f"?{item.variable.name} in {print_domain(item.domain)}"
+
+
+def _parameters(parameters: Iterable[model.Variable]) -> str:
+    return f"[{_terms(parameters)}]"
+
+
+def _attribute(declaration: model.Attribute) -> str:
+    items = list(map(_parameter_domain, declaration.domains))
+    if declaration.value_domain is not None:
+        items.append(f"value in {print_domain(declaration.value_domain)}")
+    if declaration.default is not None:
+        items.append(f"default {print_term(declaration.default)}")
+    return _block(f"attribute {declaration.name}{_parameters(declaration.parameters)}", items)
+
+
+def _message(declaration: model.Message) -> str:
+    head = f"message {declaration.name}{_parameters(declaration.parameters)}"
+    return _block(head, map(_parameter_domain, declaration.domains))
+
+
+def _constant(declaration: model.Constant) -> str:
+    value = declaration.value
+    written = format_duration(value.us) if isinstance(value, model.Duration) else print_term(value)
+    return f"constant {declaration.name} = {written}"
+
+
+def _chronicle(declaration: model.Chronicle) -> str:
+    parameters = _parameters(declaration.parameters) if declaration.parameters else ""
+    points = ", ".join(point.name for point in declaration.points)
+    lines = [print_statement(statement) for statement in declaration.statements]
+    # A constraint that starts with a sign would read as the offset of the line before.
+    for index in range(1, len(lines)):
+        if lines[index].startswith("-"):
+            lines[index - 1] += ";"
+    if declaration.actions:
+        lines.append(_block("when recognised", (_PRINTERS[type(action)](action) for action in declaration.actions)))
+    head = f"chronicle {declaration.name}{parameters}({points})"
+    return _block(head, lines) if lines else head + " {\n}"
+
+
+_PRINTERS: dict[type, Callable[[Any], str]] = {
+    model.TimeUnit: lambda unit: f"timeunit {format_duration(unit.us)}",
+    model.Constant: _constant,
+    model.Domain: lambda domain: f"domain {domain.name} = {print_domain(domain.expression)}",
+    model.Attribute: _attribute,
+    model.Message: _message,
+    model.Chronicle: _chronicle,
+    model.EventStatement: lambda one: f"event({print_pattern(one.pattern)}, {one.point.name})",
+    model.NoEventStatement: lambda one: f"noevent({print_pattern(one.pattern)}, {_interval(one.interval)})",
+    model.OccursStatement: _occurs,
+    model.HoldStatement: lambda one: f"hold({_fluent(one.fluent)}, {_interval(one.interval)})",
+    model.AssertStatement: lambda one: f"assert({_fluent(one.fluent)}, {_interval(one.interval)})",
+    model.Comparison: _comparison,
+    model.Range: _range,
+    model.Equality: lambda one: f"?{one.variable.name} {'==' if one.equal else '!='} {print_term(one.term)}",
+    model.Allowance: lambda one: f"allow ?{one.left.name} == ?{one.right.name}",
+    model.Membership: lambda one: f"?{one.variable.name} in {print_domain(one.domain)}",
+    model.Emit: _emit,
+    model.Report: lambda one: f"report {_quoted(one.text)}",
+    model.AssertAction: lambda one: f"assert({_fluent(one.fluent)}, {_time(one.time)})",
+}

@@ -1,0 +1,54 @@
+"""Values of attributes over time."""
+
+from chronicles.events import Event
+from chronicles.execution.history import AttributeHistory
+
+
+def history(*changes: tuple[str, int, str, str], default: str = "unknown") -> AttributeHistory:
+    kept = AttributeHistory(["p"], [("p", default)])
+    for thing, t_us, old, new in changes:
+        kept.append(Event("p", (thing,), t_us, old, new))
+    return kept
+
+
+def test_value_holds_from_its_change_up_to_the_next() -> None:
+    kept = history(("a", 10, "off", "on"), ("a", 20, "on", "off"))
+    assert kept.value_throughout("p", ("a",), 10, 20) == "on"
+    assert kept.value_throughout("p", ("a",), 10, 21) is None
+    assert kept.value_throughout("p", ("a",), 20, 99) == "off"
+
+
+def test_value_is_unknown_or_the_default_before_the_first_change() -> None:
+    assert history().value_throughout("p", ("a",), 0, 9) == "unknown"
+    assert history(("a", 10, "on", "off"), default="off").value_throughout("p", ("a",), 0, 10) == "off"
+
+
+def test_order_of_changes_at_one_time_does_not_matter() -> None:
+    for changes in ((("off", "on"), ("on", "gone")), (("on", "gone"), ("off", "on"))):
+        kept = history(("a", 5, "unknown", "off"), *(("a", 10, old, new) for old, new in changes))
+        assert kept.value_throughout("p", ("a",), 10, 11) == "gone"
+
+
+def test_change_and_change_back_at_one_time_is_no_change() -> None:
+    kept = history(("a", 5, "unknown", "on"), ("a", 10, "on", "off"), ("a", 10, "off", "on"))
+    assert kept.value_throughout("p", ("a",), 5, 20) == "on"
+
+
+def test_forgetting_keeps_the_value_that_still_lasts() -> None:
+    kept = history(("a", 5, "unknown", "on"), ("a", 10, "on", "off"), ("b", 3, "on", "unknown"))
+    assert kept.forget_before(50) == 1
+    assert kept.value_throughout("p", ("a",), 50, 60) == "off"
+
+
+def test_forgotten_things_are_found_no_more_and_unknown() -> None:
+    kept = history(("a", 5, "unknown", "on"), ("b", 3, "on", "unknown"))
+    kept.index_by("p", ())
+    assert kept.matching("p", (), ()) == ()
+    kept = AttributeHistory(["p"], [])
+    kept.index_by("p", ())
+    for thing, new in (("a", "on"), ("b", "unknown")):
+        kept.append(Event("p", (thing,), 3, "off", new))
+    assert kept.matching("p", (), ()) == (("a",), ("b",))
+    kept.forget_before(10)
+    assert kept.matching("p", (), ()) == (("a",),)
+    assert kept.value_throughout("p", ("b",), 10, 20) == "unknown"
