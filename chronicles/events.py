@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Status = Literal["recognised", "tentative", "confirmed", "retracted"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,9 @@ class Occurrence:
     emitted : the events that the chronicle emits.
     reports : its report texts.
     recognised_us : the latest time the recogniser had been told when it concluded.
-    hypotheses : those of all matched events, sorted.
+    hypotheses : those of all matched events and of the changes that its holds rest on, sorted.
+    status : "tentative" while one of the hypotheses is open, then "confirmed" or "retracted"; "recognised" if none was
+        open from the start.
     """
 
     chronicle: str
@@ -50,6 +55,7 @@ class Occurrence:
     reports: tuple[str, ...]
     recognised_us: int
     hypotheses: tuple[str, ...]
+    status: Status = "recognised"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,4 +82,20 @@ class PartialInstance:
     matched: tuple[tuple[str, int], ...]
     expected: tuple[ExpectedEvent, ...]
     latest_us: int
+    hypotheses: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TimedOut:
+    """A partial instance that died because an event did not come in time, and that no event ever extended.
+
+    `matched` (time point, time) sorted by time; `missing` the time points of the events that did not come; `died_us`
+    the time by which the next of them should have come.
+    """
+
+    chronicle: str
+    roles: dict[str, str]
+    matched: tuple[tuple[str, int], ...]
+    missing: tuple[str, ...]
+    died_us: int
     hypotheses: tuple[str, ...]

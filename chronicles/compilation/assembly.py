@@ -88,7 +88,7 @@ class Assembly:
             slots=self._slots,
             event_slot_count=self._event_slot_count,
             different=self._different_slots(),
-            absences=self._absences,
+            counts=self._absences,
             persistences=self._holds,
             points=tuple((name, self._anchor(timing.anchors[name])) for name in timing.points),
             start=header[0] if header else None,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from chronicles.compilation.domains import ANY_VALUE
 from chronicles.compilation.patterns import Cell, Cells
-from chronicles.compilation.plan import Absence, Anchor, EventTest, Persistence
+from chronicles.compilation.plan import Anchor, Count, EventTest, Persistence
 from chronicles.compilation.variables import Variables
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter
@@ -76,7 +76,7 @@ class ObligationBuilder:
         self._event_slot_count = event_slot_count
         self._reporter = reporter
 
-    def absence(self, one: model.NoEventStatement, cells: Cells, start: Anchor, end: Anchor) -> Absence:
+    def absence(self, one: model.NoEventStatement, cells: Cells, start: Anchor, end: Anchor) -> Count:
         """Make the plan of a `noevent`."""
         test = event_test(cells, self._variables, self._slot_of)
         own = {
@@ -89,7 +89,7 @@ class ObligationBuilder:
             if self._variables.must_differ(name, other)
         )
         test = replace(test, different=different_fields(cells, self._variables))
-        return Absence(test, start, end, different, print_statement(one))
+        return Count(test, start, end, different, print_statement(one))
 
     def candidate(self, one: model.HoldStatement, cells: Cells, start: Anchor, end: Anchor) -> HoldCandidate:
         """Note a `hold`, to be put into order."""

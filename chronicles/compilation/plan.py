@@ -11,6 +11,7 @@ new value.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from chronicles.compilation.domains import ValueSet
 
@@ -51,10 +52,11 @@ class Position:
 
 
 @dataclass(frozen=True, slots=True)
-class Absence:
-    """A `noevent`: no event passes `test` in [start, end).
+class Count:
+    """An `occurs` or a `noevent`: `least` to `most` events pass `test` in [start, end); `most` None is unbounded.
 
-    `different` (field, slot): variables known only here that must differ from a bound one.
+    A `noevent` is 0 to 0 events. `different` (field, slot): variables known only here that must differ from a bound
+    one.
     """
 
     test: EventTest
@@ -62,11 +64,15 @@ class Absence:
     end: Anchor
     different: tuple[tuple[int, int], ...]
     text: str
+    least: int = 0
+    most: int | None = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Persistence:
-    """A `hold`: the attribute has one known value throughout [start, end).
+    """A `hold` or an `assert`: the attribute has one value throughout [start, end).
+
+    With `is_assumed` (an `assert`) only evidence against the value counts: unknown passes.
 
     Arguments: `constants` (argument, value), `bound` (argument, slot already known), `binds` (argument, slot that gets
     its value here), `equal` (argument, argument). The value: `value` a constant or None, `value_slot` a known slot or
@@ -93,6 +99,7 @@ class Persistence:
     different: tuple[tuple[int, int], ...]
     filters: tuple[tuple[int, ValueSet], ...]
     text: str
+    is_assumed: bool = False
 
     @property
     def is_complete(self) -> bool:
@@ -123,6 +130,17 @@ class Emission:
 
 
 @dataclass(frozen=True, slots=True)
+class Selection:
+    """Which occurrences of a chronicle are told: all, one for each event at position `anchor`, or disjoint ones.
+
+    Disjoint is meant in time and for each combination of roles. The first in the order of results is taken.
+    """
+
+    kind: Literal["all", "first", "non_overlapping"] = "all"
+    anchor: int = -1
+
+
+@dataclass(frozen=True, slots=True)
 class Plan:
     """One chronicle, ready to be recognised.
 
@@ -140,7 +158,7 @@ class Plan:
     slots: tuple[str, ...]
     event_slot_count: int
     different: tuple[tuple[int, int], ...]
-    absences: tuple[Absence, ...]
+    counts: tuple[Count, ...]
     persistences: tuple[Persistence, ...]
     points: tuple[tuple[str, Anchor], ...]
     start: Anchor | None
@@ -151,13 +169,14 @@ class Plan:
     is_symmetric: bool
     tail_us: int
     memory_us: int
+    selection: Selection = Selection()
 
     @property
     def consumes(self) -> frozenset[str]:
         """Names of the events and attributes that the chronicle looks at."""
         return frozenset(
             [position.test.name for position in self.positions]
-            + [absence.test.name for absence in self.absences]
+            + [count.test.name for count in self.counts]
             + [persistence.attribute for persistence in self.persistences]
         )
 

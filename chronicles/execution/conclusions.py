@@ -10,7 +10,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator
 
-from chronicles.compilation.plan import Absence, Anchor, Persistence, Plan
+from chronicles.compilation.plan import Anchor, Count, Persistence, Plan
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.event_tests import EventMatcher, event_matcher
@@ -20,16 +20,16 @@ from chronicles.execution.instances import Instance, Layout
 Values = tuple[str, ...]
 
 
-class _AbsenceLog:
+class _CountLog:
     """The events that one `noevent` forbids, by the values of its bound variables, in the order of time."""
 
-    def __init__(self, absence: Absence) -> None:
-        bound = absence.test.variables
-        self.absence = absence
+    def __init__(self, count: Count) -> None:
+        bound = count.test.variables
+        self.count = count
         self._bound_slots = tuple(slot for _, slot in bound)
-        self._other_slots = tuple(slot for _, slot in absence.different)
-        fields = [field for field, _ in bound] + [field for field, _ in absence.different]
-        self._matcher: EventMatcher = event_matcher(absence.test, fields)
+        self._other_slots = tuple(slot for _, slot in count.different)
+        fields = [field for field, _ in bound] + [field for field, _ in count.different]
+        self._matcher: EventMatcher = event_matcher(count.test, fields)
         self._found: dict[Values, tuple[list[int], list[Values]]] = {}
 
     def append(self, event: Event) -> None:
@@ -74,14 +74,14 @@ class Conclusions:
         self._plan = plan
         self._history = history
         self._layout = Layout(plan)
-        self._logs = [_AbsenceLog(absence) for absence in plan.absences]
-        self._logs_at: dict[str, list[_AbsenceLog]] = {}
+        self._logs = [_CountLog(count) for count in plan.counts]
+        self._logs_at: dict[str, list[_CountLog]] = {}
         for log in self._logs:
-            self._logs_at.setdefault(log.absence.test.name, []).append(log)
+            self._logs_at.setdefault(log.count.test.name, []).append(log)
         self._ends = tuple(
             (1 + anchor.position, anchor.offset_us)
             for anchor in [Anchor(index, 0) for index in range(len(plan.positions))]
-            + [one.end for one in plan.absences]
+            + [one.end for one in plan.counts]
             + [one.end for one in plan.persistences]
         )
         self._places = [_known_places(one) for one in plan.persistences]
@@ -121,7 +121,7 @@ class Conclusions:
             instance[self._layout.slots + slot] if slot in known else "" for slot in range(len(self._plan.slots))
         )
         for log in self._logs:
-            window = self._window_so_far(log.absence, instance, mask, now_us)
+            window = self._window_so_far(log.count, instance, mask, now_us)
             if window is not None and log.knows(known) and log.is_violated(values, *window):
                 return True
         for one in self._plan.persistences:
@@ -138,7 +138,7 @@ class Conclusions:
         return sum(log.forget_before(t_us) for log in self._logs)
 
     def _window_so_far(
-        self, one: Absence | Persistence, instance: Instance, mask: int, now_us: int
+        self, one: Count | Persistence, instance: Instance, mask: int, now_us: int
     ) -> tuple[int, int] | None:
         """Give the part of a window that is over, None if there is none or its place is not known."""
         if not (mask >> one.start.position & 1 and mask >> one.end.position & 1):
@@ -183,14 +183,14 @@ class Conclusions:
         return self._history.value_throughout(one.attribute, args, *window)
 
     def _is_forbidden(self, instance: Instance, values: Values) -> bool:
-        return any(log.is_violated(values, *_window(log.absence, instance)) for log in self._logs)
+        return any(log.is_violated(values, *_window(log.count, instance)) for log in self._logs)
 
 
 def _known_places(one: Persistence) -> tuple[int, ...]:
     return tuple(sorted(place for place, _ in (*one.constants, *one.bound)))
 
 
-def _window(one: Absence | Persistence, instance: Instance) -> tuple[int, int]:
+def _window(one: Count | Persistence, instance: Instance) -> tuple[int, int]:
     start_us = instance[1 + one.start.position] + one.start.offset_us
     end_us = instance[1 + one.end.position] + one.end.offset_us
     return start_us, end_us

@@ -207,6 +207,15 @@ class Membership:
     span: Span = field(compare=False, repr=False)
 
 
+@dataclass(frozen=True, slots=True)
+class SelectStatement:
+    """`select all`, `select first(t1)` or `select non_overlapping`: which occurrences are told."""
+
+    kind: OneOf["all", "first", "non_overlapping"]
+    anchor: TimePoint | None
+    span: Span = field(compare=False, repr=False)
+
+
 Statement = (
     EventStatement
     | NoEventStatement
@@ -218,6 +227,7 @@ Statement = (
     | Equality
     | Allowance
     | Membership
+    | SelectStatement
 )
 
 
