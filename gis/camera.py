@@ -242,9 +242,26 @@ def _as_matrix(values: ArrayLike) -> FloatArray:
         raise GisError(f"camera: expected a homography of 3 rows of 3 numbers, got {values!r}") from error
     if matrix.shape != (3, 3):
         raise GisError(f"camera: expected a homography of shape (3, 3), got shape {matrix.shape!r}")
-    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix)) < 1e-12 * np.abs(matrix).max() ** 3:
+    # Any scale is the same camera; a power of two keeps every digit, and no product overflows.
+    scaled = np.ldexp(matrix, -int(np.frexp(np.abs(matrix).max())[1]))
+    if not np.isfinite(matrix).all() or not _is_invertible(scaled):
         raise GisError(f"camera: expected a finite, invertible homography, got {matrix.tolist()!r}")
-    return matrix
+    return scaled
+
+
+def _is_invertible(matrix: FloatArray) -> bool:
+    """Judge a matrix as if the origin lay where pixel (0, 0) looks, in units that make all rows and columns alike.
+
+    Grid coordinates are millions of metres and pixels may be millimetres: that alone is no singularity.
+    """
+    origin_m = matrix[:2, 2] / matrix[2, 2] if matrix[2, 2] != 0 else np.zeros(2)
+    near = matrix - np.outer([*origin_m, 0.0], matrix[2])
+    for axis in (1, 0):
+        largest = np.abs(near).max(axis=axis, keepdims=True)
+        if (largest == 0).any():
+            return False
+        near = near / largest
+    return bool(abs(np.linalg.det(near)) > 1e-9)
 
 
 def _as_points(points: ArrayLike) -> FloatArray:

@@ -22,16 +22,20 @@ from vision.frame import ByteArray, Frame
 # FFmpeg plays text files and single pictures as videos; nobody means that.
 NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pipe", "gif_pipe", "webp_pipe"})
 PLANAR_420 = frozenset({"yuv420p", "yuvj420p"})
-# A container may round its duration up; a file cut short lacks far more than this.
-MISSING_TAIL_US = 1_000_000
+# AVI counts frames that it leaves empty; only a file cut short also ends before its announced duration.
+MISSING_TAIL_FRAMES = 1.5
 
 
 @dataclass(frozen=True, slots=True)
 class VideoHeader:
-    """What the container says of its first video stream; see `frames.VideoSource`."""
+    """What the container says of its first video stream; see `frames.VideoSource`.
+
+    `start_us` is the time stamp that counts as media time 0; recorders cut running streams, so it may be anything.
+    """
 
     path: str
     stream_index: int
+    start_us: int
     width_px: int
     height_px: int
     rate_hz: float
@@ -67,6 +71,7 @@ def read_header(path: Path | str) -> VideoHeader:
         return VideoHeader(
             path=str(path),
             stream_index=stream.index,
+            start_us=_stream_us(stream, stream.start_time) or 0,
             width_px=stream.width,
             height_px=stream.height,
             rate_hz=float(stream.average_rate or stream.guessed_rate or 0.0),
@@ -102,7 +107,7 @@ def decode(header: VideoHeader) -> Iterator[Frame | None]:
             except (av.FFmpegError, _Damage) as error:
                 reason = str(error) if isinstance(error, _Damage) else f"decoder error {error.strerror!r}"
                 raise VideoBroken(path=header.path, t_us=last_us or 0, frame_index=index, reason=reason) from error
-            t_us = _time_us(picture)
+            t_us = _time_us(picture, header)
             # Damage before the first good picture is a stream cut between key frames: it mends itself.
             is_cut_start = picture.is_corrupt and index == 0
             if t_us is None or is_cut_start or (last_us is not None and t_us <= last_us):
@@ -147,9 +152,12 @@ def _describe_streams(container: InputContainer) -> str:
 
 
 def _duration_us(container: InputContainer, stream: VideoStream) -> int | None:
-    if stream.duration is not None and stream.time_base is not None:
-        return round(stream.duration * stream.time_base * 1_000_000)
-    return container.duration  # FFmpeg's unit is the microsecond
+    length_us = _stream_us(stream, stream.duration)
+    return container.duration if length_us is None else length_us  # FFmpeg's unit for containers is the microsecond
+
+
+def _stream_us(stream: VideoStream, ticks: int | None) -> int | None:
+    return None if ticks is None or stream.time_base is None else round(ticks * stream.time_base * 1_000_000)
 
 
 def _pictures(container: InputContainer, header: VideoHeader) -> Iterator[VideoFrame]:
@@ -157,12 +165,13 @@ def _pictures(container: InputContainer, header: VideoHeader) -> Iterator[VideoF
     stream = container.streams[header.stream_index]
     assert isinstance(stream, VideoStream)
     stream.thread_type = "AUTO"
-    packets, damage, is_started = 0, None, False
+    packets, last_us, damage, is_started = 0, 0, None, False
     for packet in container.demux(stream):
         if packet.is_corrupt:
             damage = "a packet cut short"
             break
         packets += packet.size > 0
+        last_us = max(last_us, (_stream_us(stream, packet.pts) or 0) - header.start_us)
         for picture in packet.decode():
             assert isinstance(picture, VideoFrame)
             if picture.is_corrupt and is_started:
@@ -173,16 +182,22 @@ def _pictures(container: InputContainer, header: VideoHeader) -> Iterator[VideoF
         for picture in stream.decode(None):
             picture.time_base = stream.time_base  # PyAV sets it only on pictures that come out of a packet
             yield picture
-    elif header.frame_count is not None and packets < header.frame_count:
+    elif header.frame_count is not None and packets < header.frame_count and not _reaches_end(last_us, header):
         damage = f"the end of the file after {packets} of {header.frame_count} announced frames"
     if damage is not None:
         raise _Damage(damage)
 
 
-def _time_us(picture: VideoFrame) -> int | None:
+def _reaches_end(last_us: int, header: VideoHeader) -> bool:
+    if header.duration_us is None or header.rate_hz <= 0 or last_us <= 0:
+        return False
+    return last_us >= header.duration_us - MISSING_TAIL_FRAMES * 1_000_000 / header.rate_hz
+
+
+def _time_us(picture: VideoFrame, header: VideoHeader) -> int | None:
     if picture.pts is None or picture.time_base is None:
         return None
-    return round(picture.pts * picture.time_base * 1_000_000)
+    return round(picture.pts * picture.time_base * 1_000_000) - header.start_us
 
 
 def _frame(picture: VideoFrame, *, index: int, t_us: int) -> Frame:

@@ -159,10 +159,12 @@ def test_point_pairs_that_fix_no_camera_are_an_error(pixels_px: FloatArray, grou
         ("no", "a homography of 3 rows of 3 numbers, got 'no'"),
         ([[1.0, 2.0], [3.0, 4.0]], r"a homography of shape \(3, 3\), got shape \(2, 2\)"),
         (np.ones((3, 3)), "a finite, invertible homography, got"),
+        (np.zeros((3, 3)), "a finite, invertible homography, got"),
+        ([[1.0, 0.0, 5e5], [2.0, 0.0, 6e6], [0.0, 0.0, 1.0]], "a finite, invertible homography, got"),
         (np.full((3, 3), np.inf), "a finite, invertible homography, got"),
         (np.eye(3), "x right and y down in the image to become x east and y north on the ground, got a mirrored"),
     ],
-    ids=["text", "shape", "singular", "infinite", "mirrored"],
+    ids=["text", "shape", "singular", "zero", "one column", "infinite", "mirrored"],
 )
 def test_a_matrix_that_is_no_ground_camera_is_an_error(matrix: FloatArray, message: str) -> None:
     with pytest.raises(GisError, match=f"camera: expected {message}"):
@@ -172,3 +174,11 @@ def test_a_matrix_that_is_no_ground_camera_is_an_error(matrix: FloatArray, messa
 def test_points_of_a_wrong_shape_are_an_error() -> None:
     with pytest.raises(GisError, match=r"expected points of shape \(n, 2\), got shape \(2,\)"):
         GroundCamera.from_homography(FROM_ABOVE).to_ground([1.0, 2.0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e200, 1e-200, -1.0])
+def test_small_pixels_far_from_the_origin_are_a_camera_at_any_scale(scale: float) -> None:
+    matrix = np.array([[0.001, 0.0, 533_000.0], [0.0, -0.001, 6_475_000.0], [0.0, 0.0, 1.0]]) * scale
+    camera = GroundCamera.from_homography(matrix)
+    np.testing.assert_allclose(camera.to_ground([[1000.0, 2000.0]]), [[533_001.0, 6_474_998.0]], atol=1e-6)
+    np.testing.assert_allclose(camera.to_pixels([[533_001.0, 6_474_998.0]]), [[1000.0, 2000.0]], atol=1e-3)

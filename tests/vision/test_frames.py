@@ -1,6 +1,7 @@
 """Frames of a file: time stamps, planes, and files that break."""
 
 import threading
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -18,6 +19,19 @@ def pictures(count: int, *, height: int = 64, width: int = 96) -> list[ByteArray
     for i in range(count):
         noise[i, 10:20, i : i + 12] = 230
     return list(noise)
+
+
+def write_jpegs(path: Path, images: list[ByteArray], *, times: list[int]) -> None:
+    """Write pictures that need no others, at times in frames of 40 ms."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mjpeg", rate=25)
+        stream.height, stream.width = images[0].shape
+        stream.pix_fmt = "yuvj420p"
+        for image, time in zip(images, times, strict=True):
+            frame = av.VideoFrame.from_ndarray(image, format="gray").reformat(format="yuvj420p")
+            frame.pts, frame.time_base = time, Fraction(1, 25)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
 
 
 def split_at_data(path: Path) -> tuple[bytes, int]:
@@ -39,6 +53,18 @@ def test_frames_carry_the_time_stamps_of_the_file_and_not_a_count(tmp_path: Path
     times = [0, 1, 2, 5, 6, 11]  # frames were dropped while recording
     write_video(tmp_path / "v.mp4", pictures(6), times=times)
     assert [frame.t_us for frame in open_video(tmp_path / "v.mp4")] == [40_000 * t for t in times]
+
+
+def test_media_time_starts_with_the_first_frame_whatever_its_time_stamp(tmp_path: Path) -> None:
+    write_jpegs(tmp_path / "v.mkv", pictures(4), times=[250, 251, 252, 255])  # cut out of a running stream
+    assert [frame.t_us for frame in open_video(tmp_path / "v.mkv")] == [0, 40_000, 80_000, 200_000]
+
+
+def test_frames_that_a_container_leaves_empty_are_no_damage(tmp_path: Path) -> None:
+    write_jpegs(tmp_path / "v.avi", pictures(4), times=[0, 1, 5, 6])  # AVI announces 7 frames
+    source = open_video(tmp_path / "v.avi")
+    assert source.frame_count == 7
+    assert [frame.t_us for frame in source] == [0, 40_000, 200_000, 240_000]
 
 
 def test_planes_are_the_pictures(tmp_path: Path) -> None:
