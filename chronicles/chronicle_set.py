@@ -6,19 +6,21 @@
 from __future__ import annotations
 
 import hashlib
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
+from chronicles.compilation.canonical import canonical_texts, print_all
 from chronicles.compilation.compiler import compile_chronicle
+from chronicles.compilation.cost import warn_unjoined
+from chronicles.compilation.example_checks import check_examples
 from chronicles.compilation.hierarchy import order_by_emission
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import Symbols, collect_symbols
+from chronicles.compilation.usage import warn_unproduced, warn_unused
 from chronicles.errors import ChronicleError
 from chronicles.language import model
 from chronicles.language.diagnostics import Diagnostic, Reporter
 from chronicles.language.parser import parse
-from chronicles.language.printer import print_declaration
 
 _VERSION_LENGTH = 12
 
@@ -29,13 +31,15 @@ class ChronicleSet:
 
     `plans` stand in an order in which every chronicle comes after those whose emitted events it looks at; `defaults`
     gives the value of an attribute before its first change where that is not "unknown"; `texts` the canonical text of
-    each chronicle; `warnings` what the check found besides errors.
+    each chronicle; `warnings` what the check found besides errors; `examples` the examples of the texts, with constants
+    replaced by their values.
     """
 
     plans: tuple[Plan, ...]
     defaults: tuple[tuple[str, str], ...]
     texts: tuple[tuple[str, str], ...]
     warnings: tuple[Diagnostic, ...]
+    examples: tuple[model.Example, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -101,25 +105,43 @@ def load_texts(texts: Sequence[tuple[str, str]]) -> ChronicleSet:
     return loaded
 
 
-def check_texts(texts: Sequence[tuple[str, str]]) -> tuple[Diagnostic, ...]:
-    """Give everything that is wrong or doubtful in some texts, empty if nothing is."""
-    return _read(texts)[1]
+def check_texts(texts: Sequence[tuple[str, str]], produced: Collection[str] | None = None) -> tuple[Diagnostic, ...]:
+    """Give everything that is wrong or doubtful in some texts, empty if nothing is.
+
+    Parameters
+    ----------
+    texts : (name, text) each, as for `load_texts`.
+    produced : names of the messages and attributes that the stream has; chronicles that look at others, which no
+        chronicle emits either, are doubtful. None if that is not known.
+    """
+    return _read(texts, produced)[1]
 
 
-def _read(texts: Sequence[tuple[str, str]]) -> tuple[ChronicleSet | None, tuple[Diagnostic, ...]]:
+def _read(
+    texts: Sequence[tuple[str, str]], produced: Collection[str] | None = None
+) -> tuple[ChronicleSet | None, tuple[Diagnostic, ...]]:
     reporter = Reporter(dict(texts))
     files = [parse(text, name, reporter) for name, text in texts]
     symbols = collect_symbols(files, reporter)
     chronicles = _chronicles(files, reporter)
-    canonical = {one.name: _canonical_text(one, files) for one in chronicles}
+    examples = check_examples(files, {one.name: one for one in chronicles}, symbols, reporter)
+    printed = print_all(files)
+    canonical = canonical_texts(printed)
     plans = [compile_chronicle(one, symbols, _digest(canonical[one.name]), reporter) for one in chronicles]
     compiled = [plan for plan in plans if plan is not None]
-    ordered = order_by_emission(compiled, {one.name: one.name_span for one in chronicles}, reporter)
+    places = {one.name: one.name_span for one in chronicles}
+    ordered = order_by_emission(compiled, places, reporter)
+    if not reporter.error_count:  # what could not be read may be a use
+        warn_unused(printed, reporter)
+    if produced is not None:
+        warn_unproduced(files, produced, reporter)
+    for plan in compiled:
+        warn_unjoined(plan, places[plan.name], reporter)
     found = reporter.diagnostics
     if reporter.errors:
         return None, found
     texts_of = tuple((plan.name, canonical[plan.name]) for plan in ordered)
-    return ChronicleSet(ordered, _defaults(symbols), texts_of, found), found
+    return ChronicleSet(ordered, _defaults(symbols), texts_of, found, examples), found
 
 
 def _chronicles(files: Iterable[model.ChronicleFile], reporter: Reporter) -> list[model.Chronicle]:
@@ -131,27 +153,10 @@ def _chronicles(files: Iterable[model.ChronicleFile], reporter: Reporter) -> lis
             if one.name in found:
                 first = found[one.name].name_span
                 message = f"expected one chronicle {one.name!r}, got another one than at {first.file}:{first.line}"
-                reporter.error("C0206", message, one.name_span, "choose another name")
+                related = [(first, "the first")]
+                reporter.error("C0206", message, one.name_span, "choose another name", related=related)
             found.setdefault(one.name, one)
     return list(found.values())
-
-
-def _canonical_text(chronicle: model.Chronicle, files: Iterable[model.ChronicleFile]) -> str:
-    """Write a chronicle with the declarations it rests on, so that equal texts mean equal things."""
-    others = {
-        one.name: print_declaration(one)
-        for file in files
-        for one in file.declarations
-        if not isinstance(one, model.Chronicle | model.TimeUnit)
-    }
-    used: dict[str, str] = {}
-    pending = [print_declaration(chronicle)]
-    while pending:
-        words = set(re.findall(r"\w+", pending.pop()))
-        for name in sorted(words & others.keys() - used.keys()):
-            used[name] = others[name]
-            pending.append(others[name])
-    return "\n".join([*(used[name] for name in sorted(used)), print_declaration(chronicle)])
 
 
 def _digest(text: str) -> str:

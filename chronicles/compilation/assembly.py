@@ -10,9 +10,15 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from chronicles.compilation.obligations import ObligationBuilder, different_fields, event_test
-from chronicles.compilation.patterns import Cells
-from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart
+from chronicles.compilation.obligations import (
+    CountStatement,
+    ObligationBuilder,
+    count_range,
+    different_fields,
+    event_test,
+)
+from chronicles.compilation.patterns import Cell, Cells
+from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart, Selection
 from chronicles.compilation.symbols import Symbols
 from chronicles.compilation.timing import Timing, moved
 from chronicles.compilation.variables import Variables
@@ -27,9 +33,11 @@ class Resolved:
 
     chronicle: model.Chronicle
     events: tuple[tuple[model.EventStatement, Cells], ...]
-    absences: tuple[tuple[model.NoEventStatement, Cells], ...]
+    counts: tuple[tuple[CountStatement, Cells], ...]
     holds: tuple[tuple[model.HoldStatement, Cells], ...]
-    emits: tuple[tuple[model.Emit, Cells], ...]
+    asserts: tuple[tuple[model.AssertStatement, Cells], ...]
+    emits: tuple[tuple[model.Emit | model.AssertAction, Cells], ...]
+    selection: model.SelectStatement | None
 
     @property
     def binding(self) -> tuple[Cells, ...]:
@@ -37,9 +45,9 @@ class Resolved:
         return tuple(cells for _, cells in self.events) + tuple(cells for _, cells in self.holds)
 
     @property
-    def forbidding(self) -> tuple[Cells, ...]:
-        """The patterns of noevents."""
-        return tuple(cells for _, cells in self.absences)
+    def testing(self) -> tuple[Cells, ...]:
+        """The patterns that give none: those of noevents, occurs and asserts."""
+        return tuple(cells for _, cells in self.counts) + tuple(cells for _, cells in self.asserts)
 
 
 class Assembly:
@@ -61,23 +69,34 @@ class Assembly:
         self._slot_of = {name: slot for slot, name in enumerate(self._slots)}
         self._events = sorted(resolved.events, key=lambda pair: (print_pattern(pair[0].pattern), pair[0].point.name))
         self._position_of = {one.point.name: index for index, (one, _) in reversed([*enumerate(self._events)])}
-        builder = ObligationBuilder(variables, self._slots, self._event_slot_count, reporter)
-        absences = [builder.absence(one, cells, *self._window(one.interval)) for one, cells in resolved.absences]
+        self._build_obligations(resolved, reporter)
+
+    def _build_obligations(self, resolved: Resolved, reporter: Reporter) -> None:
+        builder = ObligationBuilder(self._variables, self._slots, self._event_slot_count, reporter)
+        counts = [builder.count(one, cells, *self._window(one.interval)) for one, cells in resolved.counts]
         holds = [builder.candidate(one, cells, *self._window(one.interval)) for one, cells in resolved.holds]
-        builder.check_differences(self._chronicle, [cells for _, cells in resolved.absences])
-        self._absences = tuple(sorted(absences, key=lambda absence: absence.text))
-        self._holds = builder.ordered(holds)
+        asserts = [builder.assumption(one, cells, *self._window(one.interval)) for one, cells in resolved.asserts]
+        asserts += [
+            builder.reading(one, cells, self._moved(one.time))
+            for one, cells in resolved.emits
+            if isinstance(one, model.AssertAction)
+        ]
+        builder.check_differences(self._chronicle, [cells for _, cells in resolved.counts])
+        self._counts = tuple(sorted(counts, key=lambda count: count.text))
+        self._persistences = builder.ordered(holds) + tuple(sorted(asserts, key=lambda one: one.text))
         self._ends = [Anchor(index, 0) for index in range(len(self._events))]
-        self._ends += [one.end for one in self._absences]
-        self._ends += [one.end for one in self._holds]
+        self._ends += [one.end for one in self._counts]
+        self._ends += [one.end for one in self._persistences]
+        is_ordered = resolved.selection is not None and resolved.selection.kind != "all"
+        self._settling_us = int(is_ordered or any(isinstance(one, model.AssertAction) for one, _ in resolved.emits))
 
     def plan(self, version: str) -> Plan:
-        """Put the plan together; an emission without a time, or a noevent that can never hold, is an error."""
+        """Put the plan together; an emission without a time, or a count that can never be right, is an error."""
         chronicle, timing = self._chronicle, self._timing
-        self._check_absences()
+        self._check_counts()
         positions = tuple(self._position(one, cells) for one, cells in self._events)
         header = [self._anchor(timing.anchors[point.name]) for point in chronicle.points]
-        starts = [one.start for one in self._absences] + [one.start for one in self._holds]
+        starts = [one.start for one in self._counts] + [one.start for one in self._persistences]
         return Plan(
             name=chronicle.name,
             version=version,
@@ -88,8 +107,8 @@ class Assembly:
             slots=self._slots,
             event_slot_count=self._event_slot_count,
             different=self._different_slots(),
-            counts=self._absences,
-            persistences=self._holds,
+            counts=self._counts,
+            persistences=self._persistences,
             points=tuple((name, self._anchor(timing.anchors[name])) for name in timing.points),
             start=header[0] if header else None,
             end=header[-1] if header else None,
@@ -99,20 +118,37 @@ class Assembly:
             is_symmetric=_is_symmetric([position.test for position in positions]),
             tail_us=max(self._after_us(Anchor(index, 0)) for index in range(len(positions))),
             memory_us=max(map(self._after_us, starts), default=0),
+            selection=self._selection(header),
+            settling_us=self._settling_us,
         )
 
-    def _check_absences(self) -> None:
-        """Refuse a noevent that forbids an event which the chronicle itself needs."""
-        for one, cells in self._resolved.absences:
+    def _check_counts(self) -> None:
+        """Refuse a noevent or occurs that forbids events which the chronicle itself needs."""
+        for one, cells in self._resolved.counts:
             start, end = self._window(one.interval)
-            for index, (event, event_cells) in enumerate(self._events):
-                place = Anchor(index, 0)
-                inside = self._between_us(place, start) <= 0 and self._between_us(end, place) < 0
-                if inside and _covers(cells, event_cells, self._variables):
-                    name = event.point.name
-                    message = f"expected a noevent that can be true, got one that forbids the event at {name} itself"
-                    hint = f"let its interval start after that event: ({name} + 1us, ...)"
-                    self._reporter.error("C0502", message, one.span, hint)
+            own = [
+                event.point.name
+                for index, (event, event_cells) in enumerate(self._events)
+                if self._between_us(Anchor(index, 0), start) <= 0
+                and self._between_us(end, Anchor(index, 0)) < 0
+                and _covers(cells, event_cells, self._variables)
+            ]
+            most = count_range(one)[1]
+            if most is not None and len(own) > most:
+                word = "a noevent" if isinstance(one, model.NoEventStatement) else "an occurs"
+                events = f"the event at {own[0]}" if len(own) == 1 else f"the events at {' and '.join(sorted(own))}"
+                message = f"expected {word} that can be true, got one that forbids {events} itself"
+                hint = f"let its interval start after that event: ({own[-1]} + 1us, ...)"
+                self._reporter.error("C0502", message, one.span, hint)
+
+    def _selection(self, header: Sequence[Anchor]) -> Selection:
+        one = self._resolved.selection
+        if one is None or one.kind == "all":
+            return Selection()
+        if one.anchor is not None:
+            return Selection(one.kind, self._position_of[one.anchor.name])
+        extremes = header or [Anchor(index, 0) for index in range(len(self._events))]
+        return Selection(one.kind, reach_us=max(0, *map(self._after_us, extremes)))
 
     def _position(self, one: model.EventStatement, cells: Cells) -> Position:
         test = event_test(cells, self._variables, self._slot_of)
@@ -141,15 +177,25 @@ class Assembly:
             return Filling(-1, self._variables.constants[name])
         return Filling(self._slot_of[name])
 
-    def _emission(self, one: model.Emit, cells: Cells) -> Emission:
-        fillings = [
-            self._filling(cell.variable) if cell.variable else Filling(-1, cell.constant or "") for cell in cells.all
-        ]
+    def _emission(self, one: model.Emit | model.AssertAction, cells: Cells) -> Emission:
+        arguments, values = ([self._cell_filling(cell) for cell in part] for part in (cells.arguments, cells.values))
         time = self._emission_time(one)
-        change = (fillings[-2], fillings[-1]) if cells.values else None
-        return Emission(cells.name, tuple(fillings[: len(cells.arguments)]), change, time, max(0, self._after_us(time)))
+        is_assertion = isinstance(one, model.AssertAction)
+        if is_assertion:
+            values.insert(0, Filling(-1))
+        return Emission(
+            cells.name,
+            tuple(arguments),
+            (values[0], values[1]) if values else None,
+            time,
+            max(0, self._after_us(time)),
+            is_assertion,
+        )
 
-    def _emission_time(self, one: model.Emit) -> Anchor:
+    def _cell_filling(self, cell: Cell) -> Filling:
+        return self._filling(cell.variable) if cell.variable else Filling(-1, cell.constant or "")
+
+    def _emission_time(self, one: model.Emit | model.AssertAction) -> Anchor:
         if one.time is not None:
             return self._moved(one.time)
         if self._chronicle.points:
@@ -162,7 +208,7 @@ class Assembly:
 
     def _after_us(self, start: Anchor) -> int:
         """Bound how long after a time of an instance the instance can still be concluded."""
-        return max(self._between_us(start, end) for end in self._ends)
+        return max(self._between_us(start, end) for end in self._ends) + self._settling_us
 
     def _between_us(self, start: Anchor, end: Anchor) -> int:
         labels = [self._events[anchor.position][0].point.name for anchor in (start, end)]

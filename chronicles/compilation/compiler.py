@@ -7,6 +7,7 @@ everything in an order that does not depend on the text. What is wrong goes to t
 from __future__ import annotations
 
 from chronicles.compilation.assembly import Assembly, Resolved
+from chronicles.compilation.obligations import count_range
 from chronicles.compilation.patterns import PatternResolver
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import Symbols
@@ -14,8 +15,6 @@ from chronicles.compilation.timing import resolve_timing
 from chronicles.compilation.variables import Variables, resolve_variables
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, Span, suggest
-
-_NOT_YET = {model.OccursStatement: "occurs", model.AssertStatement: "assert", model.AssertAction: "assert"}
 
 
 def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str, reporter: Reporter) -> Plan | None:
@@ -35,16 +34,18 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
     before = len(reporter.errors)
     # Where statements are missing, only what each of the others says by itself can be judged.
     is_whole = not reporter.has_syntax_error_in(chronicle.span)
-    _report_unsupported(chronicle, reporter)
     resolved = _resolve(chronicle, symbols, reporter)
     if not is_whole:
         return None
-    variables = resolve_variables(chronicle, resolved.binding, resolved.forbidding, symbols, reporter)
+    variables = resolve_variables(chronicle, resolved.binding, resolved.testing, symbols, reporter)
     if not resolved.events:
         message = f"expected at least one event in chronicle {chronicle.name!r}, got none"
         reporter.error("C0802", message, chronicle.name_span)
         return None
     _check_bound(resolved, variables, reporter)
+    _check_asserts(resolved, variables, reporter)
+    _check_ranges(resolved, reporter)
+    _check_selection(resolved, reporter)
     timing = resolve_timing(chronicle, symbols, reporter)
     if timing is None or len(reporter.errors) > before:
         return None
@@ -52,31 +53,47 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
     return plan if len(reporter.errors) == before else None
 
 
-def _report_unsupported(chronicle: model.Chronicle, reporter: Reporter) -> None:
-    for one in (*chronicle.statements, *chronicle.actions):
-        word = _NOT_YET.get(type(one))
-        if word is not None:
-            message = f"expected event, noevent, hold, emit, report or a constraint, got {word!r}"
-            reporter.error("C0106", message, one.span, f"{word!r} is part of the language but not recognised yet")
-
-
 def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -> Resolved:
     resolver = PatternResolver(symbols, reporter)
-    events = [one for one in chronicle.statements if isinstance(one, model.EventStatement)]
-    absences = [one for one in chronicle.statements if isinstance(one, model.NoEventStatement)]
-    holds = [one for one in chronicle.statements if isinstance(one, model.HoldStatement)]
-    emits = [one for one in chronicle.actions if isinstance(one, model.Emit)]
+    events, counts, holds, asserts = [], [], [], []
+    for one in chronicle.statements:
+        match one:
+            case model.EventStatement():
+                events.append((one, resolver.event(one.pattern)))
+            case model.NoEventStatement() | model.OccursStatement():
+                counts.append((one, resolver.event(one.pattern)))
+            case model.HoldStatement():
+                holds.append((one, resolver.fluent(one.fluent)))
+            case model.AssertStatement():
+                asserts.append((one, resolver.fluent(one.fluent)))
+            case _:
+                pass
+    emits = [
+        (one, resolver.event(one.pattern) if isinstance(one, model.Emit) else resolver.fluent(one.fluent))
+        for one in chronicle.actions
+        if not isinstance(one, model.Report)
+    ]
     return Resolved(
         chronicle,
-        tuple((one, resolver.event(one.pattern)) for one in events),
-        tuple((one, resolver.event(one.pattern)) for one in absences),
-        tuple((one, resolver.fluent(one.fluent)) for one in holds),
-        tuple((one, resolver.event(one.pattern)) for one in emits),
+        tuple(events),
+        tuple(counts),
+        tuple(holds),
+        tuple(asserts),
+        tuple(emits),
+        _select(chronicle, reporter),
     )
 
 
+def _select(chronicle: model.Chronicle, reporter: Reporter) -> model.SelectStatement | None:
+    found = [one for one in chronicle.statements if isinstance(one, model.SelectStatement)]
+    for second in found[1:]:
+        message = f"expected one select in chronicle {chronicle.name!r}, got another one than in line"
+        reporter.error("C0203", f"{message} {found[0].span.line}", second.span, "keep one of them")
+    return found[0] if found else None
+
+
 def _check_bound(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:
-    """Every variable of the header and of an emitted event must get a value from an event or a hold."""
+    """Every variable of the header and of an action must get a value from an event or a hold."""
     known = _known_names(resolved, variables)
 
     def check(name: str, span: Span, code: str) -> None:
@@ -87,11 +104,50 @@ def _check_bound(resolved: Resolved, variables: Variables, reporter: Reporter) -
 
     for parameter in resolved.chronicle.parameters:
         check(parameter.name, parameter.span, "C0801")
-    for cell in (cell for _, cells in resolved.emits for cell in cells.all):
-        if cell.variable:
-            check(cell.variable, cell.span, "C0804")
-        elif cell.constant is None:
-            reporter.error("C0804", "expected a variable or a value in an emitted event, got '?'", cell.span)
+    for one, cells in resolved.emits:
+        where = "an emitted event" if isinstance(one, model.Emit) else "an assert"
+        for cell in cells.all:
+            if cell.variable:
+                check(cell.variable, cell.span, "C0804")
+            elif cell.constant is None:
+                reporter.error("C0804", f"expected a variable or a value in {where}, got '?'", cell.span)
+
+
+def _check_asserts(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:
+    """An assert passes where nothing is known, so it can give no variable a value and looks for none."""
+    known = [f"?{name}" for name, root in variables.class_of.items() if root in variables.bound]
+    for cell in (cell for _, cells in resolved.asserts for cell in cells.all):
+        if cell.variable and variables.class_of[cell.variable] not in variables.bound:
+            message = f"expected ?{cell.variable} to get its value from an event or a hold, got only an assert"
+            reporter.error("C0805", message, cell.span, suggest(f"?{cell.variable}", known))
+        elif not cell.variable and cell.constant is None:
+            message = "expected a variable or a value in an assert, got '?'"
+            reporter.error("C0805", message, cell.span, "nothing contradicts an assert about anything")
+
+
+def _check_ranges(resolved: Resolved, reporter: Reporter) -> None:
+    for one, _ in resolved.counts:
+        least, most = count_range(one)
+        if most is not None and least > most:
+            message = f"expected a number of events between two bounds, got {least} to {most}"
+            reporter.error("C0401", message, one.span, "the smaller number comes first")
+
+
+def _check_selection(resolved: Resolved, reporter: Reporter) -> None:
+    """The anchor of a selection must be the time point of exactly one event."""
+    anchor = None if resolved.selection is None else resolved.selection.anchor
+    if anchor is None:
+        return
+    points = [one.point.name for one, _ in resolved.events]
+    if anchor.name not in points:
+        message = f"expected the time point of an event, got {anchor.name}"
+        reporter.error("C0408", message, anchor.span, suggest(anchor.name, sorted(set(points))))
+    elif points.count(anchor.name) > 1:
+        message = f"expected the time point of one event, got {anchor.name}, which {points.count(anchor.name)} share"
+        hint = (
+            f"give one of them a time point of its own, such as {anchor.name}b, and add {anchor.name}b = {anchor.name}"
+        )
+        reporter.error("C0408", message, anchor.span, hint)
 
 
 def _known_names(resolved: Resolved, variables: Variables) -> list[str]:

@@ -1,10 +1,15 @@
-"""In which order must chronicles run so that the events they emit reach the chronicles that look at them?"""
+"""In which order must chronicles run so that the events they emit reach the chronicles that look at them?
+
+An `assert` action sets an attribute, so it counts as an emitted event for those who look at the attribute. It also asks
+which value the attribute had: therefore chronicles that set one attribute run together, after all that emit changes of
+it, and see what each other set.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from chronicles.compilation.plan import Plan
+from chronicles.compilation.plan import Emission, Plan
 from chronicles.language.diagnostics import Reporter, Span
 
 
@@ -17,10 +22,7 @@ def order_by_emission(plans: Sequence[Plan], places: Mapping[str, Span], reporte
     places : where each chronicle is named, for messages.
     reporter : receives cycles.
     """
-    emitters = [(plan, plan.produces) for plan in plans if plan.emissions]
-    sources = {
-        plan.name: [one for one, produced in emitters if not produced.isdisjoint(plan.consumes)] for plan in plans
-    }
+    sources = {name: [plan for plan, _ in found] for name, found in _sources(plans).items()}
     ordered: list[Plan] = []
 
     def append(plan: Plan, path: tuple[str, ...]) -> None:
@@ -52,19 +54,46 @@ def levels(plans: Sequence[Plan]) -> dict[str, tuple[int, int]]:
     Returns
     -------
     By name: 0 for a chronicle that looks at no emitted event, otherwise one more than the highest level it looks at;
-    and how long (us) after its time an event it looks at can still be emitted.
+    and how long (us) after its time an event that a chronicle of its level looks at can still be emitted.
     """
-    found: dict[str, tuple[int, int]] = {}
-    emitters = [plan for plan in plans if plan.emissions]
+    sources = _sources(plans)
+    level_of: dict[str, int] = {}
     for plan in plans:
-        consumed = plan.consumes
-        above = [
-            (found[source.name][0] + 1, found[source.name][1] + emission.delay_us)
+        level_of[plan.name] = max((level_of[source.name] + 1 for source, _ in sources[plan.name]), default=0)
+    # A level runs as one, as late as its latest chronicle, and so do the events it emits.
+    delays_us: list[int] = []
+    for level in range(1 + max(level_of.values(), default=-1)):
+        heard = [pair for plan in plans if level_of[plan.name] == level for pair in sources[plan.name]]
+        delay_us = [delays_us[level_of[source.name]] + emission.delay_us for source, used in heard for emission in used]
+        delays_us.append(max(delay_us, default=0))
+    return {name: (level, delays_us[level]) for name, level in level_of.items()}
+
+
+def _sources(plans: Sequence[Plan]) -> dict[str, list[tuple[Plan, list[Emission]]]]:
+    """Give, for each chronicle, those that must run before it and which of their emissions it waits for."""
+    emitters = [plan for plan in plans if plan.emissions]
+    found: dict[str, list[tuple[Plan, list[Emission]]]] = {}
+    for plan in plans:
+        allies = _allies(plan, emitters)
+        consumed = frozenset[str]().union(*(one.consumes for one in allies))
+        asserted = frozenset[str]().union(*(one.asserts for one in allies))
+        found[plan.name] = [
+            (source, used)
             for source in emitters
-            if source.name in found
-            for emission in source.emissions
-            if emission.name in consumed
+            if (
+                used := [
+                    one
+                    for one in source.emissions
+                    if one.name in consumed or (one.name in asserted and not one.is_assertion)
+                ]
+            )
         ]
-        level = max((one[0] for one in above), default=0)
-        found[plan.name] = (level, max((one[1] for one in above), default=0))
     return found
+
+
+def _allies(plan: Plan, emitters: Sequence[Plan]) -> list[Plan]:
+    """List a chronicle and those that set an attribute with it, directly or by way of others."""
+    allies = [plan]
+    for one in allies:
+        allies += [other for other in emitters if other not in allies and not other.asserts.isdisjoint(one.asserts)]
+    return allies

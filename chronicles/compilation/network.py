@@ -75,6 +75,26 @@ def minimise(matrix: IntArray) -> IntArray | None:
     return least
 
 
+def shortest_path(point_count: int, edges: Sequence[Edge], source: int, target: int) -> tuple[Edge, ...]:
+    """Find the edges that bound `t_target - t_source` best (Bellman-Ford); empty if nothing bounds it.
+
+    The edges must not contradict each other.
+    """
+    reach = [UNBOUNDED_US] * point_count
+    reach[source] = 0
+    before: list[Edge | None] = [None] * point_count
+    for _ in range(point_count):
+        for edge in edges:
+            if reach[edge.source] < UNBOUNDED_US and reach[edge.source] + edge.weight_us < reach[edge.target]:
+                reach[edge.target] = reach[edge.source] + edge.weight_us
+                before[edge.target] = edge
+    path: list[Edge] = []
+    while target != source and (edge_in := before[target]) is not None:
+        path.append(edge_in)
+        target = edge_in.source
+    return tuple(reversed(path))
+
+
 def negative_cycle(point_count: int, edges: Sequence[Edge]) -> tuple[Edge, ...]:
     """Find constraints that contradict each other (Bellman-Ford from a virtual source).
 

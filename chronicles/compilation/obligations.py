@@ -1,7 +1,8 @@
-"""What must a recogniser test for each event pattern, `noevent` and `hold`?
+"""What must a recogniser test for each event pattern, `noevent`, `occurs`, `hold` and `assert`?
 
-Turns looked-up patterns into the tests of `plan.py`. A `noevent` may have variables of its own, which stand for "any
-other"; a `hold` may give variables their values, so holds are put into an order in which each knows as much as it can.
+Turns looked-up patterns into the tests of `plan.py`. A `noevent` or `occurs` may have variables of its own, which stand
+for "any other"; a `hold` may give variables their values, so holds are put into an order in which each knows as much as
+it can. An `assert` only tests, so it comes last.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from chronicles.language import model
 from chronicles.language.diagnostics import Reporter
 from chronicles.language.printer import print_statement
 
+CountStatement = model.NoEventStatement | model.OccursStatement
+
 
 @dataclass(frozen=True, slots=True)
 class HoldCandidate:
@@ -26,6 +29,11 @@ class HoldCandidate:
     start: Anchor
     end: Anchor
     text: str
+
+
+def count_range(one: CountStatement) -> tuple[int, int | None]:
+    """Give the least and the greatest number of events that a statement allows; None is unbounded."""
+    return (one.least, one.most) if isinstance(one, model.OccursStatement) else (0, 0)
 
 
 def event_test(cells: Cells, variables: Variables, slot_of: Mapping[str, int]) -> EventTest:
@@ -67,7 +75,7 @@ def different_fields(cells: Cells, variables: Variables) -> tuple[tuple[int, int
 
 
 class ObligationBuilder:
-    """Builds the absences and persistences of one chronicle."""
+    """Builds the counts and persistences of one chronicle."""
 
     def __init__(self, variables: Variables, slots: Sequence[str], event_slot_count: int, reporter: Reporter) -> None:
         self._variables = variables
@@ -76,8 +84,8 @@ class ObligationBuilder:
         self._event_slot_count = event_slot_count
         self._reporter = reporter
 
-    def absence(self, one: model.NoEventStatement, cells: Cells, start: Anchor, end: Anchor) -> Count:
-        """Make the plan of a `noevent`."""
+    def count(self, one: CountStatement, cells: Cells, start: Anchor, end: Anchor) -> Count:
+        """Make the plan of a `noevent` or an `occurs`."""
         test = event_test(cells, self._variables, self._slot_of)
         own = {
             name: field for name, field in _first_fields(cells, self._variables).items() if name not in self._slot_of
@@ -89,11 +97,27 @@ class ObligationBuilder:
             if self._variables.must_differ(name, other)
         )
         test = replace(test, different=different_fields(cells, self._variables))
-        return Count(test, start, end, different, print_statement(one))
+        least, most = count_range(one)
+        return Count(test, start, end, different, print_statement(one), least, most)
 
     def candidate(self, one: model.HoldStatement, cells: Cells, start: Anchor, end: Anchor) -> HoldCandidate:
         """Note a `hold`, to be put into order."""
         return HoldCandidate(cells, start, end, print_statement(one))
+
+    def assumption(self, one: model.AssertStatement, cells: Cells, start: Anchor, end: Anchor) -> Persistence:
+        """Make the plan of an `assert` statement, which knows all variables and gives none a value."""
+        candidate = HoldCandidate(cells, start, end, print_statement(one))
+        built = self._persistence(candidate, set(range(len(self._slots))))
+        return replace(built, needs_report=False, needs_known=False, is_assumed=True)
+
+    def reading(self, one: model.AssertAction, cells: Cells, time: Anchor) -> Persistence:
+        """Make what an `assert` action asks the past for: any value at the time at which it sets one."""
+        text = print_statement(
+            model.AssertStatement(one.fluent, model.Interval(one.time, one.time, one.span), one.span)
+        )
+        candidate = HoldCandidate(cells, time, replace(time, offset_us=time.offset_us + 1), text)
+        built = self._persistence(candidate, set(range(len(self._slots))))
+        return replace(built, needs_report=False, needs_known=False, value=None, value_slot=-1, is_reading=True)
 
     def ordered(self, candidates: Iterable[HoldCandidate]) -> tuple[Persistence, ...]:
         """Put holds into an order: those that only check come first, then those that search least."""
@@ -110,9 +134,9 @@ class ObligationBuilder:
             del waiting[best]
         return tuple(done)
 
-    def check_differences(self, chronicle: model.Chronicle, absences: Sequence[Cells]) -> None:
+    def check_differences(self, chronicle: model.Chronicle, counted: Sequence[Cells]) -> None:
         """Refuse `?x != ?y` between variables that are never known together."""
-        groups = [set(_first_fields(cells, self._variables)) for cells in absences]
+        groups = [set(_first_fields(cells, self._variables)) for cells in counted]
         for one in chronicle.statements:
             if not isinstance(one, model.Equality) or one.equal or not isinstance(one.term, model.Variable):
                 continue
@@ -120,7 +144,7 @@ class ObligationBuilder:
             own = pair - self._slot_of.keys() - self._variables.constants.keys()
             if len(own) == 2 and not any(pair <= group for group in groups):
                 message = f"expected variables known together, got ?{one.variable.name} and ?{one.term.name}"
-                self._reporter.error("C0803", message, one.span, "each stands in a noevent of its own")
+                self._reporter.error("C0803", message, one.span, "each stands in a noevent or occurs of its own")
 
     def _persistence(self, candidate: HoldCandidate, known: set[int]) -> Persistence:
         constants: list[tuple[int, str]] = []

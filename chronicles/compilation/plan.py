@@ -72,7 +72,8 @@ class Count:
 class Persistence:
     """A `hold` or an `assert`: the attribute has one value throughout [start, end).
 
-    With `is_assumed` (an `assert`) only evidence against the value counts: unknown passes.
+    With `is_assumed` (an `assert`) only evidence against the value counts: unknown passes, and so does an empty
+    interval. With `is_reading` it passes always: it stands for an `assert` action, which asks the past for a value.
 
     Arguments: `constants` (argument, value), `bound` (argument, slot already known), `binds` (argument, slot that gets
     its value here), `equal` (argument, argument). The value: `value` a constant or None, `value_slot` a known slot or
@@ -100,6 +101,7 @@ class Persistence:
     filters: tuple[tuple[int, ValueSet], ...]
     text: str
     is_assumed: bool = False
+    is_reading: bool = False
 
     @property
     def is_complete(self) -> bool:
@@ -120,13 +122,18 @@ ReportPart = str | Filling
 
 @dataclass(frozen=True, slots=True)
 class Emission:
-    """An event that a recognised instance gives; `delay_us` bounds how long after its time it can still be given."""
+    """An event that a recognised instance gives; `delay_us` bounds how long after its time it can still be given.
+
+    With `is_assertion` (an `assert` action) it is a change from the value that the attribute has at that time, unless
+    it has the new one already; the old value in `change` is then empty.
+    """
 
     name: str
     arguments: tuple[Filling, ...]
     change: tuple[Filling, Filling] | None
     time: Anchor
     delay_us: int
+    is_assertion: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,10 +141,12 @@ class Selection:
     """Which occurrences of a chronicle are told: all, one for each event at position `anchor`, or disjoint ones.
 
     Disjoint is meant in time and for each combination of roles. The first in the order of results is taken.
+    `reach_us` bounds how long before its conclusion an occurrence can start.
     """
 
     kind: Literal["all", "first", "non_overlapping"] = "all"
     anchor: int = -1
+    reach_us: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +157,8 @@ class Plan:
     are finite. `different` are pairs of event slots that must differ; `points` all time points by name; `start` and
     `end` the exported ones; `roles` the header variables. `is_symmetric` says that one event could fill two positions,
     so two instances can be the same set of events. `tail_us` bounds how long after its first event an instance is
-    concluded, `memory_us` how far an obligation then looks back.
+    concluded, `memory_us` how far an obligation then looks back. `settling_us` is how long an instance waits after its
+    end: 1 where the order of results matters (a selection, an `assert` action), so that simultaneous events are in.
     """
 
     name: str
@@ -170,17 +180,23 @@ class Plan:
     tail_us: int
     memory_us: int
     selection: Selection = Selection()
+    settling_us: int = 0
 
     @property
     def consumes(self) -> frozenset[str]:
-        """Names of the events and attributes that the chronicle looks at."""
+        """Names of the events and attributes that the statements of the chronicle look at."""
         return frozenset(
             [position.test.name for position in self.positions]
             + [count.test.name for count in self.counts]
-            + [persistence.attribute for persistence in self.persistences]
+            + [persistence.attribute for persistence in self.persistences if not persistence.is_reading]
         )
 
     @property
     def produces(self) -> frozenset[str]:
-        """Names of the events that the chronicle emits."""
+        """Names of the events that the chronicle emits, and of the attributes that it sets."""
         return frozenset(emission.name for emission in self.emissions)
+
+    @property
+    def asserts(self) -> frozenset[str]:
+        """Names of the attributes that the chronicle sets."""
+        return frozenset(emission.name for emission in self.emissions if emission.is_assertion)

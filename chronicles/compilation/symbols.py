@@ -12,12 +12,13 @@ from typing import Protocol, TypeVar
 
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span, suggest
+from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
 from chronicles.language.printer import print_domain, print_term
 
 # Every attribute has this value while nothing is known about it, whatever its domain.
 UNKNOWN = "unknown"
 _LARGEST_RANGE = 100_000
+_INFINITIES = frozenset({"inf", "infinity", "Infinity"})  # what other tools write for oo
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,12 @@ class Symbols:
             return literal.text
         if isinstance(constant.value, model.Duration):
             message = f"expected a value, got the constant {literal.text!r}, which is a duration"
-            reporter.error("C0305", message, literal.span)
+            reporter.error(
+                "C0305",
+                message,
+                literal.span,
+                Hint(f'as a value it needs quotes: "{literal.text}"', f'"{literal.text}"'),
+            )
             return literal.text
         return constant.value.text
 
@@ -94,10 +100,15 @@ class Symbols:
             return int(value.text) * self.timeunits.get(duration.span.file, 1)
         if value is None:
             message = f"expected a duration or a constant, got the unknown name {duration.constant!r}"
-            reporter.error("C0204", message, duration.span, suggest(duration.constant, list(self.constants)))
+            hint = suggest(duration.constant, list(self.constants))
+            if duration.constant in _INFINITIES:
+                hint = Hint("no bound is written oo", "oo")
+            reporter.error("C0204", message, duration.span, hint)
         else:
             message = f"expected a duration, got the constant {duration.constant!r}, which is {value.text!r}"
-            reporter.error("C0305", message, duration.span)
+            reporter.error(
+                "C0305", message, duration.span, f"write constant {duration.constant} = 5s, or the duration itself"
+            )
         return 0
 
 
@@ -121,7 +132,8 @@ def _unique(declarations: Iterable[_Kind], reporter: Reporter) -> dict[str, _Kin
         if first != declaration:
             place = f"{first.name_span.file}:{first.name_span.line}"
             message = f"expected one declaration of {declaration.name!r}, got another one than at {place}"
-            reporter.error("C0203", message, declaration.name_span, "choose another name, or make them equal")
+            hint, related = "choose another name, or make them equal", [(first.name_span, "the first")]
+            reporter.error("C0203", message, declaration.name_span, hint, related=related)
     return found
 
 
@@ -155,7 +167,7 @@ class _Resolver:
             self._circles.add(frozenset(names))
             path = " -> ".join([*names, names[0]])
             message = f"expected a domain made of others, got one made of itself: {path}"
-            self._reporter.error("C0205", message, self._domains[names[0]].name_span)
+            self._reporter.error("C0205", message, self._domains[names[0]].name_span, "list the values of one of them")
 
     def signature(self, declaration: model.Attribute | model.Message) -> Signature:
         """Resolve the domains of an event, and check its default against them."""
@@ -176,7 +188,7 @@ class _Resolver:
         for index, parameter in enumerate(declaration.parameters):
             if parameter.name in names[:index]:
                 message = f"expected parameters that differ, got ?{parameter.name} twice"
-                self._reporter.error("C0203", message, parameter.span)
+                self._reporter.error("C0203", message, parameter.span, "choose another name")
         for item in declaration.domains:
             if item.variable.name not in names:
                 message = f"expected a parameter of {declaration.name!r}, got ?{item.variable.name}"
@@ -204,7 +216,8 @@ def resolve_domain(
         case model.DomainRange(low, high):
             if not 0 <= high - low < _LARGEST_RANGE:
                 message = f"expected a range of 1 to {_LARGEST_RANGE} numbers, got [{low}..{high}]"
-                reporter.error("C0401", message, expression.span)
+                swapped = Hint("the smaller number comes first", f"[{high}..{low}]") if high < low else ""
+                reporter.error("C0401", message, expression.span, swapped)
                 return ANY_VALUE
             return one_of(*map(str, range(low, high + 1)))
         case model.DomainSymbol():
@@ -234,7 +247,10 @@ def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None
     if text != UNKNOWN and text not in field.values:
         known = [] if field.values.complement else sorted(field.values.texts)
         named = print_term(model.Literal(text, False, span))
-        reporter.error("C0303", f"expected a value of {field.sort}, got {named}", span, suggest(text, known))
+        hint = suggest(text, known)
+        if hint.edit is not None:
+            hint = hint._replace(edit=print_term(model.Literal(hint.edit, False, span)))
+        reporter.error("C0303", f"expected a value of {field.sort}, got {named}", span, hint)
 
 
 def _unknown_domain(expression: model.DomainName, known: list[str], reporter: Reporter) -> ValueSet:

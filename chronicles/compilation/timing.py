@@ -7,13 +7,16 @@ contradictions, points that no event fixes, and chronicles that could wait for e
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from chronicles.compilation.network import UNBOUNDED_US, Edge, IntArray, distances, minimise, negative_cycle
+from chronicles.compilation.network import UNBOUNDED_US, Edge, distances, minimise, negative_cycle
+from chronicles.compilation.redundancy import sentence, warn_implied, warn_repeated
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span, suggest
-from chronicles.language.printer import format_duration
+from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
+from chronicles.language.printer import format_duration, print_bound
+
+Distances = Sequence[Sequence[int]]  # plain integers: single numbers are read far more often than rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +24,12 @@ class Timing:
     """The minimal network over `points` (sorted names); `anchors` ties each point to the point of an event, plus us."""
 
     points: tuple[str, ...]
-    least_us: IntArray
+    least_us: Distances
     anchors: Mapping[str, tuple[str, int]]
 
     def most_us(self, start: str, end: str) -> int:
         """Bound `end - start` from above; `UNBOUNDED_US` or more means no bound."""
-        return int(self.least_us[self.points.index(start), self.points.index(end)])
+        return self.least_us[self.points.index(start)][self.points.index(end)]
 
     def most_between_us(self, start: tuple[str, int], end: tuple[str, int]) -> int:
         """Bound the difference of two moved points from above."""
@@ -40,26 +43,30 @@ def resolve_timing(chronicle: model.Chronicle, symbols: Symbols, reporter: Repor
     -------
     None if something was reported.
     """
-    before = len(reporter.errors)
+    before = reporter.error_count
     event_points = {one.point.name: one for one in chronicle.statements if isinstance(one, model.EventStatement)}
     mentioned = _mentioned(chronicle)
     points = tuple(sorted(mentioned))
     edges = _EdgeBuilder(points, symbols, reporter).edges(chronicle)
-    if len(reporter.errors) > before:
+    if reporter.error_count > before:
         return None
-    least = minimise(distances(len(points), edges))
-    if least is None:
+    minimal = minimise(distances(len(points), edges))
+    if minimal is None:
         _report_cycle(chronicle, points, edges, reporter)
         return None
+    least: Distances = minimal.tolist()
     anchors = _anchors(points, least, event_points)
     for name, point in mentioned.items():
         if name not in anchors:
             _report_free(point, sorted(event_points), reporter)
     _check_bounded(chronicle, points, least, event_points, reporter)
-    if len(reporter.errors) > before:
+    if reporter.error_count > before:
         return None
     timing = Timing(points, least, anchors)
     _warn_order(chronicle, timing, reporter)
+    _warn_turned(chronicle, timing, symbols, reporter)
+    warn_implied(chronicle, points, edges, reporter)
+    warn_repeated(chronicle, reporter)
     return timing
 
 
@@ -90,7 +97,8 @@ def _mentioned(chronicle: model.Chronicle) -> dict[str, model.TimePoint]:
             case _:
                 pass
     found += chronicle.points
-    found += [one.time.point for one in chronicle.actions if isinstance(one, model.Emit) and one.time is not None]
+    timed = [one for one in chronicle.actions if isinstance(one, model.Emit | model.AssertAction)]
+    found += [one.time.point for one in timed if one.time is not None]
     return {point.name: point for point in reversed(found)}
 
 
@@ -112,9 +120,11 @@ class _EdgeBuilder:
                 case model.Range():
                     self._range(one)
                 case model.HoldStatement(_, interval, span):
-                    self._interval(interval, span, is_hold=True)
-                case model.NoEventStatement(_, interval, span):
-                    self._interval(interval, span, is_hold=False)
+                    self._interval(interval, span, needs_time=True)
+                case model.OccursStatement(least, _, _, interval, span):
+                    self._interval(interval, span, needs_time=least > 0)
+                case model.NoEventStatement(_, interval, span) | model.AssertStatement(_, interval, span):
+                    self._interval(interval, span, needs_time=False)
                 case _:
                     pass
         return self._edges
@@ -131,28 +141,31 @@ class _EdgeBuilder:
     def _range(self, one: model.Range) -> None:
         if self._is_same(one.later, one.earlier, one.span):
             return
+        before = self._reporter.error_count
         low, high = self._bound(one.low, is_low=True), self._bound(one.high, is_low=False)
+        if self._reporter.error_count > before:
+            return
         # Open ends move inwards by the one tick that time has.
         low = low if low is None else low + one.low_open
         high = high if high is None else high - one.high_open
         if low is not None and high is not None and low > high:
             message = f"expected bounds with a time between them, got {format_duration(low)} to {format_duration(high)}"
-            self._reporter.error("C0401", message, one.low.span.to(one.high.span), "the smaller bound comes first")
+            self._reporter.error("C0401", message, one.low.span.to(one.high.span), _swapped(one))
             return
         if high is not None:
             self._at_most(one.earlier.name, one.later.name, high, one.span)
         if low is not None:
             self._at_most(one.later.name, one.earlier.name, -low, one.span)
 
-    def _interval(self, interval: model.Interval, span: Span, *, is_hold: bool) -> None:
+    def _interval(self, interval: model.Interval, span: Span, *, needs_time: bool) -> None:
         start = moved(interval.start, self._symbols, self._reporter)
         end = moved(interval.end, self._symbols, self._reporter)
         if start[0] == end[0]:
             if start[1] >= end[1]:
                 message = "expected an interval whose start is before its end, got one that is always empty"
-                self._reporter.error("C0405", message, interval.span)
-        elif is_hold:
-            # Nothing holds "throughout" no time at all: a hold puts its start before its end.
+                self._reporter.error("C0405", message, interval.span, "the earlier end comes first")
+        elif needs_time:
+            # Nothing holds "throughout" no time at all, and nothing happens in it: the start is before the end.
             self._at_most(end[0], start[0], end[1] - start[1] - 1, span)
 
     def _bound(self, bound: model.Bound, *, is_low: bool) -> int | None:
@@ -160,57 +173,73 @@ class _EdgeBuilder:
             return self._symbols.duration_of(bound.duration, self._reporter) * (-1 if bound.negative else 1)
         if bound.negative != is_low:
             wanted = "-oo or a duration as the lower bound" if is_low else "oo or a duration as the upper bound"
-            self._reporter.error("C0401", f"expected {wanted}, got {'-oo' if bound.negative else 'oo'}", bound.span)
+            came, mended = ("-oo", "oo") if bound.negative else ("oo", "-oo")
+            hint = Hint(f"no bound on this side is written {mended}", mended)
+            self._reporter.error("C0401", f"expected {wanted}, got {came}", bound.span, hint)
         return None
 
     def _is_same(self, left: model.TimePoint, right: model.TimePoint, span: Span) -> bool:
         if left.name == right.name:
-            self._reporter.error("C0404", f"expected two time points, got {left.name} twice", span)
+            message = f"expected two time points, got {left.name} twice"
+            self._reporter.error("C0404", message, span, "name the other time point, or leave the constraint out")
         return left.name == right.name
 
     def _at_most(self, source: str, target: str, weight_us: int, span: Span) -> None:
         self._edges.append(Edge(self._index[source], self._index[target], weight_us, span))
 
 
+def _swapped(one: model.Range) -> Hint:
+    """Suggest the bounds the other way round, with their brackets or signs where they stand."""
+    between = f" <= {one.later.name} - {one.earlier.name} <= " if one.chained else ", "
+    edit = print_bound(one.high) + between + print_bound(one.low)
+    is_certain = not (one.low_open or one.high_open)
+    return Hint("the smaller bound comes first", edit if is_certain else None)
+
+
 def _report_cycle(chronicle: model.Chronicle, points: Sequence[str], edges: Sequence[Edge], reporter: Reporter) -> None:
     cycle = negative_cycle(len(points), edges)
-    sentences = [_sentence(edge, points) for edge in cycle]
-    short_us = -sum(edge.weight_us for edge in cycle)
+    sentences = [f"{sentence(edge, points)} (line {edge.span.line})" for edge in cycle]
     message = f"the time constraints of {chronicle.name!r} contradict each other: " + "; ".join(sentences)
-    first = min(cycle, key=lambda edge: (edge.span.line, edge.span.column))
-    hint = f"together they miss by {format_duration(short_us)}; relax one of them"
-    reporter.error("C0501", message, first.span, hint)
+    first, *others = sorted(cycle, key=lambda edge: (edge.span.line, edge.span.column))
+    related = [(edge.span, sentence(edge, points)) for edge in others if edge.span != first.span]
+    reporter.error("C0501", message, first.span, _relaxation(cycle, points), related=related)
 
 
-def _sentence(edge: Edge, points: Sequence[str]) -> str:
-    source, target, weight_us = points[edge.source], points[edge.target], edge.weight_us
-    if weight_us < 0:
-        return f"{source} is at least {format_duration(-weight_us)} after {target} (line {edge.span.line})"
-    return f"{target} is at most {format_duration(weight_us)} after {source} (line {edge.span.line})"
+def _relaxation(cycle: Sequence[Edge], points: Sequence[str]) -> str:
+    """Say by how much a contradiction misses, and mend the widest of its upper bounds, else its widest lower bound."""
+    miss_us = -sum(edge.weight_us for edge in cycle)
+    least_us = -sum(edge.weight_us for edge in cycle if edge.weight_us < 0)
+    chosen = max(cycle, key=lambda edge: (edge.weight_us > 0, abs(edge.weight_us)))
+    mended = replace(chosen, weight_us=chosen.weight_us + miss_us)
+    return (
+        f"the lower bounds sum up to {format_duration(least_us)}, the upper bounds to "
+        f"{format_duration(least_us - miss_us)}: together they miss by {format_duration(miss_us)}; "
+        f"relax one of them, for example line {chosen.span.line} to '{sentence(mended, points)}'"
+    )
 
 
-def _anchors(points: Sequence[str], least: IntArray, event_points: Mapping[str, object]) -> dict[str, tuple[str, int]]:
+def _anchors(points: Sequence[str], least: Distances, event_points: Mapping[str, object]) -> dict[str, tuple[str, int]]:
     """Tie each point to an event's point at a fixed distance; points that float are left out."""
     anchors = {name: (name, 0) for name in points if name in event_points}
     for index, name in enumerate(points):
         for other, event_point in enumerate(points):
-            fixed = least[other, index] == -least[index, other]
+            fixed = least[other][index] == -least[index][other]
             if name not in anchors and event_point in event_points and fixed:
-                anchors[name] = (event_point, int(least[other, index]))
+                anchors[name] = (event_point, least[other][index])
     return anchors
 
 
 def _report_free(point: model.TimePoint, event_points: Sequence[str], reporter: Reporter) -> None:
     message = f"expected {point.name} to be the time of an event or at a fixed distance from one, got neither"
-    near = suggest(point.name, event_points) if event_points else ""
-    example = f"add an event at {point.name}, or a constraint such as t1 - {point.name} in [1s, 1s]"
-    reporter.error("C0403", message, point.span, near if near.startswith("did") else example)
+    near = suggest(point.name, event_points)
+    example = Hint(f"add an event at {point.name}, or a constraint such as t1 - {point.name} in [1s, 1s]")
+    reporter.error("C0403", message, point.span, example if near.edit is None else near)
 
 
 def _check_bounded(
     chronicle: model.Chronicle,
     points: Sequence[str],
-    least: IntArray,
+    least: Distances,
     event_points: Mapping[str, model.EventStatement],
     reporter: Reporter,
 ) -> None:
@@ -218,7 +247,7 @@ def _check_bounded(
     places = [(points.index(name), name) for name in event_points]
     for start, start_name in places:
         for end, end_name in places:
-            if least[start, end] >= UNBOUNDED_US:
+            if least[start][end] >= UNBOUNDED_US:
                 message = (
                     f"an instance of {chronicle.name!r} could wait for ever: "
                     f"expected a bound on how long after {start_name} the event at {end_name} may come, got none"
@@ -235,3 +264,15 @@ def _warn_order(chronicle: model.Chronicle, timing: Timing, reporter: Reporter) 
     if timing.most_us(end.name, start.name) > 0:
         message = f"the end {end.name} of {chronicle.name!r} may be before its start {start.name}"
         reporter.warning("C0406", message, end.span, f"add {start.name} <= {end.name}")
+
+
+def _warn_turned(chronicle: model.Chronicle, timing: Timing, symbols: Symbols, reporter: Reporter) -> None:
+    """Warn about intervals whose end may come before their start: they are empty then, and ask for nothing."""
+    for one in chronicle.statements:
+        if isinstance(one, model.NoEventStatement | model.AssertStatement):
+            start, end = (moved(time, symbols, reporter) for time in (one.interval.start, one.interval.end))
+            # (t1 + 1us, t2) leaves the first event out, and is meant to be empty where both come at once.
+            if timing.most_us(end[0], start[0]) > 0 and timing.most_between_us(end, start) > 0:
+                message = "expected an interval whose start is before its end, got one that may be turned round"
+                hint = f"it is empty then and forbids nothing; add {start[0]} <= {end[0]}"
+                reporter.warning("C0409", message, one.interval.span, hint)

@@ -12,8 +12,11 @@ from dataclasses import dataclass
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.symbols import Symbols, domain_of
+from chronicles.compilation.usage import warn_single_uses
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, Span, suggest
+
+_NO_ANYTHING = "leave the constraint out: everything fits '?'"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +87,8 @@ def resolve_variables(
     pairs = _different_pairs(constraints, class_of, sorts, reporter)
     allowed = _allowed(constraints, class_of, symbols, reporter)
     bound = frozenset(class_of[cell.variable] for group in binding for cell in group.all if cell.variable)
+    if not reporter.has_error_in(chronicle.span):
+        warn_single_uses(chronicle, flat, {name for pair in pairs for name in pair}, reporter)
     classes = Variables(class_of, constants, allowed, frozenset(pairs), bound)
     return _without_constants(classes, chronicle.name_span, reporter)
 
@@ -124,16 +129,18 @@ def _constants(
     constraints: _Constraints, class_of: Mapping[str, str], symbols: Symbols, reporter: Reporter
 ) -> dict[str, str]:
     constants: dict[str, str] = {}
+    places: dict[str, Span] = {}
     for one in constraints.equal:
         if isinstance(one.term, model.Anything):
-            reporter.error("C0803", "expected a variable or a value after '==', got '?'", one.term.span)
+            reporter.error("C0803", "expected a variable or a value after '==', got '?'", one.term.span, _NO_ANYTHING)
         if not isinstance(one.term, model.Literal) or one.variable.name not in class_of:
             continue
         text = symbols.value_of(one.term, reporter)
-        first = constants.setdefault(class_of[one.variable.name], text)
+        name = class_of[one.variable.name]
+        first, place = constants.setdefault(name, text), places.setdefault(name, one.span)
         if first != text:
             message = f"expected one value for ?{one.variable.name}, got {first!r} and {text!r}"
-            reporter.error("C0307", message, one.span)
+            reporter.error("C0307", message, one.span, "keep one of them", related=[(place, f"{first!r} here")])
     return constants
 
 
@@ -156,7 +163,8 @@ def _check_sorts(first: Cell, cell: Cell, reporter: Reporter) -> None:
     disjoint = first.field.values.intersection(cell.field.values).is_empty
     if first.field.sort != cell.field.sort and (both_open or disjoint):
         message = f"expected ?{cell.variable} to be a {first.field.sort} as in line {first.span.line}"
-        reporter.error("C0304", f"{message}, got a {cell.field.sort}", cell.span, "use two variables")
+        related = [(first.span, f"a {first.field.sort} here")]
+        reporter.error("C0304", f"{message}, got a {cell.field.sort}", cell.span, "use two variables", related=related)
 
 
 def _different_pairs(
@@ -179,7 +187,7 @@ def _different_pairs(
             left, right = sorted((class_of[one.variable.name], class_of[one.term.name]))
             if left == right:
                 message = f"expected ?{one.variable.name} and ?{one.term.name} to differ, got them equal by '=='"
-                reporter.error("C0307", message, one.span)
+                reporter.error("C0307", message, one.span, "keep one of the two constraints")
             pairs.add((left, right))
     return pairs
 
@@ -197,7 +205,10 @@ def _allowed(
         allowed[class_of[variable.name]] = left
         if left.is_empty:
             reporter.error(
-                "C0307", f"expected a value that ?{variable.name} can take, got constraints without any", span
+                "C0307",
+                f"expected a value that ?{variable.name} can take, got constraints without any",
+                span,
+                "widen this one, or one before it",
             )
 
     for member in constraints.member:
@@ -206,7 +217,7 @@ def _allowed(
         if isinstance(one.term, model.Literal):
             restrict(one.variable, one_of(symbols.value_of(one.term, reporter)).inverse(), one.span)
         elif isinstance(one.term, model.Anything):
-            reporter.error("C0803", "expected a variable or a value after '!=', got '?'", one.term.span)
+            reporter.error("C0803", "expected a variable or a value after '!=', got '?'", one.term.span, _NO_ANYTHING)
     return allowed
 
 
@@ -226,5 +237,6 @@ def _without_constants(classes: Variables, place: Span, reporter: Reporter) -> V
             reporter.error("C0307", message, place, f"write `allow ?{left} == ?{right}`")
     for name, text in constants.items():
         if text not in allowed[name]:
-            reporter.error("C0307", f"expected a value that ?{name} can take, got {text!r}", place)
+            message = f"expected a value that ?{name} can take, got {text!r}"
+            reporter.error("C0307", message, place, "the constraints on the variable rule this value out")
     return Variables(classes.class_of, constants, allowed, frozenset(kept), classes.bound)

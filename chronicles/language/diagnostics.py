@@ -1,22 +1,24 @@
 """What is wrong in a chronicle text, where, and how can it be mended?
 
 A diagnostic is a value; its text form has a caret line under the place. All diagnostics of a text are collected by a
-`Reporter`, so that one check shows every error at once.
+`Reporter`, so that one check shows every error at once. `rendering.py` writes them for programs.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
-    """A place in a text: lines and columns from 1, `end_column` one past the last character."""
+class Span(NamedTuple):
+    """A place in a text: lines and columns from 1, `end_column` one past the last character.
+
+    A tuple, because a text has thousands of places and a frozen dataclass takes three times as long to make.
+    """
 
     file: str
     line: int
@@ -29,9 +31,31 @@ class Span:
         return Span(self.file, self.line, self.column, other.end_line, other.end_column)
 
 
+class Hint(NamedTuple):
+    """How to mend a text: in words, and, where that is certain, what to write in place of the marked text."""
+
+    text: str = ""
+    edit: str | None = None
+
+
+class Related(NamedTuple):
+    """Another place that a finding is about, and what it has to do with it (`label`)."""
+
+    file: str
+    line: int
+    column: int
+    end_column: int
+    source_line: str
+    label: str
+
+
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding: `code` such as "C0201", place (lines and columns from 1), the source line, a hint or ""."""
+    """One finding: `code` such as "C0201", place (lines and columns from 1), the source line, a hint or "".
+
+    `edit` is what to write in place of the marked text, None where no change is certain to be meant; `related` are
+    other places, in the order of the text.
+    """
 
     code: str
     severity: Severity
@@ -42,9 +66,11 @@ class Diagnostic:
     end_column: int
     source_line: str
     hint: str = ""
+    edit: str | None = None
+    related: tuple[Related, ...] = ()
 
     def render(self) -> str:
-        """Write the diagnostic with its source line and a caret line.
+        """Write the diagnostic with its source line and a caret line, and related places with dashes.
 
         Returns
         -------
@@ -61,61 +87,114 @@ class Diagnostic:
           |         ^^^^^
           = help: did you mean 'behind'?
         """
-        margin = " " * len(str(self.line))
-        shown = self.source_line.replace("\t", " ")
-        carets = " " * (self.column - 1) + "^" * max(1, self.end_column - self.column)
+        here = Related(self.file, self.line, self.column, self.end_column, self.source_line, "")
+        margin = " " * max(len(str(one.line)) for one in (here, *self.related))
+        same = sorted([here, *(one for one in self.related if one.file == self.file)], key=lambda one: one.line)
         lines = [
             f"{self.severity}[{self.code}]: {self.message}",
             f"{margin}--> {self.file}:{self.line}:{self.column}",
             f"{margin} |",
-            f"{self.line} | {shown}".rstrip(),
-            f"{margin} | {carets}",
+            *_excerpt(same, here, margin),
         ]
+        for one in self.related:
+            if one.file != self.file:
+                lines += [
+                    f"{margin}::: {one.file}:{one.line}:{one.column}",
+                    f"{margin} |",
+                    *_excerpt([one], here, margin),
+                ]
         if self.hint:
             lines.append(f"{margin} = help: {self.hint}")
         return "\n".join(lines)
+
+
+def _excerpt(places: Iterable[Related], here: Related, margin: str) -> Iterator[str]:
+    """Write source lines with marks under the places, which are sorted by line."""
+    shown = 0
+    for one in places:
+        if shown and one.line > shown + 1:
+            yield "..."
+        if one.line != shown:
+            yield f"{one.line:>{len(margin)}} | {one.source_line.replace(chr(9), ' ')}".rstrip()
+        mark = "^" if one is here else "-"
+        marks = " " * (one.column - 1) + mark * max(1, one.end_column - one.column)
+        yield f"{margin} | {marks} {one.label}".rstrip()
+        shown = one.line
 
 
 class Reporter:
     """Collects the diagnostics of some texts; invariant: each carries the source line it points at."""
 
     def __init__(self, sources: Mapping[str, str]) -> None:
-        self._lines = {name: text.splitlines() for name, text in sources.items()}
-        self._found: list[Diagnostic] = []
+        self._lines = {name: text.split("\n") for name, text in sources.items()}
+        self._found: dict[Diagnostic, None] = {}
+        self._error_count = 0
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics so far, without doubles, in the order of the texts and then of the places."""
         order = {name: rank for rank, name in enumerate(self._lines)}
-        unique = dict.fromkeys(self._found)
-        return tuple(sorted(unique, key=lambda found: (order[found.file], found.line, found.column, found.code)))
+        return tuple(sorted(self._found, key=lambda found: (order[found.file], found.line, found.column, found.code)))
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that forbid the text to be used."""
-        return tuple(found for found in self.diagnostics if found.severity == "error")
+        return tuple(found for found in self.diagnostics if found.severity == "error") if self._error_count else ()
 
-    def error(self, code: str, message: str, span: Span, hint: str = "") -> None:
-        """Add an error at a place."""
-        self._add(code, "error", message, span, hint)
+    @property
+    def error_count(self) -> int:
+        """How many errors were added so far."""
+        return self._error_count
 
-    def warning(self, code: str, message: str, span: Span, hint: str = "") -> None:
+    def error(
+        self, code: str, message: str, span: Span, hint: str | Hint = "", *, related: Iterable[tuple[Span, str]] = ()
+    ) -> None:
+        """Add an error at a place; `related` are other places with what they have to do with it."""
+        self._add("error", code, message, span, hint=hint, related=related)
+        self._error_count += 1
+
+    def warning(
+        self, code: str, message: str, span: Span, hint: str | Hint = "", *, related: Iterable[tuple[Span, str]] = ()
+    ) -> None:
         """Add a warning at a place; the text stays usable."""
-        self._add(code, "warning", message, span, hint)
+        self._add("warning", code, message, span, hint=hint, related=related)
 
     def has_syntax_error_in(self, span: Span) -> bool:
         """Say whether a part of the text at a place could not be read (codes C01..)."""
-        return any(
-            found.code.startswith("C01") and found.file == span.file and span.line <= found.line <= span.end_line
-            for found in self._found
-        )
+        return any(found.code.startswith("C01") for found in self._errors_in(span))
 
-    def _add(self, code: str, severity: Severity, message: str, span: Span, hint: str) -> None:
+    def has_error_in(self, span: Span) -> bool:
+        """Say whether there is an error at a place."""
+        return any(self._errors_in(span))
+
+    def _errors_in(self, span: Span) -> Iterator[Diagnostic]:
+        if self._error_count:
+            for found in self._found:
+                is_inside = found.file == span.file and span.line <= found.line <= span.end_line
+                if is_inside and found.severity == "error":
+                    yield found
+
+    def _add(
+        self,
+        severity: Severity,
+        code: str,
+        message: str,
+        span: Span,
+        *,
+        hint: str | Hint,
+        related: Iterable[tuple[Span, str]],
+    ) -> None:
+        text, edit = (hint, None) if isinstance(hint, str) else hint
+        # Only what lies on one line is marked as a whole, so only that can be replaced.
+        edit = edit if span.line == span.end_line else None
+        others = tuple(sorted(self._place(other, label) for other, label in related))
+        self._found[Diagnostic(code, severity, message, *self._place(span)[:-1], text, edit, others)] = None
+
+    def _place(self, span: Span, label: str = "") -> Related:
         lines = self._lines[span.file]
-        source_line = lines[span.line - 1] if 0 < span.line <= len(lines) else ""
+        source_line = lines[span.line - 1].removesuffix("\r") if 0 < span.line <= len(lines) else ""
         end_column = span.end_column if span.end_line == span.line else len(source_line) + 1
-        found = Diagnostic(code, severity, message, span.file, span.line, span.column, end_column, source_line, hint)
-        self._found.append(found)
+        return Related(span.file, span.line, span.column, end_column, source_line, label)
 
 
 def render_all(diagnostics: Iterable[Diagnostic]) -> str:
@@ -123,21 +202,21 @@ def render_all(diagnostics: Iterable[Diagnostic]) -> str:
     return "\n\n".join(found.render() for found in diagnostics)
 
 
-def suggest(name: str, known: Sequence[str]) -> str:
-    """Write "did you mean ...?" for the nearest known name, or list the known names when they are few.
+def suggest(name: str, known: Sequence[str]) -> Hint:
+    """Suggest the nearest known name, or list the known names when they are few.
 
     Examples
     --------
     >>> suggest("behnd", ["behind", "beside"])
-    "did you mean 'behind'?"
+    Hint(text="did you mean 'behind'?", edit='behind')
     >>> suggest("x", ["behind", "beside"])
-    "known: 'behind', 'beside'"
+    Hint(text="known: 'behind', 'beside'", edit=None)
     >>> suggest("x", [])
-    ''
+    Hint(text='', edit=None)
     """
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     if near:
-        return f"did you mean {near[0]!r}?"
+        return Hint(f"did you mean {near[0]!r}?", near[0])
     if 0 < len(known) <= 12:
-        return "known: " + ", ".join(repr(one) for one in sorted(known))
-    return ""
+        return Hint("known: " + ", ".join(repr(one) for one in sorted(known)))
+    return Hint()

@@ -379,7 +379,78 @@ class Chronicle:
     span: Span = field(compare=False, repr=False)
 
 
-Declaration = TimeUnit | Constant | Domain | Attribute | Message | Chronicle
+@dataclass(frozen=True, slots=True)
+class ExampleEvent:
+    """`1s name[a, b]:(old, new)`: an event of an example's stream; its pattern has no variables."""
+
+    t_us: int
+    pattern: Pattern
+    span: Span = field(compare=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the message or of the attribute."""
+        return self.pattern.name
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Texts of the arguments."""
+        return _texts(self.pattern.arguments)
+
+    @property
+    def change(self) -> tuple[str, str] | None:
+        """Texts of the old and the new value; None for a message."""
+        if self.pattern.change is None:
+            return None
+        old, new = _texts(self.pattern.change)
+        return old, new
+
+
+@dataclass(frozen=True, slots=True)
+class Role:
+    """`name=value` of an expected occurrence."""
+
+    name: str
+    value: Literal
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedOccurrence:
+    """`expect chronicle[role=value] start..end`."""
+
+    chronicle: str
+    fillings: tuple[Role, ...]
+    start_us: int
+    end_us: int
+    name_span: Span = field(compare=False, repr=False)
+    span: Span = field(compare=False, repr=False)
+
+    @property
+    def roles(self) -> tuple[tuple[str, str], ...]:
+        """Names and texts of the roles, as written."""
+        return tuple((role.name, role.value.text) for role in self.fillings)
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """`example "title" { ... }`: a stream, and all occurrences that the loaded chronicles must find in it.
+
+    `until_us` is how far time goes on after the events; None: as far as the last of them.
+    """
+
+    title: str
+    events: tuple[ExampleEvent, ...]
+    until_us: int | None
+    expected: tuple[ExpectedOccurrence, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+def _texts(terms: tuple[Term, ...]) -> tuple[str, ...]:
+    return tuple(term.text for term in terms if isinstance(term, Literal))
+
+
+Declaration = TimeUnit | Constant | Domain | Attribute | Message | Chronicle | Example
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterable
 from typing import Any  # the table of printers maps each class to a function of exactly that class
 
 from chronicles.language import model
-from chronicles.language.syntax_errors import ACTION_WORDS, DECLARATION_WORDS, STATEMENT_WORDS
+from chronicles.language.syntax_errors import ACTION_WORDS, DECLARATION_WORDS, EXAMPLE_WORDS, STATEMENT_WORDS
 
 _UNITS = ((3_600_000_000, "h"), (60_000_000, "min"), (1_000_000, "s"), (1_000, "ms"), (1, "us"))
 _OTHER_WORDS = ("in", "value", "default", "symbol", "oo", "recognised", "recognized", "at")
-_WORDS = frozenset((*DECLARATION_WORDS, *STATEMENT_WORDS, *ACTION_WORDS, *_OTHER_WORDS))
+_WORDS = frozenset((*DECLARATION_WORDS, *STATEMENT_WORDS, *ACTION_WORDS, *EXAMPLE_WORDS, *_OTHER_WORDS))
 _PLAIN = re.compile(r"(?!t[0-9])[A-Za-z_][A-Za-z0-9_]*|-?[0-9]+(\.[0-9]+)?")
 
 
@@ -42,8 +42,8 @@ def print_declaration(declaration: model.Declaration) -> str:
     return _PRINTERS[type(declaration)](declaration)
 
 
-def print_statement(statement: model.Statement) -> str:
-    """Write one statement of a chronicle's body."""
+def print_statement(statement: model.Statement | model.Action) -> str:
+    """Write one statement or action of a chronicle's body."""
     return _PRINTERS[type(statement)](statement)
 
 
@@ -110,7 +110,8 @@ def _duration(duration: model.Duration) -> str:
     return duration.constant or format_duration(duration.us)
 
 
-def _bound(bound: model.Bound) -> str:
+def print_bound(bound: model.Bound) -> str:
+    """Write one end of a range of time differences."""
     length = "oo" if bound.duration is None else _duration(bound.duration)
     return ("-" if bound.negative else "") + length
 
@@ -144,7 +145,7 @@ def _comparison(statement: model.Comparison) -> str:
 
 def _range(statement: model.Range) -> str:
     difference = f"{statement.later.name} - {statement.earlier.name}"
-    low, high = _bound(statement.low), _bound(statement.high)
+    low, high = print_bound(statement.low), print_bound(statement.high)
     if statement.chained:
         less, more = ("<" if statement.low_open else "<="), ("<" if statement.high_open else "<=")
         return f"{low} {less} {difference} {more} {high}"
@@ -155,6 +156,10 @@ def _emit(action: model.Emit) -> str:
     if action.time is None:
         return f"emit {print_pattern(action.pattern)}"
     return f"emit event({print_pattern(action.pattern)}, {_time(action.time)})"
+
+
+def _select(statement: model.SelectStatement) -> str:
+    return f"select {statement.kind}" + (f"({statement.anchor.name})" if statement.anchor is not None else "")
 
 
 def _block(head: str, items: Iterable[str]) -> str:
@@ -204,6 +209,25 @@ def _chronicle(declaration: model.Chronicle) -> str:
     return _block(head, lines) if lines else head + " {\n}"
 
 
+def _example(declaration: model.Example) -> str:
+    lines = [f"{format_duration(one.t_us)} {print_pattern(one.pattern)}" for one in declaration.events]
+    if declaration.until_us is not None:
+        lines.append(f"until {format_duration(declaration.until_us)}")
+    lines += map(_expectation, declaration.expected)
+    head = f"example {_quoted(declaration.title)}"
+    return _block(head, lines) if lines else head + " {\n}"
+
+
+def _expectation(one: model.ExpectedOccurrence) -> str:
+    roles = ", ".join(map(_role, one.fillings))
+    return f"expect {one.chronicle}[{roles}] {format_duration(one.start_us)}..{format_duration(one.end_us)}"
+
+
+def _role(role: model.Role) -> str:
+    is_plain = _PLAIN.fullmatch(role.name) and role.name not in _WORDS
+    return f"{'' if is_plain else '?'}{role.name}={print_term(role.value)}"
+
+
 _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.TimeUnit: lambda unit: f"timeunit {format_duration(unit.us)}",
     model.Constant: _constant,
@@ -211,6 +235,7 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.Attribute: _attribute,
     model.Message: _message,
     model.Chronicle: _chronicle,
+    model.Example: _example,
     model.EventStatement: lambda one: f"event({print_pattern(one.pattern)}, {one.point.name})",
     model.NoEventStatement: lambda one: f"noevent({print_pattern(one.pattern)}, {_interval(one.interval)})",
     model.OccursStatement: _occurs,
@@ -221,6 +246,7 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.Equality: lambda one: f"?{one.variable.name} {'==' if one.equal else '!='} {print_term(one.term)}",
     model.Allowance: lambda one: f"allow ?{one.left.name} == ?{one.right.name}",
     model.Membership: lambda one: f"?{one.variable.name} in {print_domain(one.domain)}",
+    model.SelectStatement: _select,
     model.Emit: _emit,
     model.Report: lambda one: f"report {_quoted(one.text)}",
     model.AssertAction: lambda one: f"assert({_fluent(one.fluent)}, {_time(one.time)})",

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from lark import Token
+from chronicles.language.diagnostics import Hint, suggest
+from chronicles.language.words import Word
 
-from chronicles.language.diagnostics import suggest
-
-DECLARATION_WORDS = ("timeunit", "constant", "domain", "attribute", "message", "chronicle")
-STATEMENT_WORDS = ("event", "noevent", "occurs", "hold", "assert", "allow", "when")
+DECLARATION_WORDS = ("timeunit", "constant", "domain", "attribute", "message", "chronicle", "example")
+STATEMENT_WORDS = ("event", "noevent", "occurs", "hold", "assert", "allow", "select", "when")
 ACTION_WORDS = ("emit", "report", "assert")
+EXAMPLE_WORDS = ("expect", "until")
+SELECTIONS = ("all", "first", "non_overlapping")
 TIME_UNITS = ("us", "ms", "s", "min", "h")
 
 _KINDS = {
@@ -51,6 +52,13 @@ _KINDS = {
     "RECOGNIZED": "",
     "$END": "the end of the declaration",
 }
+# Where a new statement may start, which words start one says more than all that fits: (kinds, what it is, words).
+_STARTS = (
+    (frozenset({"EVENT", "NOEVENT"}), "a statement", STATEMENT_WORDS),
+    (frozenset({"REPORT"}), "'emit' or 'report'", ACTION_WORDS),
+    (frozenset({"UNTIL"}), "a time and an event, 'expect' or 'until'", EXAMPLE_WORDS),
+    (frozenset({"CHRONICLE"}), "a declaration", DECLARATION_WORDS),
+)
 # What may follow a finished statement says nothing about the mistake inside an unfinished one.
 _MOST_LISTED = 5
 
@@ -66,12 +74,12 @@ def describe_kind(kind: str) -> str:
     return _KINDS[kind] if kind in _KINDS else repr(kind.lower())
 
 
-def describe_unexpected(token: Token, expected: Collection[str], previous: Token | None) -> tuple[str, str]:
+def describe_unexpected(word: Word, expected: frozenset[str], previous: Word | None) -> tuple[str, Hint]:
     """Say what was expected and what came.
 
     Parameters
     ----------
-    token : the word that does not fit; its type is "$END" at the end of a declaration.
+    word : the word that does not fit; its kind is "$END" at the end of a declaration.
     expected : kinds of words that would fit.
     previous : the word before, None at the start.
 
@@ -79,46 +87,48 @@ def describe_unexpected(token: Token, expected: Collection[str], previous: Token
     -------
     Message and hint (may be empty).
     """
-    came = "the end of the declaration" if token.type == "$END" else repr(str(token))
-    after = f" after {str(previous)!r}" if previous is not None else ""
-    if "EVENT" in expected and "NOEVENT" in expected:
-        return f"expected a statement{after}, got {came}", _statement_hint(token, STATEMENT_WORDS)
-    if "REPORT" in expected:
-        return f"expected 'emit' or 'report'{after}, got {came}", _statement_hint(token, ACTION_WORDS)
-    if "CHRONICLE" in expected:
-        return f"expected a declaration{after}, got {came}", _statement_hint(token, DECLARATION_WORDS)
-    if set(expected) <= {"$END", "_END"} or ("$END" in expected and token.type == "NAME"):
-        return f"expected a new declaration{after}, got {came}", _statement_hint(token, DECLARATION_WORDS)
+    came = "the end of the declaration" if word.kind == "$END" else repr(word.text)
+    after = f" after {previous.text!r}" if previous is not None else ""
+    for kinds, wanted, words in _STARTS:
+        if kinds <= expected:
+            return f"expected {wanted}{after}, got {came}", _statement_hint(word, words)
+    if expected <= {"$END", "_END"} or ("$END" in expected and word.kind == "NAME"):
+        return f"expected a new declaration{after}, got {came}", _statement_hint(word, DECLARATION_WORDS)
     listed = [text for text in dict.fromkeys(map(describe_kind, sorted(expected, key=_rank))) if text][:_MOST_LISTED]
-    return f"expected {_join(listed)}{after}, got {came}", _hint(token, expected)
+    return f"expected {_join(listed)}{after}, got {came}", _hint(word, expected)
 
 
-def _statement_hint(token: Token, words: tuple[str, ...]) -> str:
-    if token.type == "NAME":
-        return suggest(str(token), words)
-    return "one of " + ", ".join(repr(word) for word in words) + " starts here"
+def _statement_hint(word: Word, words: tuple[str, ...]) -> Hint:
+    if word.kind == "NAME":
+        return suggest(word.text, words)
+    return Hint("one of " + ", ".join(map(repr, words)) + " starts here")
 
 
-def _hint(token: Token, expected: Collection[str]) -> str:
-    if token.type == "SAME" and "EQUAL" in expected:
-        return "time points are compared with '=', variables with '=='"
-    if token.type == "EQUAL" and "SAME" in expected:
-        return "variables are compared with '==' and '!=', time points with '='"
-    if token.type == "NAME":
-        return _name_hint(token, expected)
-    if token.type == "TIME_POINT" and "NAME" in expected and "TIME_POINT" not in expected:
-        return "names that start with t and a digit are time points; choose another name"
-    if "NAME" in expected and str(token).isidentifier():
-        return f'{str(token)!r} is a word of the language; as a value it needs quotes: "{token}"'
-    return ""
+def _hint(word: Word, expected: Collection[str]) -> Hint:
+    if word.kind == "SAME" and "EQUAL" in expected:
+        return Hint("time points are compared with '=', variables with '=='", "=")
+    if word.kind == "EQUAL" and "SAME" in expected:
+        return Hint("variables are compared with '==' and '!=', time points with '='", "==")
+    if word.kind == "NAME":
+        return _name_hint(word, expected)
+    if word.kind == "TIME_POINT" and "NAME" in expected and "TIME_POINT" not in expected:
+        return Hint("names that start with t and a digit are time points; choose another name")
+    return _keyword_hint(word, expected) if word.text.isidentifier() and "NAME" in expected else Hint()
 
 
-def _name_hint(token: Token, expected: Collection[str]) -> str:
+def _keyword_hint(word: Word, expected: Collection[str]) -> Hint:
+    if "STRING" not in expected:
+        return Hint(f"{word.text!r} is a word of the language; choose another name")
+    quoted = f'"{word.text}"'
+    return Hint(f"{word.text!r} is a word of the language; as a value it needs quotes: {quoted}", quoted)
+
+
+def _name_hint(word: Word, expected: Collection[str]) -> Hint:
     if "TIME_POINT" in expected:
-        return "a time point is the letter t, a digit, and letters or digits: t1, t2b"
+        return Hint("a time point is the letter t, a digit, and letters or digits: t1, t2b")
     if "VARIABLE" in expected:
-        return f"variables start with a question mark: ?{token}"
-    return ""
+        return Hint(f"variables start with a question mark: ?{word.text}", f"?{word.text}")
+    return Hint()
 
 
 def _rank(kind: str) -> tuple[int, str]:

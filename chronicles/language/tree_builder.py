@@ -1,30 +1,36 @@
-"""How does a parse tree become the tree of `model.py`?
+"""What does each rule of `chronicle.lark` build of the tree in `model.py`?
 
-One short method per rule of `chronicle.lark`. Numbers and durations become integer microseconds here, exactly: a
-duration that is no whole number of microseconds is an error, never rounded.
+One short method per rule, named as the rule; its parts are words, and what the methods for its parts built. Numbers and
+durations become integer microseconds here, exactly: a duration that is no whole number of microseconds is an error,
+never rounded.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, cast  # Any: lark leaves the children of a tree untyped
-
-from lark import Token, Tree
+from typing import Any, Literal, NamedTuple, cast  # Any: the parts of a rule are words, or what other rules built
 
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span, suggest
-from chronicles.language.syntax_errors import TIME_UNITS
+from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
+from chronicles.language.printer import format_duration
+from chronicles.language.syntax_errors import SELECTIONS, TIME_UNITS
+from chronicles.language.words import Word
 
 _US_PER_UNIT = {"us": 1, "ms": 1_000, "s": 1_000_000, "min": 60_000_000, "h": 3_600_000_000}
 _LARGEST_US = 2**50  # 35 years: sums of bounds stay far inside 64 bits
 _DURATION = re.compile(r"([0-9.]+)([A-Za-z]*)")
-_Node = Tree[Any]
+_ESCAPED = re.compile(r"\\(.)")
+_UNIT_HINT = "a bare number counts microseconds here; put a unit such as 'timeunit 1s' into the text"
+Parts = list[Any]
 
 
-def _parts(tree: _Node) -> list[Any]:
-    return tree.children
+class _Item(NamedTuple):
+    """Something that may stand once in a declaration."""
+
+    kind: Literal["value", "default", "until"]
+    content: Any
+    span: Span
 
 
 class TreeBuilder:
@@ -33,292 +39,346 @@ class TreeBuilder:
     def __init__(self, file: str, reporter: Reporter) -> None:
         self._file = file
         self._reporter = reporter
-        self._unit_us: int | None = None
-
-    def declaration(self, tree: _Node) -> model.Declaration:
-        """Build a declaration from the tree of rule `declaration`."""
-        builders: dict[str, Callable[[_Node], model.Declaration]] = {
-            "timeunit": self._timeunit,
-            "constant": self._constant,
-            "domain": self._domain,
-            "attribute": self._attribute,
-            "message": self._message,
-            "chronicle": self._chronicle,
-        }
-        return builders[tree.data](tree)
+        self._unit_us = 1
+        self._unit_span: Span | None = None
 
     # ---- declarations
 
-    def _timeunit(self, tree: _Node) -> model.TimeUnit:
-        if self._unit_us is not None:
-            self._reporter.error("C0203", "expected one timeunit in a text, got a second", self._span(tree))
-        us = self._microseconds(_parts(_parts(tree)[0])[0], 1)
+    def timeunit(self, parts: Parts, span: Span) -> model.TimeUnit:
+        """Build `timeunit 1ms`."""
+        if self._unit_span is not None:
+            related = [(self._unit_span, "the first")]
+            self._reporter.error(
+                "C0203", "expected one timeunit in a text, got a second", span, "keep one", related=related
+            )
+        us = cast(model.Duration, parts[0]).us
         if us == 0:
-            self._reporter.error("C0401", "expected a timeunit above zero, got 0", self._span(tree))
-        self._unit_us = us
-        return model.TimeUnit(us, self._span(tree))
+            self._reporter.error("C0401", "expected a timeunit above zero, got 0", span)
+        self._unit_us, self._unit_span = us, span
+        return model.TimeUnit(us, span)
 
-    def _constant(self, tree: _Node) -> model.Constant:
-        name, value = _parts(tree)
-        if isinstance(value, Token):
-            kept: model.Literal | model.Duration = model.Duration(self._microseconds(value, 1), "", self._span(value))
-        else:
-            kept = self._literal(value)
-        return model.Constant(str(name), kept, self._span(name), self._span(tree))
+    def constant(self, parts: Parts, span: Span) -> model.Constant:
+        """Build `constant name = value`."""
+        name, value = parts
+        if isinstance(value, Word):
+            value = model.Duration(self._microseconds(value, 1), "", self._span(value))
+        return model.Constant(name.text, value, self._span(name), span)
 
-    def _domain(self, tree: _Node) -> model.Domain:
-        name, expression = _parts(tree)
-        return model.Domain(str(name), self._domain_expression(expression), self._span(name), self._span(tree))
+    def domain(self, parts: Parts, span: Span) -> model.Domain:
+        """Build `domain name = expression`."""
+        name, expression = parts
+        return model.Domain(name.text, expression, self._span(name), span)
 
-    def _attribute(self, tree: _Node) -> model.Attribute:
-        name, parameters, *items = _parts(tree)
-        by_rule: dict[str, list[_Node]] = {"parameter_domain": [], "value_domain": [], "default": []}
-        for item in items:
-            if item is not None:
-                by_rule[item.data].append(item)
-        for doubled in by_rule["value_domain"][1:] + by_rule["default"][1:]:
-            self._reporter.error("C0203", "expected it once in a declaration, got it twice", self._span(doubled))
-        values, defaults = by_rule["value_domain"], by_rule["default"]
-        return model.Attribute(
-            str(name),
-            self._parameters(parameters),
-            tuple(map(self._parameter_domain, by_rule["parameter_domain"])),
-            self._domain_expression(_parts(values[0])[0]) if values else None,
-            self._literal(_parts(defaults[0])[0]) if defaults else None,
-            self._span(name),
-            self._span(tree),
-        )
+    def attribute(self, parts: Parts, span: Span) -> model.Attribute:
+        """Build `attribute name[parameters] { ... }`."""
+        name, parameters, *items = parts
+        domains = tuple(item for item in items if isinstance(item, model.ParameterDomain))
+        value, default = self._once(items, "value"), self._once(items, "default")
+        return model.Attribute(name.text, parameters, domains, value, default, self._span(name), span)
 
-    def _message(self, tree: _Node) -> model.Message:
-        name, parameters, *items = _parts(tree)
-        domains = tuple(self._parameter_domain(item) for item in items if item is not None)
-        return model.Message(str(name), self._parameters(parameters), domains, self._span(name), self._span(tree))
+    def _once(self, items: Parts, kind: str) -> Any:
+        """Give what stands behind a word that may come once, None without."""
+        found = [item for item in items if isinstance(item, _Item) and item.kind == kind]
+        for doubled in found[1:]:
+            message = f"expected one {kind!r} in a declaration, got a second"
+            self._reporter.error("C0203", message, doubled.span, "keep one", related=[(found[0].span, "the first")])
+        return found[0].content if found else None
 
-    def _chronicle(self, tree: _Node) -> model.Chronicle:
-        name, parameters, points, *rest = _parts(tree)
-        bodies = [child for child in rest if child is not None]
-        reactions = [child for child in bodies if child.data == "reaction"]
+    def message(self, parts: Parts, span: Span) -> model.Message:
+        """Build `message name[parameters] { ... }`."""
+        name, parameters, *items = parts
+        domains = tuple(item for item in items if item is not None)
+        return model.Message(name.text, parameters, domains, self._span(name), span)
+
+    def chronicle(self, parts: Parts, span: Span) -> model.Chronicle:
+        """Build `chronicle name[parameters](points) { ... }`."""
+        name, parameters, points, *statements, actions = parts
+        statements = [one for one in statements if one is not None]
         return model.Chronicle(
-            str(name),
-            self._parameters(parameters) if parameters is not None else (),
-            tuple(map(self._point, _parts(points))) if points is not None else (),
-            tuple(self._statement(child) for child in bodies if child.data != "reaction"),
-            tuple(self._action(child) for reaction in reactions for child in _parts(reaction)),
-            self._span(name),
-            self._span(tree),
+            name.text, parameters or (), points or (), tuple(statements), actions or (), self._span(name), span
         )
 
-    def _parameters(self, tree: _Node) -> tuple[model.Variable, ...]:
-        return tuple(self._variable(token) for token in _parts(tree) if token is not None)
+    def parameters(self, parts: Parts, _: Span) -> tuple[model.Variable, ...]:
+        """Build `[?a, ?b]` in a head."""
+        return tuple(self._variable(word) for word in parts if word is not None)
 
-    def _parameter_domain(self, tree: _Node) -> model.ParameterDomain:
-        variable, domain = _parts(tree)
-        return model.ParameterDomain(self._variable(variable), self._domain_expression(domain), self._span(tree))
+    def time_points(self, parts: Parts, _: Span) -> tuple[model.TimePoint, ...]:
+        """Build the time points of a head."""
+        return tuple(map(self._point, parts))
+
+    def parameter_domain(self, parts: Parts, span: Span) -> model.ParameterDomain:
+        """Build `?parameter in domain` of a declaration."""
+        return model.ParameterDomain(self._variable(parts[0]), parts[1], span)
+
+    def value_domain(self, parts: Parts, span: Span) -> _Item:
+        """Note `value in domain`."""
+        return _Item("value", parts[0], span)
+
+    def default(self, parts: Parts, span: Span) -> _Item:
+        """Note `default value`."""
+        return _Item("default", parts[0], span)
 
     # ---- domains
 
-    def _domain_expression(self, tree: _Node) -> model.DomainExpression:
-        span, children = self._span(tree), _parts(tree)
-        match tree.data:
-            case "domain_values":
-                return model.DomainValues(tuple(map(self._literal, children)), span)
-            case "domain_range":
-                return model.DomainRange(self._integer(children[0]), self._integer(children[2]), span)
-            case "domain_symbol":
-                return model.DomainSymbol(span)
-            case "domain_name":
-                return model.DomainName(str(children[0]), span)
-            case _:
-                left, right = map(self._domain_expression, children)
-                return model.DomainOperation(left, "|" if tree.data == "union" else "~", right, span)
+    def domain_values(self, parts: Parts, span: Span) -> model.DomainValues:
+        """Build `{a, b}`."""
+        return model.DomainValues(tuple(parts), span)
+
+    def domain_range(self, parts: Parts, span: Span) -> model.DomainRange:
+        """Build `[1..5]`; the word between the numbers is the second part."""
+        return model.DomainRange(parts[0], parts[2], span)
+
+    def domain_symbol(self, _: Parts, span: Span) -> model.DomainSymbol:
+        """Build `symbol`."""
+        return model.DomainSymbol(span)
+
+    def domain_name(self, parts: Parts, span: Span) -> model.DomainName:
+        """Build the name of a domain."""
+        return model.DomainName(parts[0].text, span)
+
+    def union(self, parts: Parts, span: Span) -> model.DomainOperation:
+        """Build `left | right`."""
+        return model.DomainOperation(parts[0], "|", parts[1], span)
+
+    def difference(self, parts: Parts, span: Span) -> model.DomainOperation:
+        """Build `left ~ right`."""
+        return model.DomainOperation(parts[0], "~", parts[1], span)
 
     # ---- statements
 
-    def _statement(self, tree: _Node) -> model.Statement:
-        builders: dict[str, Callable[[_Node], model.Statement]] = {
-            "event": self._event,
-            "noevent": self._noevent,
-            "occurs": self._occurs,
-            "hold": self._hold,
-            "assertion": self._assertion,
-            "comparison": self._comparison,
-            "range": self._range,
-            "chain_range": self._chain_range,
-            "equal": self._equality,
-            "different": self._equality,
-            "membership": self._membership,
-            "allowance": self._allowance,
-        }
-        return builders[tree.data](tree)
+    def event(self, parts: Parts, span: Span) -> model.EventStatement:
+        """Build `event(pattern, t1)`."""
+        return model.EventStatement(parts[0], self._point(parts[1]), span)
 
-    def _event(self, tree: _Node) -> model.EventStatement:
-        pattern, point = _parts(tree)
-        return model.EventStatement(self._pattern(pattern), self._point(point), self._span(tree))
+    def noevent(self, parts: Parts, span: Span) -> model.NoEventStatement:
+        """Build `noevent(pattern, (t1, t2))`."""
+        return model.NoEventStatement(parts[0], parts[1], span)
 
-    def _noevent(self, tree: _Node) -> model.NoEventStatement:
-        pattern, interval = _parts(tree)
-        return model.NoEventStatement(self._pattern(pattern), self._interval(interval), self._span(tree))
+    def occurs(self, parts: Parts, span: Span) -> model.OccursStatement:
+        """Build `occurs((1, 2), pattern, (t1, t2))`."""
+        (least, most), pattern, interval = parts
+        return model.OccursStatement(least, most, pattern, interval, span)
 
-    def _occurs(self, tree: _Node) -> model.OccursStatement:
-        count, pattern, interval = _parts(tree)
-        least, most = _parts(count)
-        return model.OccursStatement(
-            self._whole(least),
-            None if most.type == "INFINITE" else self._whole(most),
-            self._pattern(pattern),
-            self._interval(interval),
-            self._span(tree),
-        )
+    def count(self, parts: Parts, _: Span) -> tuple[int, int | None]:
+        """Read the least and the most number of events."""
+        least, most = parts
+        return self._whole(least), None if most.kind == "INFINITE" else self._whole(most)
 
-    def _hold(self, tree: _Node) -> model.HoldStatement:
-        fluent, interval = _parts(tree)
-        return model.HoldStatement(self._fluent(fluent), self._interval(interval), self._span(tree))
+    def hold(self, parts: Parts, span: Span) -> model.HoldStatement:
+        """Build `hold(attribute:value, (t1, t2))`."""
+        return model.HoldStatement(parts[0], parts[1], span)
 
-    def _assertion(self, tree: _Node) -> model.AssertStatement:
-        fluent, interval = _parts(tree)
-        return model.AssertStatement(self._fluent(fluent), self._interval(interval), self._span(tree))
+    def assertion(self, parts: Parts, span: Span) -> model.AssertStatement:
+        """Build `assert(attribute:value, (t1, t2))`."""
+        return model.AssertStatement(parts[0], parts[1], span)
 
-    def _comparison(self, tree: _Node) -> model.Comparison:
-        left, comparator, right, offset = _parts(tree)
-        sign = cast(model.Comparator, str(_parts(comparator)[0]))
-        return model.Comparison(self._point(left), sign, self._point(right), self._offset(offset), self._span(tree))
+    def comparison(self, parts: Parts, span: Span) -> model.Comparison:
+        """Build `t1 < t2 + 5s`."""
+        left, comparator, right, offset = parts
+        return model.Comparison(self._point(left), comparator, self._point(right), offset, span)
 
-    def _range(self, tree: _Node) -> model.Range:
-        later, _, earlier, opening, low, high, closing = _parts(tree)
+    def comparator(self, parts: Parts, _: Span) -> str:
+        """Read the sign between two time points."""
+        return cast(Word, parts[0]).text
+
+    def range(self, parts: Parts, span: Span) -> model.Range:
+        """Build `t2 - t1 in [1s, 5s]`; outward brackets leave the bound out."""
+        later, _, earlier, opening, low, high, closing = parts
         return model.Range(
-            self._point(later),
-            self._point(earlier),
-            self._bound(low),
-            str(_parts(opening)[0]) == "]",
-            self._bound(high),
-            str(_parts(closing)[0]) == "[",
-            False,
-            self._span(tree),
+            self._point(later), self._point(earlier), low, opening == "]", high, closing == "[", False, span
         )
 
-    def _chain_range(self, tree: _Node) -> model.Range:
-        low, low_chain, later, _, earlier, high_chain, high = _parts(tree)
-        return model.Range(
-            self._point(later),
-            self._point(earlier),
-            self._bound(low),
-            str(_parts(low_chain)[0]) == "<",
-            self._bound(high),
-            str(_parts(high_chain)[0]) == "<",
-            True,
-            self._span(tree),
-        )
+    def chain_range(self, parts: Parts, span: Span) -> model.Range:
+        """Build `1s <= t2 - t1 < 5s`."""
+        low, left, later, _, earlier, right, high = parts
+        return model.Range(self._point(later), self._point(earlier), low, left == "<", high, right == "<", True, span)
 
-    def _equality(self, tree: _Node) -> model.Equality:
-        variable, _, term = _parts(tree)
-        return model.Equality(self._variable(variable), tree.data == "equal", self._term(term), self._span(tree))
+    # Both are one sign.
+    chain = bracket = comparator
 
-    def _membership(self, tree: _Node) -> model.Membership:
-        variable, domain = _parts(tree)
-        return model.Membership(self._variable(variable), self._domain_expression(domain), self._span(tree))
+    def equal(self, parts: Parts, span: Span) -> model.Equality:
+        """Build `?x == term`."""
+        return model.Equality(self._variable(parts[0]), True, parts[2], span)
 
-    def _allowance(self, tree: _Node) -> model.Allowance:
-        left, _, right = _parts(tree)
-        return model.Allowance(self._variable(left), self._variable(right), self._span(tree))
+    def different(self, parts: Parts, span: Span) -> model.Equality:
+        """Build `?x != term`."""
+        return model.Equality(self._variable(parts[0]), False, parts[2], span)
+
+    def membership(self, parts: Parts, span: Span) -> model.Membership:
+        """Build `?x in domain`."""
+        return model.Membership(self._variable(parts[0]), parts[1], span)
+
+    def allowance(self, parts: Parts, span: Span) -> model.Allowance:
+        """Build `allow ?x == ?y`."""
+        return model.Allowance(self._variable(parts[0]), self._variable(parts[2]), span)
+
+    def selection(self, parts: Parts, span: Span) -> model.SelectStatement:
+        """Build `select first(t1)` and its kin; one that is none of them counts as `select all`."""
+        kind, point = parts
+        anchor = None if point is None else self._point(point)
+        if kind.text in SELECTIONS and (kind.text == "first") == (anchor is not None):
+            return model.SelectStatement(kind.text, anchor, span)
+        came, place, hint = kind.text, self._span(kind), suggest(kind.text, SELECTIONS)
+        if kind.text in SELECTIONS:
+            came, place = came if anchor is None else f"{came}({anchor.name})", span
+            hint = Hint("'first' needs the time point of an event, the others take none")
+        self._reporter.error("C0107", f"expected all, first(t1) or non_overlapping, got {came!r}", place, hint)
+        return model.SelectStatement("all", None, span)
 
     # ---- actions
 
-    def _action(self, tree: _Node) -> model.Action:
-        span = self._span(tree)
-        if tree.data == "report":
-            return model.Report(self._unquoted(_parts(tree)[0]), span)
-        if tree.data == "assert_action":
-            return model.AssertAction(self._fluent(_parts(tree)[0]), self._time(_parts(tree)[1]), span)
-        pattern, time = _parts(tree)
-        return model.Emit(self._pattern(pattern), None if time is None else self._time(time), span)
+    def reaction(self, parts: Parts, _: Span) -> tuple[model.Action, ...]:
+        """Collect what is done when an instance is recognised."""
+        return tuple(one for one in parts if one is not None)
+
+    def emit(self, parts: Parts, span: Span) -> model.Emit:
+        """Build `emit event(pattern, t1)`, or `emit pattern` with a time or without."""
+        return model.Emit(parts[0], parts[1], span)
+
+    emit_short = emit
+
+    def report(self, parts: Parts, span: Span) -> model.Report:
+        """Build `report "text"`."""
+        return model.Report(_unquoted(parts[0]), span)
+
+    def assert_action(self, parts: Parts, span: Span) -> model.AssertAction:
+        """Build `assert(attribute:value, t1)` as an action."""
+        return model.AssertAction(parts[0], parts[1], span)
 
     # ---- parts of statements
 
-    def _pattern(self, tree: _Node) -> model.Pattern:
-        name, arguments, old, new = _parts(tree)
-        change = None if old is None else (self._term(old), self._term(new))
-        return model.Pattern(str(name), self._arguments(arguments), change, self._span(name), self._span(tree))
+    def pattern(self, parts: Parts, span: Span) -> model.Pattern:
+        """Build the pattern of an event."""
+        name, arguments, old, new = parts
+        change = None if old is None else (old, new)
+        return model.Pattern(name.text, arguments or (), change, self._span(name), span)
 
-    def _fluent(self, tree: _Node) -> model.Fluent:
-        name, arguments, value = _parts(tree)
-        return model.Fluent(
-            str(name), self._arguments(arguments), self._term(value), self._span(name), self._span(tree)
+    def fluent(self, parts: Parts, span: Span) -> model.Fluent:
+        """Build an attribute with the value it must have."""
+        name, arguments, value = parts
+        return model.Fluent(name.text, arguments or (), value, self._span(name), span)
+
+    def arguments(self, parts: Parts, _: Span) -> tuple[model.Term, ...]:
+        """Collect arguments."""
+        return tuple(one for one in parts if one is not None)
+
+    def variable(self, parts: Parts, span: Span) -> model.Variable:
+        """Build a variable."""
+        return model.Variable(parts[0].text[1:], span)
+
+    def anything(self, _: Parts, span: Span) -> model.Anything:
+        """Build `?`."""
+        return model.Anything(span)
+
+    def literal(self, parts: Parts, span: Span) -> model.Literal:
+        """Build a value; the sign of a negative number is a part of its own."""
+        if parts[-1].kind == "STRING":
+            return model.Literal(_unquoted(parts[-1]), True, span)
+        return model.Literal("".join(word.text for word in parts), False, span)
+
+    def interval(self, parts: Parts, span: Span) -> model.Interval:
+        """Build `(t1, t2)`."""
+        return model.Interval(parts[0], parts[1], span)
+
+    def time(self, parts: Parts, span: Span) -> model.TimeExpression:
+        """Build `t1 + 5s`."""
+        return model.TimeExpression(self._point(parts[0]), parts[1], span)
+
+    def bound(self, parts: Parts, span: Span) -> model.Bound:
+        """Build a duration, a constant or `oo`, with a sign or none."""
+        sign, length = parts
+        if isinstance(length, Word):
+            length = model.Duration(0, length.text, self._span(length)) if length.kind == "NAME" else None
+        return model.Bound(sign == "-", length, span)
+
+    offset = chain_bound = bound
+
+    # ---- examples
+
+    def example(self, parts: Parts, span: Span) -> model.Example:
+        """Build `example "title" { ... }`."""
+        title, *items = parts
+        return model.Example(
+            _unquoted(title),
+            tuple(item for item in items if isinstance(item, model.ExampleEvent)),
+            self._once(items, "until"),
+            tuple(item for item in items if isinstance(item, model.ExpectedOccurrence)),
+            span,
         )
 
-    def _arguments(self, tree: _Node | None) -> tuple[model.Term, ...]:
-        if tree is None:
-            return ()
-        return tuple(self._term(child) for child in _parts(tree) if child is not None)
+    def until(self, parts: Parts, span: Span) -> _Item:
+        """Note `until 30s`."""
+        return _Item("until", parts[0].us, span)
 
-    def _term(self, tree: _Node) -> model.Term:
-        if tree.data == "variable":
-            return self._variable(_parts(tree)[0])
-        return model.Anything(self._span(tree)) if tree.data == "anything" else self._literal(tree)
+    def example_event(self, parts: Parts, span: Span) -> model.ExampleEvent:
+        """Build `1s pattern`, which has values only."""
+        time, pattern = parts
+        for term in pattern.arguments + (pattern.change or ()):
+            if not isinstance(term, model.Literal):
+                came = f"?{term.name}" if isinstance(term, model.Variable) else "?"
+                message = f"expected a value in an event of an example, got {came!r}"
+                self._reporter.error("C0108", message, term.span, f"write a value such as {came[1:] or 'car1'}")
+        return model.ExampleEvent(time.us, pattern, span)
 
-    def _variable(self, token: Token) -> model.Variable:
-        return model.Variable(str(token)[1:], self._span(token))
+    def expectation(self, parts: Parts, span: Span) -> model.ExpectedOccurrence:
+        """Build `expect chronicle[role=value] 2s..4s`."""
+        name, *roles, start, _, end = parts
+        if start.us > end.us:
+            message = "expected an end that is not before the start, got the later time first"
+            edit = f"{format_duration(end.us)}..{format_duration(start.us)}"
+            hint = Hint("the earlier time comes first", edit)
+            self._reporter.error("C0401", message, start.span.to(end.span), hint)
+        fillings = tuple(role for role in roles if role is not None)
+        return model.ExpectedOccurrence(name.text, fillings, start.us, end.us, self._span(name), span)
 
-    def _literal(self, tree: _Node) -> model.Literal:
-        token = _parts(tree)[-1]
-        quoted = token.type == "STRING"
-        text = self._unquoted(token) if quoted else "".join(map(str, _parts(tree)))
-        return model.Literal(text, quoted, self._span(tree))
-
-    def _unquoted(self, token: Token) -> str:
-        return re.sub(r"\\(.)", r"\1", str(token)[1:-1])
-
-    def _point(self, token: Token) -> model.TimePoint:
-        return model.TimePoint(str(token), self._span(token))
-
-    def _interval(self, tree: _Node) -> model.Interval:
-        start, end = map(self._time, _parts(tree))
-        return model.Interval(start, end, self._span(tree))
-
-    def _time(self, tree: _Node) -> model.TimeExpression:
-        point, offset = _parts(tree)
-        return model.TimeExpression(self._point(point), self._offset(offset), self._span(tree))
-
-    def _offset(self, tree: _Node | None) -> model.Bound | None:
-        return None if tree is None else self._bound(tree)
-
-    def _bound(self, tree: _Node) -> model.Bound:
-        sign, length = _parts(tree)
-        negative = sign is not None and str(_parts(sign)[0]) == "-"
-        span = self._span(tree)
-        if isinstance(length, Token):
-            named = length.type == "NAME"
-            return model.Bound(negative, model.Duration(0, str(length), self._span(length)) if named else None, span)
-        token = _parts(length)[0]
-        us = self._microseconds(token, self._unit_us or 1)
-        return model.Bound(negative, model.Duration(us, "", self._span(token)), span)
+    def role(self, parts: Parts, span: Span) -> model.Role:
+        """Build `name=value`."""
+        return model.Role(parts[0].text.removeprefix("?"), parts[2], span)
 
     # ---- numbers
 
-    def _microseconds(self, token: Token, bare_us: int) -> int:
-        digits, unit = cast(re.Match[str], _DURATION.fullmatch(str(token))).groups()
+    def duration(self, parts: Parts, span: Span) -> model.Duration:
+        """Read a length of time; a bare number counts the unit of the text."""
+        return model.Duration(self._microseconds(parts[0], self._unit_us), "", span)
+
+    def integer(self, parts: Parts, _: Span) -> int:
+        """Read a whole number."""
+        sign, digits = parts
+        return self._whole(digits) * (1 if sign is None else -1)
+
+    sign = comparator
+
+    def _microseconds(self, word: Word, bare_us: int) -> int:
+        digits, unit = cast(re.Match[str], _DURATION.fullmatch(word.text)).groups()
         if unit and unit not in _US_PER_UNIT:
             hint = suggest(unit, TIME_UNITS)
-            self._reporter.error("C0104", f"expected a unit of time, got {unit!r}", self._span(token), hint)
+            self._reporter.error("C0104", f"expected a unit of time, got {unit!r}", self._span(word), hint)
             return 0
         us = Fraction(digits) * (_US_PER_UNIT[unit] if unit else bare_us)
         if us.denominator != 1 or us > _LARGEST_US:
             wanted = "a whole number of microseconds" if us.denominator != 1 else "at most 35 years"
-            self._reporter.error("C0105", f"expected {wanted}, got {str(token)!r}", self._span(token))
+            mend = "time counts in whole microseconds" if unit or us.denominator == 1 else _UNIT_HINT
+            self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), mend)
             return 0
         return int(us)
 
-    def _integer(self, tree: _Node) -> int:
-        sign, digits = _parts(tree)
-        return self._whole(digits) * (1 if sign is None else -1)
-
-    def _whole(self, token: Token) -> int:
-        if not str(token).isdigit():
-            self._reporter.error("C0105", f"expected a whole number, got {str(token)!r}", self._span(token))
+    def _whole(self, word: Word) -> int:
+        if not word.text.isdigit():
+            self._reporter.error("C0105", f"expected a whole number, got {word.text!r}", self._span(word))
             return 0
-        return int(str(token))
+        return int(word.text)
 
-    def _span(self, part: Token | _Node) -> Span:
-        place: Any = part if isinstance(part, Token) else part.meta  # Any: both have the same place attributes
-        if isinstance(part, Tree) and part.meta.empty:
-            return Span(self._file, 1, 1, 1, 2)
-        return Span(self._file, place.line, place.column, place.end_line, place.end_column)
+    # ---- words
+
+    def _variable(self, word: Word) -> model.Variable:
+        return model.Variable(word.text[1:], self._span(word))
+
+    def _point(self, word: Word) -> model.TimePoint:
+        return model.TimePoint(word.text, self._span(word))
+
+    def _span(self, word: Word) -> Span:
+        return Span(self._file, word.line, word.column, word.line, word.end_column)
+
+
+def _unquoted(word: Word) -> str:
+    return _ESCAPED.sub(r"\1", word.text[1:-1])

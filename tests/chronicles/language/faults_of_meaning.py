@@ -208,7 +208,7 @@ MEANING = {
         "C0803",
         body("noevent(enter[?b], (t1 - 1s, t1)) noevent(enter[?c], (t1 + 1s, t1 + 2s)) <<?b != ?c>>"),
         "expected variables known together, got ?b and ?c",
-        "each stands in a noevent of its own",
+        "each stands in a noevent",
         body("noevent(enter[?b], (t1 - 1s, t1)) noevent(enter[?c], (t1 + 1s, t1 + 2s))"),
     ),
     "an emitted variable without a value": Case(

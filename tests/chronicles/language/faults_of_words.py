@@ -134,12 +134,6 @@ WORDS = {
     "more than 35 years": Case(
         "C0105", body("hold(on[?a, ?]:true, (t1, t1 + <<400000h>>))"), "expected at most 35 years", "", body("")
     ),
-    "occurs": Case(
-        "C0106", body("<<occurs((1, oo), enter[?], (t1, t1 + 1s))>>"), "got 'occurs'", "not recognised yet", body("")
-    ),
-    "assert": Case(
-        "C0106", body("<<assert(on[?a, north]:true, (t1, t1 + 1s))>>"), "got 'assert'", "not recognised yet", body("")
-    ),
     "an unknown event": Case(
         "C0201",
         body("event(<<entr>>[?b], t1)"),

@@ -7,20 +7,14 @@ import pytest
 from chronicles.chronicle_set import check_texts, load, load_texts
 from chronicles.errors import ChronicleError
 from chronicles.language.diagnostics import Diagnostic
+from tests.chronicles.language.doubts import DOUBTS
+from tests.chronicles.language.faults_of_examples import EXAMPLES
 from tests.chronicles.language.faults_of_meaning import MEANING
-from tests.chronicles.language.faults_of_words import HEAD, WORDS, Case
+from tests.chronicles.language.faults_of_words import HEAD, TWO, WORDS, Case, body
+from tests.chronicles.language.places import place_of
 from tests.chronicles.language.terminals import TERMINAL_NAMES
 
-CASES = WORDS | MEANING
-
-
-def place_of(marked: str) -> tuple[str, int, int, int]:
-    """Take the marks out of a text; give it with line, column and end column of the marked place."""
-    start = marked.index("<<")
-    end = marked.index(">>") - 2
-    text = marked.replace("<<", "").replace(">>", "")
-    line_start = text.rfind("\n", 0, start) + 1
-    return text, text.count("\n", 0, start) + 1, start - line_start + 1, end - line_start + 1
+CASES = WORDS | EXAMPLES | MEANING
 
 
 def findings(text: str) -> tuple[Diagnostic, ...]:
@@ -108,8 +102,86 @@ def test_one_declaration_may_stand_in_several_texts() -> None:
     assert load_texts(texts).names == ("x",)
 
 
-def test_end_that_may_come_before_the_start_is_a_warning() -> None:
-    loaded = load("chronicle one(t1, t2) { event(a[], t1) event(b[], t2) t2 - t1 in [-1s, 5s] }")
-    [found] = loaded.warnings
-    assert (found.code, found.severity, found.hint) == ("C0406", "warning", "add t1 <= t2")
-    assert found.message == "the end t2 of 'one' may be before its start t1"
+def edited(text: str, found: Diagnostic) -> str:
+    assert found.edit is not None
+    lines = text.split("\n")
+    line = lines[found.line - 1]
+    lines[found.line - 1] = line[: found.column - 1] + found.edit + line[found.end_column - 1 :]
+    return "\n".join(lines)
+
+
+def with_edits(cases: dict[str, Case]) -> dict[str, tuple[str, Diagnostic]]:
+    marked = {name: place_of(case.bad)[0] for name, case in cases.items()}
+    pairs = {name: (text, check_texts([("text", text)])) for name, text in marked.items()}
+    return {name: (text, one) for name, (text, found) in pairs.items() for one in found if one.edit is not None}
+
+
+EDITS = with_edits(CASES | DOUBTS)
+
+
+@pytest.mark.parametrize(("text", "found"), EDITS.values(), ids=EDITS.keys())
+def test_certain_edit_mends_the_finding(text: str, found: Diagnostic) -> None:
+    after = [(one.code, one.message) for one in check_texts([("text", edited(text, found))])]
+    assert (found.code, found.message) not in after
+
+
+def test_most_misspelled_names_and_swapped_bounds_have_an_edit() -> None:
+    assert len(EDITS) >= 20
+    swapped = body(TWO + "-1s <= t1 - t2 <= -5s")
+    [found] = findings(swapped)
+    assert found.edit == "-5s <= t1 - t2 <= -1s"
+
+
+def test_related_places_are_shown_between_the_lines() -> None:
+    text = "message enter[?car]\nmessage leave[?car]\nmessage enter[]"
+    [found] = check_texts([("a", text)])
+    assert [tuple(one) for one in found.related] == [("a", 1, 9, 14, "message enter[?car]", "the first")]
+    assert found.render() == (
+        "error[C0203]: expected one declaration of 'enter', got another one than at a:1\n"
+        " --> a:3:9\n"
+        "  |\n"
+        "1 | message enter[?car]\n"
+        "  |         ----- the first\n"
+        "...\n"
+        "3 | message enter[]\n"
+        "  |         ^^^^^\n"
+        "  = help: choose another name, or make them equal"
+    )
+
+
+def test_related_place_in_another_text_is_shown_with_its_name() -> None:
+    [found] = check_texts([("a", "message enter[?car]"), ("b", "\nmessage enter[]")])
+    assert found.render() == (
+        "error[C0203]: expected one declaration of 'enter', got another one than at a:1\n"
+        " --> b:2:9\n"
+        "  |\n"
+        "2 | message enter[]\n"
+        "  |         ^^^^^\n"
+        " ::: a:1:9\n"
+        "  |\n"
+        "1 | message enter[?car]\n"
+        "  |         ----- the first\n"
+        "  = help: choose another name, or make them equal"
+    )
+
+
+def test_contradiction_says_how_much_is_missing_and_mends_one_bound() -> None:
+    text = place_of(CASES["a contradiction"].bad)[0]
+    [found] = findings(text)
+    assert found.hint == (
+        "the lower bounds sum up to 10s, the upper bounds to 8s: together they miss by 2s; "
+        "relax one of them, for example line 10 to 't3 is at most 10s after t1'"
+    )
+    assert [(one.line, one.label) for one in found.related] == [
+        (9, "t3 is at least 5s after t2"),
+        (10, "t3 is at most 8s after t1"),
+    ]
+    mended = text.replace("t3 - t1 in [0s, 8s]", "t3 - t1 in [0s, 10s]")
+    assert load(mended).names == ("one",)
+
+
+def test_contradiction_of_orders_alone_relaxes_a_lower_bound() -> None:
+    text = body(TWO + "\nt2 - t1 in [3s, 9s]\nt2 < t1")
+    [found] = findings(text)
+    assert "together they miss by 3000001us" in found.hint
+    assert found.hint.endswith("for example line 8 to 't1 is at most 1us after t2'")

@@ -8,25 +8,7 @@ from chronicles.language.model import ChronicleFile
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file
 from tests.chronicles.execution.random_cases import CaseMaker
-
-EVERYTHING = """
-timeunit 1ms; constant gap = 1.5s  constant place = "Main Street"  constant many = -3
-domain Car = symbol ~ {ghost}; domain Level = ([1..5] | {6, 8}) ~ ({2} | {3})
-attribute p[?a, ?b] { ?a in Car; ?b in Level; value in {on, "in", "t1"}; default on }  attribute q[]  message m[?a]
-chronicle all_of_it[?a, ?b](t0, t1, t2x) {
-  event(p[?a, ?]:(?, "in"), t1); event(m[place], t2x)  event(q[]:(x, -3), t3)
-  noevent(m[?z], (t1 + 1us, t2x - gap))
-  occurs((1, oo), m[?a], (t1, t2x))  occurs(0, 3, m[?a], (t1, t2x))
-  hold(p[?a, 4]:?v, (t0, t1 + 1h))  assert(q[]:"a \\"b\\" \\\\c", (t1, t1 + 90min))
-  t1 - t0 in [1s, 1s]  t2x - t1 in ]-oo, oo[  t2x - t1 in [-gap, many[  t1 < t2x  t1 <= t2x + 5  t1 = t3 - 0.5us
-  t2x >= t1 + gap  t3 > t1;
-  -2s < t3 - t1 <= oo;  +1 <= t3 - t1 < 5
-  ?a == ?b  ?a != car1  ?b in Car | {x}  allow ?a == ?v
-  when recognized { emit event(m[?a], t1 + 1s); emit m[?b] emit m[?b] at t3 report "?a was # here" assert(q[]:on, t1) }
-}
-chronicle bare {
-}
-"""
+from tests.chronicles.language.everything import EVERYTHING
 
 
 def read(text: str) -> ChronicleFile:
@@ -36,7 +18,7 @@ def read(text: str) -> ChronicleFile:
     return file
 
 
-TEXTS = {"everything": EVERYTHING.replace("0.5us", "500us")}
+TEXTS = {"everything": EVERYTHING}
 TEXTS |= {name: library.text(name) for name in library.names()}
 TEXTS |= {"relations": library.relations_text()}
 TEXTS |= {f"random {seed}": CaseMaker(seed).text() for seed in range(100)}

@@ -1,0 +1,233 @@
+"""How many instances of a chronicle can wait at once, at most?
+
+An instance that has matched some events and waits for others lives until the least of "time of a matched event, plus
+the upper bound of a missing one". So at any time each of its events lies in a window before now, and the number of
+instances is at most the number of ways to choose events from these windows. A window of length L has at most
+``floor(rate * L) + 1`` events. Events that share a variable with one already chosen must have its value, so for them
+the rate is divided by the number of values. Complete instances wait for the ends of `noevent`, `hold` and their kin.
+
+The bound holds under these assumptions:
+
+* events of one name are at least 1/rate apart; with ``keys`` above 1, those with one value of a variable are at least
+  keys/rate apart;
+* instances past their deadline are forgotten at once. A recogniser forgets them in sweeps, so a little later;
+* constants, filters and "must differ" are left out of account: they only make it fewer.
+
+The order of the events in which the windows are counted is chosen to make the bound small; every order gives one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from chronicles.compilation.plan import Plan
+from chronicles.language.diagnostics import Reporter, Span
+from chronicles.language.printer import format_duration
+
+_SECOND_US = 1_000_000
+# Below this window, pairs of unrelated events are few at the rates of traffic.
+_WIDE_US = 60 * _SECOND_US
+
+
+@dataclass(frozen=True, slots=True)
+class CostRow:
+    """One set of matched events: their time points, the bound as a formula, and its value at the given rates.
+
+    In the formula an event's name is its rate per second and `keys` the number of values of a variable.
+    """
+
+    points: tuple[str, ...]
+    formula: str
+    instances: int
+    is_complete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CostReport:
+    """How many instances of a chronicle there can be at once, by what they have matched."""
+
+    chronicle: str
+    rows: tuple[CostRow, ...]
+
+    @property
+    def waiting(self) -> int:
+        """The most instances that still expect events."""
+        return sum(row.instances for row in self.rows if not row.is_complete)
+
+    @property
+    def complete(self) -> int:
+        """The most instances that have all their events and await the end of an interval."""
+        return sum(row.instances for row in self.rows if row.is_complete)
+
+    def render(self) -> str:
+        """Write the report as a table.
+
+        Examples
+        --------
+        >>> from chronicles.chronicle_set import load
+        >>> plan = load("chronicle visit[?car](t1, t2) { event(enter[?car], t1) event(leave[?car], t2) "
+        ...             "t2 - t1 in [1s, 1min] }").plans[0]
+        >>> print(cost(plan, {"enter": 2.0}, keys=10).render())
+        visit: at most 121 instances wait for events, 0 for the end of an interval
+          t1      121  enter*1min + 1
+        """
+        width = max((len(_label(row)) for row in self.rows), default=0) + 4
+        head = f"{self.chronicle}: at most {self.waiting:,} instances wait for events"
+        lines = [f"{head}, {self.complete:,} for the end of an interval"]
+        lines += [f"  {_label(row):{width}}{row.instances:>9,}  {row.formula}" for row in self.rows]
+        return "\n".join(lines)
+
+
+def _label(row: CostRow) -> str:
+    return " ".join(row.points) + (" (all)" if row.is_complete else "")
+
+
+def cost(plan: Plan, rates_hz: Mapping[str, float], default_rate_hz: float = 1.0, *, keys: int = 1) -> CostReport:
+    """Bound the instances of a chronicle that there are at any time.
+
+    Parameters
+    ----------
+    plan : of the chronicle.
+    rates_hz : the most events a second, by name of the message or attribute.
+    default_rate_hz : for names that `rates_hz` lacks.
+    keys : how many values a variable takes, such as the number of cars in view.
+    """
+    bound = _Bound(plan, rates_hz, default_rate_hz, keys)
+    masks = [mask for mask in reachable(plan) if bound.can_wait(mask)]
+    return CostReport(plan.name, tuple(map(bound.row, masks)))
+
+
+def reachable(plan: Plan) -> list[int]:
+    """List the sets of positions (as bits) that an instance can have matched, in the order of their size.
+
+    A position can be the next if no missing one must be before it.
+    """
+    distance, count = plan.distance_us, len(plan.positions)
+    found = {0}
+    pending = [0]
+    while pending:
+        mask = pending.pop()
+        missing = [one for one in range(count) if not mask >> one & 1]
+        for one in missing:
+            following = mask | 1 << one
+            if following not in found and all(distance[one][other] >= 0 for other in missing):
+                found.add(following)
+                pending.append(following)
+    return sorted(found - {0}, key=lambda mask: (mask.bit_count(), mask))
+
+
+class _Bound:
+    """Counts choices of events for one plan and its rates."""
+
+    def __init__(self, plan: Plan, rates_hz: Mapping[str, float], default_rate_hz: float, keys: int) -> None:
+        self._plan = plan
+        self._names = [position.test.name for position in plan.positions]
+        self._rates_hz = [Fraction(rates_hz.get(name, default_rate_hz)) for name in self._names]
+        self._keys = keys
+        self._slots = [{slot for _, slot in position.test.variables} for position in plan.positions]
+
+    def can_wait(self, mask: int) -> bool:
+        """Say whether an instance that has matched exactly these positions can be there for any time."""
+        return all(length_us >= 0 for length_us in self._windows_us(mask).values())
+
+    def row(self, mask: int) -> CostRow:
+        """Bound the instances that have matched exactly these positions."""
+        windows_us = self._windows_us(mask)
+        members = sorted(windows_us)
+        factors = min((self._factors(first, windows_us) for first in members), key=_product)
+        parts = [text for text, _ in factors]
+        formula = parts[0] if len(parts) == 1 else " ".join(f"({part})" for part in parts)
+        points = tuple(self._plan.positions[one].label for one in members)
+        return CostRow(points, formula, _product(factors), len(members) == len(self._names))
+
+    def _windows_us(self, mask: int) -> dict[int, int]:
+        """Say for each matched event how long before now it can lie while the instance waits; below 0: it cannot."""
+        plan = self._plan
+        missing = [one for one in range(len(self._names)) if not mask >> one & 1]
+        members = [one for one in range(len(self._names)) if mask >> one & 1]
+        if missing:
+            return {one: min(plan.distance_us[one][other] for other in missing) for one in members}
+        anchors = [one.end for one in plan.counts] + [one.end for one in plan.persistences]
+        ends = [(anchor.position, anchor.offset_us) for anchor in anchors]
+        if plan.settling_us:
+            ends += [(one, 0) for one in members]
+        # At the end itself the instance is concluded: it waits one microsecond less.
+        settled_us = plan.settling_us - 1
+        return {
+            one: max((plan.distance_us[one][place] + offset_us for place, offset_us in ends), default=0) + settled_us
+            for one in members
+        }
+
+    def _factors(self, first: int, windows_us: Mapping[int, int]) -> list[tuple[str, int]]:
+        """Choose events one after the other, each time the one with the fewest choices."""
+        chosen: list[int] = []
+        found: list[tuple[str, int]] = []
+        position = first
+        left = set(windows_us)
+        while True:
+            left.discard(position)
+            found.append(self._factor(position, chosen, windows_us))
+            chosen.append(position)
+            if not left:
+                return found
+            position = min(sorted(left), key=lambda one: self._factor(one, chosen, windows_us)[1])
+
+    def _factor(self, position: int, chosen: Iterable[int], windows_us: Mapping[int, int]) -> tuple[str, int]:
+        """Count the choices for an event in its window, and beside those already chosen."""
+        distance = self._plan.distance_us
+        beside_us = [distance[one][position] + distance[position][one] for one in chosen]
+        length_us = min([windows_us[position], *beside_us])
+        is_joined = any(self._slots[position] & self._slots[one] for one in chosen)
+        rate_hz = self._rates_hz[position] / (self._keys if is_joined else 1)
+        text = f"{self._names[position]}{'/keys' if is_joined else ''}*{format_duration(length_us)} + 1"
+        return text, math.floor(rate_hz * length_us / _SECOND_US) + 1
+
+
+def _product(factors: Iterable[tuple[str, int]]) -> int:
+    return math.prod(count for _, count in factors)
+
+
+def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:
+    """Warn about events with variables that share none, even by way of others, and may be far apart in time.
+
+    Parameters
+    ----------
+    plan : of the chronicle.
+    place : where it is named.
+    reporter : receives the warning.
+    """
+    groups = [group for group in _joined_groups(plan) if any(plan.positions[one].test.variables for one in group)]
+    spread_us = max(
+        (
+            plan.distance_us[one][other] + plan.distance_us[other][one]
+            for index, group in enumerate(groups)
+            for following in groups[index + 1 :]
+            for one in group
+            for other in following
+        ),
+        default=0,
+    )
+    if spread_us >= _WIDE_US:
+        named = " and ".join(plan.positions[group[0]].label for group in groups)
+        count = len(groups)
+        message = f"expected events that share a variable, got {count} groups without one in common, at {named}"
+        hint = (
+            f"within {format_duration(spread_us)} every combination is kept: with n things each, n^{count} instances; "
+            "join them by a variable, or narrow the time between them"
+        )
+        reporter.warning("C1001", message, place, hint)
+
+
+def _joined_groups(plan: Plan) -> list[list[int]]:
+    """Group positions that are joined by variables, directly or by way of others."""
+    groups: list[tuple[list[int], set[int]]] = []
+    for index, position in enumerate(plan.positions):
+        members, slots = [index], {slot for _, slot in position.test.variables}
+        touched = [group for group in groups if group[1] & slots]
+        for group in touched:
+            members, slots = group[0] + members, group[1] | slots
+        groups = [group for group in groups if group not in touched] + [(members, slots)]
+    return [members for members, _ in groups]

@@ -1,0 +1,97 @@
+"""Do the examples in some texts fit the declarations and chronicles of the texts?
+
+Events are looked up as the patterns of a chronicle are, expected occurrences in the heads of the chronicles. In the
+examples handed on, names of constants are replaced by their values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from chronicles.compilation.patterns import PatternResolver
+from chronicles.compilation.symbols import Symbols
+from chronicles.language import model
+from chronicles.language.diagnostics import Reporter, suggest
+from chronicles.language.printer import print_term
+
+
+def check_examples(
+    files: Iterable[model.ChronicleFile],
+    chronicles: Mapping[str, model.Chronicle],
+    symbols: Symbols,
+    reporter: Reporter,
+) -> tuple[model.Example, ...]:
+    """Check the examples of some texts and give them with their constants replaced.
+
+    Parameters
+    ----------
+    files : the texts; what they declare besides examples is in `chronicles` and `symbols`.
+    chronicles : by name.
+    symbols : the name space of the texts.
+    reporter : receives what does not fit.
+    """
+    checker = _ExampleChecker(chronicles, symbols, reporter)
+    found = [one for file in files for one in file.declarations if isinstance(one, model.Example)]
+    return tuple(map(checker.example, found))
+
+
+class _ExampleChecker:
+    """Checks examples against one name space."""
+
+    def __init__(self, chronicles: Mapping[str, model.Chronicle], symbols: Symbols, reporter: Reporter) -> None:
+        self._chronicles = chronicles
+        self._symbols = symbols
+        self._reporter = reporter
+        self._resolver = PatternResolver(symbols, reporter)
+
+    def example(self, example: model.Example) -> model.Example:
+        """Check one example; give it with constants replaced."""
+        return replace(
+            example,
+            events=tuple(map(self._event, example.events)),
+            expected=tuple(map(self._expected, example.expected)),
+        )
+
+    def _event(self, event: model.ExampleEvent) -> model.ExampleEvent:
+        pattern = event.pattern
+        self._resolver.event(pattern)
+        arguments = tuple(map(self._resolved, pattern.arguments))
+        change = (
+            None if pattern.change is None else (self._resolved(pattern.change[0]), self._resolved(pattern.change[1]))
+        )
+        return replace(event, pattern=replace(pattern, arguments=arguments, change=change))
+
+    def _resolved(self, term: model.Term) -> model.Term:
+        return self._value(term) if isinstance(term, model.Literal) else term
+
+    def _value(self, literal: model.Literal) -> model.Literal:
+        return model.Literal(self._symbols.value_of(literal, self._reporter), True, literal.span)
+
+    def _expected(self, one: model.ExpectedOccurrence) -> model.ExpectedOccurrence:
+        chronicle = self._chronicles.get(one.chronicle)
+        if chronicle is None:
+            message = f"expected a chronicle, got the unknown name {one.chronicle!r}"
+            self._reporter.error("C0207", message, one.name_span, suggest(one.chronicle, list(self._chronicles)))
+        else:
+            self._check_roles(one, [parameter.name for parameter in chronicle.parameters])
+        fillings = tuple(replace(role, value=self._value(role.value)) for role in one.fillings)
+        return replace(one, fillings=fillings)
+
+    def _check_roles(self, one: model.ExpectedOccurrence, known: list[str]) -> None:
+        names = [role.name for role in one.fillings]
+        for index, role in enumerate(one.fillings):
+            if role.name not in known:
+                message = f"expected a role of {one.chronicle!r}, got {role.name!r}"
+                hint = suggest(role.name, known)
+                if hint.edit is not None:
+                    hint = hint._replace(edit=f"{hint.edit}={print_term(role.value)}")
+                self._reporter.error("C0208", message, role.span, hint)
+            elif role.name in names[:index]:
+                message = f"expected each role once, got {role.name!r} twice"
+                self._reporter.error("C0208", message, role.span, "keep one of them")
+        missing = [name for name in known if name not in names]
+        if missing and set(names) <= set(known):  # a misspelled one is not missing too
+            message = f"expected all roles of {one.chronicle!r}, got none for {missing[0]!r}"
+            listed = ", ".join(f"{name}=..." for name in known)
+            self._reporter.error("C0208", message, one.name_span, f"write {one.chronicle}[{listed}]")
