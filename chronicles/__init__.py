@@ -6,7 +6,8 @@
 from chronicles.chronicle_set import ChronicleSet, check_texts, load, load_texts
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
-from chronicles.recogniser import Recogniser, recognise
+from chronicles.recogniser import Recogniser
+from chronicles.recognition import recognise
 
 __all__ = [
     "ChronicleError",

@@ -25,6 +25,9 @@ class Event:
     hypotheses: tuple[str, ...] = ()
 
 
+OccurrenceKey = tuple[str, tuple[tuple[str, str], ...], tuple[tuple[str, int], ...], tuple[Event, ...]]
+
+
 @dataclass(frozen=True, slots=True)
 class Occurrence:
     """A recognised instance of a chronicle.
@@ -56,6 +59,11 @@ class Occurrence:
     recognised_us: int
     hypotheses: tuple[str, ...]
     status: Status = "recognised"
+
+    @property
+    def key(self) -> OccurrenceKey:
+        """What makes it the same occurrence, whatever its status: chronicle, roles, time points and events."""
+        return self.chronicle, tuple(self.roles.items()), self.sub_events, self.events
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,81 +1,44 @@
-"""Do the absences and persistences of an instance with all its events hold, and for which values?
+"""Do the counts and persistences of an instance with all its events hold, and for which values?
 
 An instance is concluded once, when the watermark has passed the end of its last window: then every event inside the
-windows is known, and `noevent` and `hold` are plain questions to the past. A `hold` may give variables their values,
-so one instance can be concluded several times, or not at all.
+windows is known, and `noevent`, `occurs`, `hold` and `assert` are plain questions to the past. A `hold` may give
+variables their values, so one instance can be concluded several times, or not at all.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Count, Persistence, Plan
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
-from chronicles.execution.event_tests import EventMatcher, event_matcher
+from chronicles.execution.count_log import CountLog
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout
 
 Values = tuple[str, ...]
 
 
-class _CountLog:
-    """The events that one `noevent` forbids, by the values of its bound variables, in the order of time."""
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A way to conclude an instance: the values of all slots, the hypotheses its persistences rest on, the past."""
 
-    def __init__(self, count: Count) -> None:
-        bound = count.test.variables
-        self.count = count
-        self._bound_slots = tuple(slot for _, slot in bound)
-        self._other_slots = tuple(slot for _, slot in count.different)
-        fields = [field for field, _ in bound] + [field for field, _ in count.different]
-        self._matcher: EventMatcher = event_matcher(count.test, fields)
-        self._found: dict[Values, tuple[list[int], list[Values]]] = {}
-
-    def append(self, event: Event) -> None:
-        """Keep an event if it is forbidden; events come in the order of time."""
-        values = self._matcher(event)
-        if values is None:
-            return
-        key, own = values[: len(self._bound_slots)], values[len(self._bound_slots) :]
-        times, owns = self._found.setdefault(key, ([], []))
-        times.append(event.t_us)
-        owns.append(own)
-
-    def is_violated(self, values: Values, start_us: int, end_us: int) -> bool:
-        """Say whether a forbidden event lies in [start, end)."""
-        times, owns = self._found.get(tuple(values[slot] for slot in self._bound_slots), ((), ()))
-        index = bisect_left(times, start_us)
-        while index < len(times) and times[index] < end_us:
-            if all(own != values[slot] for own, slot in zip(owns[index], self._other_slots, strict=True)):
-                return True
-            index += 1
-        return False
-
-    def knows(self, known: frozenset[int]) -> bool:
-        """Say whether the slots that the test compares with are among the known ones."""
-        return known.issuperset(self._bound_slots) and known.issuperset(self._other_slots)
-
-    def forget_before(self, t_us: int) -> int:
-        """Drop the events before a time; return how many are left."""
-        kept: dict[Values, tuple[list[int], list[Values]]] = {}
-        for key, (times, owns) in self._found.items():
-            start = bisect_left(times, t_us)
-            if start < len(times):
-                kept[key] = (times[start:], owns[start:])
-        self._found = kept
-        return sum(len(times) for times, _ in kept.values())
+    values: Values
+    hypotheses: Values
+    past: AttributeHistory
 
 
 class Conclusions:
-    """Tests the obligations of one chronicle's instances; keeps the events that its `noevent`s forbid."""
+    """Tests the obligations of one chronicle's instances; keeps the events that its `noevent`s and `occurs` count."""
 
     def __init__(self, plan: Plan, history: AttributeHistory) -> None:
         self._plan = plan
         self._history = history
         self._layout = Layout(plan)
-        self._logs = [_CountLog(count) for count in plan.counts]
-        self._logs_at: dict[str, list[_CountLog]] = {}
+        self._logs = [CountLog(count) for count in plan.counts]
+        self._logs_at: dict[str, list[CountLog]] = {}
         for log in self._logs:
             self._logs_at.setdefault(log.count.test.name, []).append(log)
         self._ends = tuple(
@@ -95,24 +58,31 @@ class Conclusions:
         return frozenset(self._logs_at)
 
     def append(self, event: Event) -> None:
-        """Remember an event that a `noevent` may forbid; events come in the order of time."""
+        """Remember an event that is to be counted; events come in the order of time."""
         for log in self._logs_at[event.name]:
             log.append(event)
 
     def closes_us(self, instance: Instance) -> int:
         """Give the time from which everything about a complete instance is known."""
         closes_us: int = max([instance[index] + offset_us for index, offset_us in self._ends])
-        return closes_us
+        return closes_us + self._plan.settling_us
 
-    def solutions(self, instance: Instance) -> list[Values]:
-        """List the values of all slots for which every obligation holds, without doubles."""
+    def solutions(self, instance: Instance) -> list[Solution]:
+        """List the ways in which every obligation holds, each with other values."""
         slots = self._layout.slots
         bound: Values = tuple(instance[slots : slots + self._layout.event_slots])
-        unknown = ("",) * (len(self._plan.slots) - self._layout.event_slots)
         if not self._plan.persistences:
-            return [] if self._logs and self._is_forbidden(instance, bound) else [bound]
-        found = dict.fromkeys(self._persistent(0, instance, bound + unknown))
-        return [values for values in found if not self._is_forbidden(instance, values)]
+            return [Solution(bound, (), self._history)] if self._are_counts_right(instance, bound) else []
+        unknown = ("",) * (len(self._plan.slots) - self._layout.event_slots)
+        found: dict[Values, Values] = {}
+        for values, labels in self._persistent(0, instance, bound + unknown, ()):
+            # Where a hold can be true of several things, all of them are evidence.
+            found[values] = found.get(values, ()) + labels
+        return [
+            Solution(values, tuple(sorted(set(labels))), self._history)
+            for values, labels in found.items()
+            if self._are_counts_right(instance, values)
+        ]
 
     def is_doomed(self, instance: Instance, mask: int, now_us: int) -> bool:
         """Say whether what is known by now already breaks an obligation of a partial instance."""
@@ -121,15 +91,16 @@ class Conclusions:
             instance[self._layout.slots + slot] if slot in known else "" for slot in range(len(self._plan.slots))
         )
         for log in self._logs:
-            window = self._window_so_far(log.count, instance, mask, now_us)
-            if window is not None and log.knows(known) and log.is_violated(values, *window):
-                return True
+            if log.knows(known) and _is_placed(log.count, mask):
+                start_us, end_us = _window(log.count, instance)
+                is_over = end_us <= now_us
+                if not log.is_right(values, start_us, min(end_us, now_us), is_over=is_over):
+                    return True
         for one in self._plan.persistences:
-            window = self._window_so_far(one, instance, mask, now_us)
             needed = [slot for _, slot in one.bound] + [one.value_slot] * (one.value_slot >= 0)
-            if window is not None and one.is_complete and known.issuperset(needed):
-                value = self._value(one, self._arguments(one, values), window)
-                if value is None or not _fits(one, value, values):
+            if one.is_complete and known.issuperset(needed) and _is_placed(one, mask):
+                start_us, end_us = _window(one, instance)
+                if start_us < now_us and not self._is_kept(one, values, (start_us, min(end_us, now_us))):
                     return True
         return False
 
@@ -137,21 +108,34 @@ class Conclusions:
         """Drop events too old for any instance; give the number left."""
         return sum(log.forget_before(t_us) for log in self._logs)
 
-    def _window_so_far(
-        self, one: Count | Persistence, instance: Instance, mask: int, now_us: int
-    ) -> tuple[int, int] | None:
-        """Give the part of a window that is over, None if there is none or its place is not known."""
-        if not (mask >> one.start.position & 1 and mask >> one.end.position & 1):
-            return None
-        start_us, end_us = _window(one, instance)
-        end_us = min(end_us, now_us)
-        return (start_us, end_us) if start_us < end_us else None
+    def state(self) -> list[Any]:
+        """Give the events kept, as plain data."""
+        return [log.state() for log in self._logs]
 
-    def _persistent(self, index: int, instance: Instance, values: Values) -> Iterator[Values]:
-        """Extend values by each way to make the persistences from `index` on hold."""
+    def restore(self, state: list[Any]) -> None:
+        """Take up where `state` was given, for the same chronicle."""
+        for log, kept in zip(self._logs, state, strict=True):
+            log.restore(kept)
+
+    def _persistent(
+        self, index: int, instance: Instance, values: Values, labels: Values
+    ) -> Iterator[tuple[Values, Values]]:
+        """Extend values, and the hypotheses they rest on, by each way to make the persistences from `index` on hold."""
         if index == len(self._plan.persistences):
-            yield values
+            yield values, labels
             return
+        one = self._plan.persistences[index]
+        window = _window(one, instance)
+        if one.is_reading:
+            yield from self._persistent(index + 1, instance, values, labels)
+        elif one.is_assumed:
+            if self._is_kept(one, values, window):
+                found = self._labels(one, self._arguments(one, values), window)
+                yield from self._persistent(index + 1, instance, values, labels + found)
+        else:
+            yield from self._held(index, instance, values, labels)
+
+    def _held(self, index: int, instance: Instance, values: Values, labels: Values) -> Iterator[tuple[Values, Values]]:
         one = self._plan.persistences[index]
         window = _window(one, instance)
         for args in self._candidates(index, values):
@@ -160,7 +144,7 @@ class Conclusions:
                 continue
             extended = _bind(one, args, value, values)
             if _fits(one, value, extended) and _is_allowed(one, extended):
-                yield from self._persistent(index + 1, instance, extended)
+                yield from self._persistent(index + 1, instance, extended, labels + self._labels(one, args, window))
 
     def _candidates(self, index: int, values: Values) -> Iterator[Values]:
         one = self._plan.persistences[index]
@@ -182,8 +166,30 @@ class Conclusions:
             return None
         return self._history.value_throughout(one.attribute, args, *window)
 
-    def _is_forbidden(self, instance: Instance, values: Values) -> bool:
-        return any(log.is_violated(values, *_window(log.count, instance)) for log in self._logs)
+    def _is_kept(self, one: Persistence, values: Values, window: tuple[int, int]) -> bool:
+        """Say whether a persistence with all values known is true in a window; an empty one asks for nothing."""
+        if window[0] >= window[1]:
+            return True
+        args = self._arguments(one, values)
+        if not one.is_assumed:
+            value = self._value(one, args, window)
+            return value is not None and _fits(one, value, values)
+        wanted = one.value if one.value_slot < 0 else values[one.value_slot]
+        return all(value in (wanted, UNKNOWN) for value, _ in self._history.values_within(one.attribute, args, *window))
+
+    def _labels(self, one: Persistence, args: Values, window: tuple[int, int]) -> Values:
+        """List the hypotheses of the changes that brought the value; what is unknown is evidence for no assert."""
+        if window[0] >= window[1]:
+            return ()
+        return self._history.hypotheses_within(one.attribute, args, *window, of_known=one.is_assumed)
+
+    def _are_counts_right(self, instance: Instance, values: Values) -> bool:
+        return all(log.is_right(values, *_window(log.count, instance)) for log in self._logs)
+
+
+def _is_placed(one: Count | Persistence, mask: int) -> bool:
+    """Say whether the events that the window hangs on are matched."""
+    return bool(mask >> one.start.position & 1 and mask >> one.end.position & 1)
 
 
 def _known_places(one: Persistence) -> tuple[int, ...]:

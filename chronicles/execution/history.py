@@ -1,4 +1,4 @@
-"""Which value did an attribute have, and since when?
+"""Which value did an attribute have, since when, and on whose word?
 
 An attribute of some things is a piecewise constant function of time, known through its changes. Changes of one fluent
 (attribute and arguments) at the same time act as one: the value afterwards is the one that is entered more often than
@@ -8,24 +8,33 @@ left, or the value before if there is none such; so it does not depend on the or
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from typing import Any  # states are plain nested data
 
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 
+Labels = tuple[str, ...]
+
 
 class FluentHistory:
-    """The values of one fluent; invariant: times ascend, and the value at times[i] lasts until times[i + 1]."""
+    """The values of one fluent; invariant: times ascend, and the value at times[i] lasts until times[i + 1].
 
-    __slots__ = ("_instant", "_times", "_values")
+    `_labels` holds the hypotheses of the changes at a time; most histories have none, so it is made when needed.
+    """
+
+    __slots__ = ("_instant", "_labels", "_times", "_values")
 
     def __init__(self) -> None:
         self._times: list[int] = []
         self._values: list[str] = []
         self._instant: list[tuple[str, str]] = []
+        self._labels: dict[int, Labels] | None = None
 
-    def append(self, t_us: int, old: str, new: str, initial: str) -> None:
+    def append(self, t_us: int, old: str, new: str, initial: str, labels: Labels = ()) -> None:
         """Add a change at or after the latest one; `initial` is the value before the first."""
+        if labels:
+            self._add_labels(t_us, labels)
         if not self._times or t_us > self._times[-1]:
             self._times.append(t_us)
             self._values.append(new)
@@ -34,6 +43,17 @@ class FluentHistory:
         self._instant.append((old, new))
         before = self._values[-2] if len(self._values) > 1 else initial
         self._values[-1] = value_after(before, self._instant)
+
+    def assign(self, t_us: int, value: str, labels: Labels) -> None:
+        """Set the value from a time on, up to the next change; all changes at that time are known already."""
+        if labels:
+            self._add_labels(t_us, labels)
+        index = bisect_right(self._times, t_us)
+        if index and self._times[index - 1] == t_us:
+            self._values[index - 1] = value
+        else:
+            self._times.insert(index, t_us)
+            self._values.insert(index, value)
 
     def value_throughout(self, start_us: int, end_us: int, initial: str) -> str | None:
         """Give the one value the fluent has in [start, end), None if it has several."""
@@ -46,6 +66,18 @@ class FluentHistory:
                 return None
         return value
 
+    def values_within(self, start_us: int, end_us: int, initial: str) -> Iterator[tuple[str, Labels]]:
+        """Give the values the fluent has in [start, end), each with the hypotheses of the change that brought it."""
+        index = bisect_right(self._times, start_us) - 1
+        value = self._values[index] if index >= 0 else initial
+        yield value, self._labels_at(index)
+        for later in range(index + 1, len(self._times)):
+            if self._times[later] >= end_us:
+                return
+            if self._values[later] != value:
+                value = self._values[later]
+                yield value, self._labels_at(later)
+
     def is_reported_by(self, t_us: int) -> bool:
         """Say whether a change at or before a time is known."""
         return bool(self._times) and self._times[0] <= t_us
@@ -56,10 +88,32 @@ class FluentHistory:
         if keep_from > 0:
             del self._times[:keep_from]
             del self._values[:keep_from]
+            if self._labels is not None:
+                self._labels = {at_us: labels for at_us, labels in self._labels.items() if at_us >= self._times[0]}
 
     def is_unknown_since(self, t_us: int) -> bool:
         """Say whether the value is unknown at `t_us` and ever after."""
         return self._times[-1] <= t_us and self._values[-1] == UNKNOWN
+
+    def state(self) -> list[Any]:
+        """Give everything, as plain data."""
+        labels = None if self._labels is None else list(self._labels.items())
+        return [list(self._times), list(self._values), list(self._instant), labels]
+
+    def restore(self, state: list[Any]) -> None:
+        """Take up where `state` was given."""
+        times, values, instant, labels = state
+        self._times, self._values = list(times), list(values)
+        self._instant = [(old, new) for old, new in instant]
+        self._labels = None if labels is None else {at_us: tuple(found) for at_us, found in labels}
+
+    def _add_labels(self, t_us: int, labels: Labels) -> None:
+        if self._labels is None:
+            self._labels = {}
+        self._labels[t_us] = tuple(sorted({*self._labels.get(t_us, ()), *labels}))
+
+    def _labels_at(self, index: int) -> Labels:
+        return () if self._labels is None or index < 0 else self._labels.get(self._times[index], ())
 
 
 def value_after(before: str, changes: Iterable[tuple[str, str]]) -> str:
@@ -92,6 +146,9 @@ class AttributeHistory:
         self._initial = {name: initial.get(name, UNKNOWN) for name in watched}
         self._fluents: dict[str, dict[tuple[str, ...], FluentHistory]] = {name: {} for name in self._initial}
         self._indexes: dict[tuple[str, tuple[int, ...]], dict[tuple[str, ...], dict[tuple[str, ...], None]]] = {}
+        # Changes made by `assign` come back once as events, because the stage looks at their attribute.
+        self._assigned: list[Event] = []
+        self._has_labels = False
 
     def index_by(self, name: str, places: tuple[int, ...]) -> None:
         """Prepare `matching` for arguments known at these places."""
@@ -101,12 +158,29 @@ class AttributeHistory:
         """Add a change; messages are ignored. Events come in the order of time."""
         if event.new is None:
             return
-        fluents = self._fluents[event.name]
-        fluent = fluents.get(event.args)
-        if fluent is None:
-            fluent = fluents[event.args] = FluentHistory()
-            self._add_to_indexes(event.name, event.args)
-        fluent.append(event.t_us, event.old or UNKNOWN, event.new, self._initial[event.name])
+        if self._assigned and event in self._assigned:
+            self._assigned.remove(event)
+            return
+        self._has_labels |= bool(event.hypotheses)
+        fluent = self._fluent(event.name, event.args)
+        fluent.append(event.t_us, event.old or UNKNOWN, event.new, self._initial[event.name], event.hypotheses)
+
+    def assign(self, event: Event) -> Event | None:
+        """Set an attribute as an event without an old value says, after everything up to its time was added.
+
+        Returns
+        -------
+        The change that it makes; None if the attribute has the value already.
+        """
+        assert event.new is not None
+        old = self.value_throughout(event.name, event.args, event.t_us, event.t_us + 1)
+        if old == event.new:
+            return None
+        change = Event(event.name, event.args, event.t_us, old, event.new, event.hypotheses)
+        self._has_labels |= bool(event.hypotheses)
+        self._fluent(event.name, event.args).assign(event.t_us, event.new, event.hypotheses)
+        self._assigned.append(change)
+        return change
 
     def value_throughout(self, name: str, args: tuple[str, ...], start_us: int, end_us: int) -> str | None:
         """Give the one value of a fluent in [start, end), None if it has several."""
@@ -114,6 +188,29 @@ class AttributeHistory:
         if fluent is None:
             return self._initial[name]
         return fluent.value_throughout(start_us, end_us, self._initial[name])
+
+    def values_within(self, name: str, args: tuple[str, ...], start_us: int, end_us: int) -> list[tuple[str, Labels]]:
+        """List the values of a fluent in [start, end), each with the hypotheses of the change that brought it.
+
+        A value that is stated again is not brought again; the value at the start was brought by the latest change then.
+        """
+        fluent = self._fluents[name].get(args)
+        if fluent is None:
+            return [(self._initial[name], ())]
+        return list(fluent.values_within(start_us, end_us, self._initial[name]))
+
+    def hypotheses_within(
+        self, name: str, args: tuple[str, ...], start_us: int, end_us: int, *, of_known: bool
+    ) -> Labels:
+        """List the hypotheses of the changes that brought the values of a fluent in [start, end).
+
+        With `of_known` those that made it unknown are left out.
+        """
+        if not self._has_labels:
+            return ()
+        brought = self.values_within(name, args, start_us, end_us)
+        found = [labels for value, labels in brought if not (of_known and value == UNKNOWN)]
+        return tuple([label for labels in found for label in labels])
 
     def is_reported(self, name: str, args: tuple[str, ...], t_us: int) -> bool:
         """Say whether a change of a fluent at or before a time is known."""
@@ -136,6 +233,27 @@ class AttributeHistory:
                 del fluents[args]
                 self._remove_from_indexes(name, args)
         return sum(map(len, self._fluents.values()))
+
+    def state(self) -> list[Any]:
+        """Give everything, as plain data and events."""
+        fluents = [
+            [name, list(args), fluent.state()] for name, kept in self._fluents.items() for args, fluent in kept.items()
+        ]
+        return [fluents, list(self._assigned), self._has_labels]
+
+    def restore(self, state: list[Any]) -> None:
+        """Take up where `state` was given, in a history of the same attributes."""
+        fluents, assigned, self._has_labels = state
+        for name, args, kept in fluents:
+            self._fluent(name, tuple(args)).restore(kept)
+        self._assigned = list(assigned)
+
+    def _fluent(self, name: str, args: tuple[str, ...]) -> FluentHistory:
+        fluent = self._fluents[name].get(args)
+        if fluent is None:
+            fluent = self._fluents[name][args] = FluentHistory()
+            self._add_to_indexes(name, args)
+        return fluent
 
     def _add_to_indexes(self, name: str, args: tuple[str, ...]) -> None:
         for (indexed, places), index in self._indexes.items():

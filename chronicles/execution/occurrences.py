@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Emission, Filling, Plan, ReportPart
-from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
+from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance, TimedOut
+from chronicles.execution.conclusions import Solution
+from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout, Record
+from chronicles.execution.selection import Selector
 
 Values = tuple[str, ...]
 
 
-# The watermark at which it became certain, the chronicle's place in its set, values, time points, events' numbers.
-Order = tuple[int, int, Values, tuple[tuple[str, int], ...], tuple[int, ...]]
+# The watermark at which it became certain, the chronicle's place in its set, values, time points, events' numbers, and
+# the number of the event that a selection looks at (-1 for none).
+Order = tuple[int, int, Values, tuple[tuple[str, int], ...], tuple[int, ...], int]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Finding:
-    """An occurrence with its place in the order of output, and the values and events that identify it."""
+    """An occurrence with its place in the order of output, and the values and events that identify it.
+
+    What an `assert` action changes depends on the findings before it, so `occurrence` is complete once the builder was
+    asked whether it is new. `past` is what was known then.
+    """
 
     order: Order
     occurrence: Occurrence
     builder: OccurrenceBuilder
+    past: AttributeHistory
 
 
 class OccurrenceBuilder:
@@ -32,14 +42,16 @@ class OccurrenceBuilder:
         self._plan = plan
         self._rank = rank
         self._layout = Layout(plan)
+        self._selector = Selector(plan)
         self._reported: dict[tuple[Values, frozenset[int]], int] = {}
+        self._is_plain = not (plan.is_symmetric or plan.asserts or plan.selection.kind != "all")
 
-    def finding(self, instance: Instance, values: Values, certain_us: int, clock_us: int) -> Finding:
-        """Build the occurrence of a concluded instance with the values of all its slots."""
-        plan = self._plan
+    def finding(self, instance: Instance, solution: Solution, certain_us: int, clock_us: int) -> Finding:
+        """Build the occurrence of a concluded instance."""
+        plan, values = self._plan, solution.values
         records: list[Record] = sorted(instance[self._layout.records :])
         events = tuple([record[2] for record in records])
-        hypotheses = _hypotheses(events)
+        hypotheses = _hypotheses(events, solution.hypotheses)
         sub_events = _sub_events([(_time(instance, anchor), name) for name, anchor in plan.points])
         occurrence = Occurrence(
             chronicle=plan.name,
@@ -55,25 +67,55 @@ class OccurrenceBuilder:
             hypotheses=hypotheses,
         )
         sequence = tuple([record[1] for record in records])
-        return Finding((certain_us, self._rank, values, sub_events, sequence), occurrence, self)
+        anchor = instance[self._layout.records + plan.selection.anchor][1] if plan.selection.anchor >= 0 else -1
+        return Finding((certain_us, self._rank, values, sub_events, sequence, anchor), occurrence, self, solution.past)
 
     def is_new(self, finding: Finding) -> bool:
-        """Say whether the same values and events were not reported before, and remember them.
+        """Say whether a finding is told; asked once for each, in the order of results.
 
-        Only a chronicle in which one event can fill two positions finds the same events twice.
+        Told is what was not told before and is selected. What its `assert` actions change is worked out and remembered.
         """
-        if not self._plan.is_symmetric:
+        if self._is_plain:
             return True
-        certain_us, _, values, _, sequence = finding.order
-        identity = values, frozenset(sequence)
-        if identity in self._reported:
+        if self._plan.is_symmetric and self._is_repeated(finding):
             return False
-        self._reported[identity] = certain_us + self._plan.tail_us
+        certain_us, _, _, _, _, anchor = finding.order
+        if not self._selector.is_selected(finding.occurrence, anchor=anchor, certain_us=certain_us):
+            return False
+        if self._plan.asserts:
+            finding.occurrence = replace(finding.occurrence, emitted=self._asserted(finding))
         return True
 
     def forget_before(self, now_us: int) -> None:
         """Drop what cannot be found again."""
         self._reported = {key: last_us for key, last_us in self._reported.items() if last_us >= now_us}
+        self._selector.forget_before(now_us)
+
+    def state(self) -> list[Any]:
+        """Give what was told and may be found again, as plain data."""
+        reported = [[list(values), sorted(sequence), last] for (values, sequence), last in self._reported.items()]
+        return [reported, self._selector.state()]
+
+    def restore(self, state: list[Any]) -> None:
+        """Take up where `state` was given, for the same chronicle."""
+        reported, selected = state
+        self._reported = {(tuple(values), frozenset(sequence)): last for values, sequence, last in reported}
+        self._selector.restore(selected)
+
+    def _is_repeated(self, finding: Finding) -> bool:
+        """Say whether the same values and events were found before, with the events in other positions."""
+        certain_us, _, values, _, sequence, _ = finding.order
+        identity = values, frozenset(sequence)
+        if identity in self._reported:
+            return True
+        self._reported[identity] = certain_us + self._plan.tail_us
+        return False
+
+    def _asserted(self, finding: Finding) -> tuple[Event, ...]:
+        """Give the emitted events with the old values of what is asserted; an assert that changes nothing is none."""
+        pairs = zip(finding.occurrence.emitted, self._plan.emissions, strict=True)
+        events = [finding.past.assign(event) if one.is_assertion else event for event, one in pairs]
+        return tuple([event for event in events if event is not None])
 
 
 class PartialBuilder:
@@ -95,8 +137,21 @@ class PartialBuilder:
         return self._partial(instance, mask, tuple(expected), instance[0])
 
     def pending(self, instance: Instance, closes_us: int) -> PartialInstance:
-        """Describe an instance that has its events and waits for the end of a `noevent` or `hold`."""
+        """Describe an instance that has its events and waits for the end of its windows."""
         return self._partial(instance, (1 << len(self._plan.positions)) - 1, (), closes_us)
+
+    def timed_out(self, instance: Instance, mask: int) -> TimedOut:
+        """Describe an instance whose deadline passed."""
+        partial = self._partial(instance, mask, (), instance[0])
+        missing = [one.label for index, one in enumerate(self._plan.positions) if not mask >> index & 1]
+        return TimedOut(
+            partial.chronicle,
+            partial.roles,
+            partial.matched,
+            tuple(sorted(missing)),
+            instance[0],
+            partial.hypotheses,
+        )
 
     def _windows(self, instance: Instance, mask: int, now_us: int) -> list[tuple[int, int]]:
         """Intersect the windows of missing positions with those that the matched ones and the clock leave."""
@@ -127,8 +182,8 @@ class PartialBuilder:
         return PartialInstance(plan.name, roles, _sub_events(matched), expected, latest_us, hypotheses)
 
 
-def _hypotheses(events: Iterable[Event]) -> tuple[str, ...]:
-    return tuple(sorted({label for event in events for label in event.hypotheses}))
+def _hypotheses(events: Iterable[Event], others: Iterable[str] = ()) -> tuple[str, ...]:
+    return tuple(sorted({label for event in events for label in event.hypotheses}.union(others)))
 
 
 def _sub_events(times: list[tuple[int, str]]) -> tuple[tuple[str, int], ...]:
@@ -154,4 +209,5 @@ def _emitted(one: Emission, instance: Instance, values: Values, hypotheses: tupl
     if one.change is None:
         return Event(one.name, arguments, t_us, hypotheses=hypotheses)
     old, new = (_text(filling, values) for filling in one.change)
+    # An assert has no old value yet, see `OccurrenceBuilder.is_new`.
     return Event(one.name, arguments, t_us, old, new, hypotheses)

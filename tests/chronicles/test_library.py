@@ -1,10 +1,13 @@
 """The shipped chronicles on small streams of relations."""
 
+from pathlib import Path
+
 import pytest
 
 from chronicles import library
 from chronicles.chronicle_set import load_texts
 from chronicles.errors import ChronicleError
+from chronicles.examples import ExampleResult, render, run_examples
 from tests.chronicles.support import run, shown
 
 START = """
@@ -88,6 +91,63 @@ def test_crossing_is_entering_and_leaving_a_junction() -> None:
 
 def test_library_loads_without_findings() -> None:
     assert library.load_library().warnings == ()
+
+
+EXAMPLES = run_examples(library.texts())
+
+
+@pytest.mark.parametrize("result", EXAMPLES, ids=[f"{one.file.split('.')[0]}: {one.title}" for one in EXAMPLES])
+def test_example_in_the_library(result: ExampleResult) -> None:
+    assert result.passed, render(result)
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_file_has_an_example_that_is_found_and_one_that_is_not(name: str) -> None:
+    own = [one for one in EXAMPLES if one.file == f"{name}.chronicle"]
+    assert any(one.matched for one in own)
+    assert any(not one.matched for one in own)
+
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.chronicle")), ids=lambda path: path.stem)
+def test_example_files_for_users_pass_their_examples(path: Path) -> None:
+    results = run_examples([("relations", library.relations_text()), (path.name, path.read_text(encoding="utf-8"))])
+    assert len(results) >= 2
+    assert all(one.passed for one in results), "\n".join(map(render, results))
+
+
+def test_documentation_lists_every_event_with_its_roles() -> None:
+    rows = [line for line in (ROOT / "docs" / "library.md").read_text(encoding="utf-8").splitlines() if "|" in line]
+    for plan in library.load_library().plans:
+        event = plan.emissions[0].name
+        [row] = [row.split("|") for row in rows if f"`{event}`" in row.split("|")[1] and row.count("|") == 6]
+        roles = row[3].split("(")[0].replace(" ", "").split(",")
+        assert roles == [role for role, _ in plan.roles]
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_every_chronicle_of_a_file_emits_the_event_of_its_name(name: str) -> None:
+    chronicles = library.load_library([name])
+    own = [plan for plan in chronicles.plans if plan.name.startswith(name)]
+    assert own
+    assert all(emission.name == name for plan in own for emission in plan.emissions)
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_head_of_a_file_says_what_it_means_and_its_limits(name: str) -> None:
+    head = library.text(name).split("\nmessage")[0]
+    assert all(line.startswith("#") for line in head.strip().splitlines())
+    assert "Limits:" in head
+
+
+def test_library_runs_alone_by_name_with_what_it_builds_on() -> None:
+    assert set(library.load_library(["reckless_overtake"]).names) == {
+        "overtake",
+        "reckless_overtake_before_oncoming",
+        "reckless_overtake_in_junction",
+    }
 
 
 def test_unknown_name_is_refused() -> None:

@@ -5,7 +5,8 @@ import pytest
 from chronicles.chronicle_set import load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, ExpectedEvent
-from chronicles.recogniser import Recogniser, recognise
+from chronicles.recogniser import Recogniser
+from chronicles.recognition import recognise
 from tests.chronicles.support import run, shown, steps
 
 RACE = """
@@ -132,8 +133,39 @@ def test_stored_events_may_come_in_any_order() -> None:
 
 
 def test_unknown_executor_is_refused() -> None:
-    with pytest.raises(ChronicleError, match="expected the executor 'eager', got 'lazy'"):
-        recognise(load(RACE), [], executor="lazy")
+    with pytest.raises(ChronicleError, match=r"recognise: expected an executor among \['auto', .*\], got 'fast'"):
+        recognise(load(RACE), [], executor="fast")
+    with pytest.raises(ChronicleError, match=r"recogniser: expected an executor among \['auto', .*\], got 'backfill'"):
+        Recogniser(load(RACE), executor="backfill")
+
+
+def test_late_events_are_counted_and_can_be_taken_once() -> None:
+    recogniser = Recogniser(load(RACE), lateness_us=1_000_000)
+    recogniser.advance(5_000_000)
+    in_time, late = Event("start", ("u",), 4_000_000), Event("start", ("v",), 3_999_999)
+    recogniser.observe(in_time)
+    recogniser.observe(late)
+    assert recogniser.late_count == 1
+    assert recogniser.take_late() == [late]
+    assert recogniser.take_late() == []
+
+
+def test_instances_that_came_to_nothing_are_told_from_a_share_of_their_events_on() -> None:
+    recogniser = Recogniser(load(RACE), timeouts_from=0.5)
+    recogniser.observe(Event("start", ("u",), 0))
+    recogniser.observe(Event("turn", ("u",), 2_000_000))
+    recogniser.observe(Event("start", ("v",), 3_000_000))
+    recogniser.advance(60_000_000)
+    [timed_out] = recogniser.take_timed_out()
+    assert timed_out.roles == {"car": "u"}
+    assert timed_out.missing == ("t3",)
+    assert recogniser.take_timed_out() == []
+
+
+@pytest.mark.parametrize(("executor", "share"), [("lazy", 0.5), ("eager", 1.5), ("auto", -0.1)])
+def test_timeouts_that_cannot_be_told_are_refused(executor: str, share: float) -> None:
+    with pytest.raises(ChronicleError, match="recogniser: expected .*timeouts_from"):
+        Recogniser(load(RACE), executor=executor, timeouts_from=share)
 
 
 def test_negative_lateness_is_refused() -> None:

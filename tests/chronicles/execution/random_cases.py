@@ -27,13 +27,15 @@ class CaseMaker:
         self.random = random.Random(seed)
         self.known: list[str] = []
         self.used_names: list[str] = []
-        self.emits = False
+        self.emits: list[str] = []
+        self.asserts: list[str] = []
+        self.has_hypotheses = False
 
     def text(self) -> str:
         """Write a chronicle of one to four events; it may be inconsistent or unbounded."""
         pick = self.random
         self.used_names = []
-        count = pick.choice((1, 2, 2, 3, 3, 3, 4))
+        count = pick.choice((1, 1, 2, 2, 2, 3, 3, 4))
         points = [f"t{index}" for index in range(1, count + 1)]
         at = [point if pick.random() < 0.95 else points[0] for point in points]
         lines = [f"event({self.pattern()}, {point})" for point in at]
@@ -49,6 +51,11 @@ class CaseMaker:
             free.append("t9")
         lines += [f"noevent({self.pattern()}, {self.interval(free)})" for _ in range(pick.choice((0, 0, 0, 1, 1, 2)))]
         lines += [f"hold({self.fluent()}, {self.interval(free)})" for _ in range(pick.choice((0, 0, 0, 1, 1, 2)))]
+        lines += [
+            f"occurs({self.count()}, {self.pattern()}, {self.interval(free)})" for _ in range(pick.choice((0, 0, 0, 1)))
+        ]
+        lines += [self.assertion(lines, free) for _ in range(pick.choice((0, 0, 0, 1)))]
+        lines += self.selection(used)
         lines += self.value_constraints(" ".join(lines))
         pick.shuffle(lines)
         return (
@@ -72,23 +79,64 @@ class CaseMaker:
         return f"{declarations}chronicle one[{roles}]({', '.join(exported)}) {{"
 
     def reaction(self, points: list[str]) -> str:
-        """Sometimes emit an event."""
-        self.emits = bool(self.known) and self.random.random() < 0.3
-        if not self.emits:
-            return ""
-        return f"\n  when recognised {{ emit event(d[?{self.known[0]}], {self.random.choice(points)} + 1) }}"
+        """Sometimes emit an event or set an attribute."""
+        pick = self.random
+        self.emits, self.asserts = [], []
+        if self.known and pick.random() < 0.3:
+            self.emits = [f"emit event(d[?{self.known[0]}], {pick.choice(points)} + 1)"]
+        if self.known and pick.random() < 0.3:
+            offsets = pick.choice(((" + 2",), ("",), (" - 3",), ("", " + 1")))
+            self.asserts = [f"assert({self.setting()}, {pick.choice(points)}{offset})" for offset in offsets]
+        actions = " ".join(self.emits + self.asserts)
+        return f"\n  when recognised {{ {actions} }}" if actions else ""
+
+    def setting(self) -> str:
+        """Write an attribute of a bound variable with the value to set."""
+        return f"p[?{self.random.choice(self.known)}]:{self.random.choice(('on', 'on', 'off'))}"
 
     def second(self) -> str:
-        """Sometimes write a chronicle about what the first emits."""
-        if not self.emits or self.random.random() < 0.3:
+        """Sometimes write a chronicle about what the first emits or sets."""
+        pick = self.random
+        if not (self.emits or self.asserts) or pick.random() < 0.3:
             return ""
-        gap = self.random.randint(0, 4)
-        forbidden = self.random.choice(("", f"noevent(d[?], (t1 + 1, t1 + {1 + gap}))"))
+        gap = pick.randint(1, 8)
+        self.used_names += ["b", "b"]
+        obligations = ("", "", f"noevent(d[?], (t1 + 1, t1 + {1 + gap}))", "occurs(1, 2, d[?], (t2 - 1, t1 + 9))")
+        first = "d[?u]" if self.emits else "p[?u]:(?, on)"
+        seen = pick.choice(("b[?w]", "b[?w]", "c[?u, ?w]", first.replace("?u", "?w")))
+        obligation = pick.choice(obligations)
+        if self.asserts:
+            first = pick.choice((first, "p[?u]:(?, on)", "p[?u]:(unknown, ?)"))
+            held = ("", "", f"hold(p[?u]:on, (t1, t1 + {1 + gap}))", "assert(p[?w]:off, (t1 - 2, t2))")
+            obligation += " " + pick.choice(held)
         return f"""chronicle two[?u, ?w](t1, t2) {{
-  event(d[?u], t1) event({self.random.choice(("b[?w]", "c[?u, ?w]", "d[?w]"))}, t2)
-  t2 - t1 in [{-gap}, {gap}] {forbidden}
+  event({first}, t1) event({seen}, t2)
+  t2 - t1 in [{-gap}, {gap}] {obligation}
 }}
 """
+
+    def count(self) -> str:
+        """Write how many events there may be."""
+        least = self.random.choice((0, 1, 1, 2))
+        most = self.random.choice(("oo", "oo", *range(least, 4)))
+        return f"({least}, {most})"
+
+    def assertion(self, lines: list[str], points: list[str]) -> str:
+        """Write an assert about variables that are bound elsewhere."""
+        pick = self.random
+        bound = "".join(line for line in lines if line.startswith(("event", "hold")))
+        names = [f"?{name}" for name in "xyz" if f"?{name}" in bound] + ["c1"]
+        name = pick.choice(ATTRIBUTES)
+        self.used_names.append(name)
+        arguments = ", ".join(pick.choice(names) for _ in range(ARITIES[name]))
+        values = ("on", "on", "off", "unknown", *(["?v"] if "?v" in bound else []))
+        return f"assert({name}[{arguments}]:{pick.choice(values)}, {self.interval(points)})"
+
+    def selection(self, points: list[str]) -> list[str]:
+        """Mostly tell all occurrences."""
+        pick = self.random
+        chosen = pick.choice((f"select first({pick.choice(points)})", "select non_overlapping", "select all"))
+        return [chosen] if pick.random() < 0.25 else []
 
     def pattern(self) -> str:
         """Write an event pattern."""
@@ -119,7 +167,7 @@ class CaseMaker:
         """Write a constraint in one of its forms."""
         pick = self.random
         low = pick.randint(-5, 3)
-        high = low + pick.randint(0, 9)
+        high = low + pick.randint(0, 12)
         return (
             pick.choice(
                 (
@@ -153,7 +201,8 @@ class CaseMaker:
         """Make events with ties, restated values and changes that do not fit each other."""
         pick = self.random
         last = pick.choice((6, 10, 16))
-        return [self.event(pick.randint(0, last)) for _ in range(pick.randint(8, 20))]
+        self.has_hypotheses = pick.random() < 0.4
+        return [self.event(pick.randint(0, last)) for _ in range(pick.randint(10, 24))]
 
     def event(self, t_us: int) -> Event:
         """Make one event."""
@@ -161,9 +210,10 @@ class CaseMaker:
         # Mostly what the chronicle looks at, or most cases would have no match.
         name = pick.choice(self.used_names if pick.random() < 0.85 else tuple(ARITIES))
         args = tuple(pick.choice(THINGS) for _ in range(ARITIES[name]))
+        labels = tuple(pick.sample(("h1", "h2", "h3"), pick.choice((0, 0, 0, 1, 2)))) if self.has_hypotheses else ()
         if name not in ATTRIBUTES:
-            return Event(name, args, t_us)
-        return Event(name, args, t_us, pick.choice(VALUES), pick.choice(("on", "on", "off", "unknown")))
+            return Event(name, args, t_us, hypotheses=labels)
+        return Event(name, args, t_us, pick.choice(VALUES), pick.choice(("on", "on", "off", "unknown")), labels)
 
     def arrival(self, trace: list[Event], lateness_us: int) -> list[Event | int]:
         """Put a trace into an order in which no event is late, with times to advance to in between.

@@ -52,3 +52,41 @@ def test_forgotten_things_are_found_no_more_and_unknown() -> None:
     kept.forget_before(10)
     assert kept.matching("p", (), ()) == (("a",),)
     assert kept.value_throughout("p", ("b",), 10, 20) == "unknown"
+
+
+def test_value_comes_with_the_hypotheses_of_the_change_that_brought_it() -> None:
+    kept = AttributeHistory(["p"], [])
+    for t_us, new, labels in ((5, "on", ("h2",)), (5, "on", ("h1",)), (9, "on", ("h3",)), (12, "off", ())):
+        kept.append(Event("p", ("a",), t_us, "unknown", new, labels))
+    assert kept.values_within("p", ("a",), 6, 8) == [("on", ("h1", "h2"))]
+    assert kept.values_within("p", ("a",), 0, 20) == [("unknown", ()), ("on", ("h1", "h2")), ("off", ())]
+    assert kept.values_within("p", ("a",), 9, 10) == [("on", ("h3",))]
+    kept.forget_before(10)
+    assert kept.values_within("p", ("a",), 10, 12) == [("on", ("h3",))]
+
+
+def test_assigned_value_lasts_up_to_the_next_change() -> None:
+    kept = history(("a", 5, "unknown", "off"), ("a", 20, "off", "blue"))
+    change = kept.assign(Event("p", ("a",), 10, None, "on"))
+    assert change == Event("p", ("a",), 10, "off", "on")
+    assert kept.assign(Event("p", ("a",), 15, None, "on")) is None
+    assert [kept.value_throughout("p", ("a",), t_us, t_us + 1) for t_us in (9, 10, 19, 20)] == [
+        "off",
+        "on",
+        "on",
+        "blue",
+    ]
+    kept.append(change)  # comes back as an event, and is known already
+    assert kept.value_throughout("p", ("a",), 20, 99) == "blue"
+
+
+def test_restored_history_equals_the_one_that_gave_its_state() -> None:
+    kept = history(("a", 5, "unknown", "on"), ("b", 7, "on", "off"))
+    kept.append(Event("p", ("a",), 9, "on", "off", ("h",)))
+    kept.assign(Event("p", ("c",), 8, None, "on"))
+    restored = history()
+    restored.index_by("p", ())
+    restored.restore(kept.state())
+    assert restored.state() == kept.state()
+    assert restored.matching("p", (), ()) == (("a",), ("b",), ("c",))
+    assert restored.values_within("p", ("a",), 0, 20) == kept.values_within("p", ("a",), 0, 20)

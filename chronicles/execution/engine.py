@@ -1,0 +1,120 @@
+"""Which chronicles occur in a stream of events that are all meant to stay?
+
+The engine keeps the clock and the watermark, gives events to the stages that look at them, and passes emitted events on
+to later stages. It knows nothing of late events or of events taken back: `recogniser.py` sees to those.
+"""
+
+from __future__ import annotations
+
+from heapq import heappush
+from typing import Any  # states are plain nested data
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.compilation.hierarchy import levels
+from chronicles.compilation.network import UNBOUNDED_US
+from chronicles.events import Event, Occurrence, PartialInstance, TimedOut
+from chronicles.execution.executors import MakeExecutor
+from chronicles.execution.occurrences import Finding
+from chronicles.execution.stage import Stage
+
+BEFORE_ALL_US = -UNBOUNDED_US
+
+
+class Engine:
+    """Recognises the chronicles of a set in events that come before the watermark passes them.
+
+    Attributes
+    ----------
+    clock_us : the latest time told.
+    watermark_us : the clock minus the lateness; nothing before it may come any more.
+    """
+
+    def __init__(self, chronicles: ChronicleSet, lateness_us: int, make_executor: MakeExecutor) -> None:
+        self.clock_us = BEFORE_ALL_US
+        self.watermark_us = BEFORE_ALL_US
+        self._lateness_us = lateness_us
+        self._due_us = UNBOUNDED_US
+        self._sequence = 0
+        self._stages = _stages(chronicles, make_executor)
+        self._stages_of: dict[str, list[Stage]] = {}
+        for stage in self._stages:
+            for name in stage.names:
+                self._stages_of.setdefault(name, []).append(stage)
+
+    def observe(self, event: Event) -> list[Occurrence]:
+        """Take an event that is not before the watermark, and let time advance to it."""
+        t_us = event.t_us
+        if t_us > self.clock_us:
+            self.clock_us = t_us
+            self.watermark_us = t_us - self._lateness_us
+        if event.name in self._stages_of:
+            self._push(event)
+        return self._run() if self._due_us <= self.watermark_us else []
+
+    def advance(self, t_us: int) -> list[Occurrence]:
+        """Let time pass; an earlier time than the latest told changes nothing."""
+        if t_us > self.clock_us:
+            self.clock_us = t_us
+            self.watermark_us = t_us - self._lateness_us
+        return self._run() if self._due_us <= self.watermark_us else []
+
+    def partial_instances(self) -> list[PartialInstance]:
+        """List what is under way, sorted by chronicle, matched events and roles."""
+        found = [one for stage in self._stages for one in stage.partial_instances(self.watermark_us)]
+        return sorted(found, key=lambda one: (one.chronicle, one.matched, sorted(one.roles.items())))
+
+    def take_timed_out(self) -> list[TimedOut]:
+        """List what died since the last call, sorted by time, chronicle, matched events and roles."""
+        found = [one for stage in self._stages for one in stage.take_timed_out(self.watermark_us)]
+        return sorted(found, key=lambda one: (one.died_us, one.chronicle, one.matched, sorted(one.roles.items())))
+
+    def _push(self, event: Event) -> None:
+        self._sequence += 1
+        record = (event.t_us, self._sequence, event)
+        for stage in self._stages_of[event.name]:
+            heappush(stage.buffer, record)
+            self._due_us = min(self._due_us, event.t_us + stage.delay_us)
+
+    def _run(self) -> list[Occurrence]:
+        findings: list[Finding] = []
+        for stage in self._stages:
+            found = stage.run(self.watermark_us, self.clock_us)
+            findings += found
+            for finding in found:
+                for event in finding.occurrence.emitted:
+                    if event.name in self._stages_of:
+                        self._push(event)
+        self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
+        if len(findings) > 1:
+            findings.sort(key=lambda finding: finding.order)
+        return [finding.occurrence for finding in findings]
+
+    # ---- checkpoints
+
+    def state(self) -> Any:  # Any: plain nested data
+        """Give everything the engine remembers, as plain data and events."""
+        return {
+            "clock_us": self.clock_us,
+            "watermark_us": self.watermark_us,
+            "sequence": self._sequence,
+            "stages": [stage.state() for stage in self._stages],
+        }
+
+    def restore(self, state: Any) -> None:  # Any: see `state`
+        """Take up where `state` was given, by an engine of the same chronicles."""
+        self.clock_us = state["clock_us"]
+        self.watermark_us = state["watermark_us"]
+        self._sequence = state["sequence"]
+        for stage, kept in zip(self._stages, state["stages"], strict=True):
+            stage.restore(kept)
+        self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
+
+
+def _stages(chronicles: ChronicleSet, make_executor: MakeExecutor) -> list[Stage]:
+    placed = levels(chronicles.plans)
+    stages = []
+    for level in range(1 + max((one for one, _ in placed.values()), default=-1)):
+        plans = {rank: plan for rank, plan in enumerate(chronicles.plans) if placed[plan.name][0] == level}
+        delay_us = max(placed[plan.name][1] for plan in plans.values())
+        stages.append(Stage(plans, delay_us=delay_us, defaults=chronicles.defaults, make_executor=make_executor))
+    return stages

@@ -1,0 +1,200 @@
+"""How do the chronicles of one level run together, behind the watermark?
+
+Chronicles that look at events emitted by others run in a later stage, which lags behind the watermark by as long as
+such an event can still be emitted. So every stage sees all its events in the order of time, and the result does not
+depend on how the input is cut into steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from heapq import heappop, heappush
+from typing import Any  # states are plain nested data
+
+from chronicles.compilation.network import UNBOUNDED_US
+from chronicles.compilation.plan import Plan
+from chronicles.events import PartialInstance, TimedOut
+from chronicles.execution.conclusions import Conclusions
+from chronicles.execution.executors import MakeExecutor
+from chronicles.execution.history import AttributeHistory
+from chronicles.execution.instances import Instance, Record
+from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
+
+_FIRST_SWEEP = 1024
+
+
+class Stage:
+    """Chronicles that run together, behind the watermark by `delay_us`; invariant: `buffer` is a heap.
+
+    `plans` are keyed by their place in the set, which decides the order of results that become certain together.
+    """
+
+    def __init__(
+        self,
+        plans: Mapping[int, Plan],
+        *,
+        delay_us: int,
+        defaults: Iterable[tuple[str, str]],
+        make_executor: MakeExecutor,
+    ) -> None:
+        watched = {one.attribute for plan in plans.values() for one in plan.persistences}
+        self.delay_us = delay_us
+        self.buffer: list[Record] = []
+        self._history = AttributeHistory(watched, defaults)
+        self._matchers = {rank: _Matcher(plan, rank, self._history) for rank, plan in plans.items()}
+        self._executor = make_executor(plans)
+        self._memory_us = max(plan.memory_us for plan in plans.values())
+        self._readers: dict[str, _Readers] = {}
+        self._pending: list[tuple[int, int, int, Instance]] = []
+        self._pending_count = 0
+        self._grown = 0
+        self._next_sweep = _FIRST_SWEEP
+        for name in watched:
+            self._reader(name).histories.append(self._history)
+        for matcher in self._matchers.values():
+            for name in matcher.conclusions.names:
+                self._reader(name).logs.append(matcher.conclusions)
+        for name in self._executor.names:
+            self._reader(name).is_expected = True
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the events that the stage looks at."""
+        return frozenset(self._readers)
+
+    @property
+    def due_us(self) -> int:
+        """The least watermark at which there is something to do."""
+        first = self.buffer[0][0] if self.buffer else UNBOUNDED_US
+        if self._pending:
+            first = min(first, self._pending[0][0])
+        return first + self.delay_us
+
+    def run(self, watermark_us: int, clock_us: int) -> list[Finding]:
+        """Do everything that is certain at the watermark."""
+        now_us = watermark_us - self.delay_us
+        buffer, pending = self.buffer, self._pending
+        findings: list[Finding] = []
+        while buffer and buffer[0][0] <= now_us:
+            record = heappop(buffer)
+            if pending and pending[0][0] <= record[0]:
+                findings += self._conclude(record[0], clock_us)
+            self._feed(record)
+        if pending and pending[0][0] <= now_us:
+            findings += self._conclude(now_us, clock_us)
+        if self._grown >= self._next_sweep:
+            self._sweep(now_us)
+        return findings
+
+    def partial_instances(self, watermark_us: int) -> Iterator[PartialInstance]:
+        """Give what is under way, in no special order."""
+        now_us = watermark_us - self.delay_us
+        for number, matcher in self._matchers.items():
+            for mask, instance in self._executor.waiting(number, now_us):
+                if not matcher.conclusions.is_doomed(instance, mask, now_us):
+                    yield matcher.partials.expecting(instance, mask, now_us)
+        for closes_us, _, number, instance in self._pending:
+            matcher = self._matchers[number]
+            full = (1 << len(matcher.plan.positions)) - 1
+            if not matcher.conclusions.is_doomed(instance, full, now_us):
+                yield matcher.partials.pending(instance, closes_us)
+
+    def take_timed_out(self, watermark_us: int) -> Iterator[TimedOut]:
+        """Give the instances that died without being extended since the last call."""
+        self._executor.sweep(watermark_us - self.delay_us)
+        for number, matcher in self._matchers.items():
+            for mask, instance in self._executor.take_timed_out(number):
+                yield matcher.partials.timed_out(instance, mask)
+
+    def _reader(self, name: str) -> _Readers:
+        return self._readers.setdefault(name, _Readers())
+
+    def _feed(self, record: Record) -> None:
+        event = record[2]
+        readers = self._readers[event.name]
+        for history in readers.histories:
+            history.append(event)
+        for conclusions in readers.logs:
+            conclusions.append(event)
+        self._grown += 1
+        if not readers.is_expected:
+            return
+        complete, created = self._executor.feed(record)
+        self._grown += created
+        for number, instance in complete:
+            self._pending_count += 1
+            closes_us = self._matchers[number].conclusions.closes_us(instance)
+            heappush(self._pending, (closes_us, self._pending_count, number, instance))
+
+    def _conclude(self, now_us: int, clock_us: int) -> list[Finding]:
+        """Conclude the instances that close by `now_us`; among those of one time the order is by what they are."""
+        findings: list[Finding] = []
+        pending = self._pending
+        while pending and pending[0][0] <= now_us:
+            closes_us = pending[0][0]
+            batch: list[Finding] = []
+            while pending and pending[0][0] == closes_us:
+                _, _, number, instance = heappop(pending)
+                matcher = self._matchers[number]
+                for solution in matcher.conclusions.solutions(instance):
+                    batch.append(matcher.builder.finding(instance, solution, closes_us + self.delay_us, clock_us))
+            batch.sort(key=lambda finding: finding.order)
+            findings += [one for one in batch if one.builder.is_new(one)]
+        return findings
+
+    def _sweep(self, now_us: int) -> None:
+        """Forget what can no longer matter; done each time as much was added as was left the time before."""
+        oldest_us = now_us - self._memory_us
+        left = self._history.forget_before(oldest_us) + self._executor.sweep(now_us)
+        for matcher in self._matchers.values():
+            left += matcher.conclusions.forget_before(oldest_us)
+            matcher.builder.forget_before(now_us)
+        self._grown = 0
+        self._next_sweep = max(_FIRST_SWEEP, left)
+
+    # ---- checkpoints
+
+    def state(self) -> Any:  # Any: plain nested data
+        """Give everything the stage remembers, as plain data and events."""
+        return {
+            "buffer": list(self.buffer),
+            "pending": list(self._pending),
+            "pending_count": self._pending_count,
+            "history": self._history.state(),
+            "executor": self._executor.state(),
+            "matchers": [[one.conclusions.state(), one.builder.state()] for one in self._matchers.values()],
+        }
+
+    def restore(self, state: Any) -> None:  # Any: see `state`
+        """Take up where `state` was given; this stage is new."""
+        self.buffer[:] = state["buffer"]
+        self._pending[:] = state["pending"]
+        self._pending_count = state["pending_count"]
+        self._history.restore(state["history"])
+        self._executor.restore(state["executor"])
+        for matcher, (conclusions, builder) in zip(self._matchers.values(), state["matchers"], strict=True):
+            matcher.conclusions.restore(conclusions)
+            matcher.builder.restore(builder)
+
+
+class _Matcher:
+    """The parts that work for one chronicle."""
+
+    __slots__ = ("builder", "conclusions", "partials", "plan")
+
+    def __init__(self, plan: Plan, rank: int, history: AttributeHistory) -> None:
+        self.plan = plan
+        self.conclusions = Conclusions(plan, history)
+        self.builder = OccurrenceBuilder(plan, rank)
+        self.partials = PartialBuilder(plan)
+
+
+class _Readers:
+    """Who looks at the events of one name: histories, logs of what is counted, and whether instances expect them."""
+
+    __slots__ = ("histories", "is_expected", "logs")
+
+    def __init__(self) -> None:
+        self.histories: list[AttributeHistory] = []
+        self.logs: list[Conclusions] = []
+        self.is_expected = False

@@ -1,0 +1,77 @@
+"""Which chronicles occur in events that are all at hand?
+
+Three executors find the same occurrences in the same order:
+
+* eager: keeps every partial instance; the work is done when events come, so answers come at once.
+* lazy: keeps events, and searches backwards when one comes that can be the last of an instance; for chronicles whose
+  last events are rare.
+* backfill: joins whole columns of stored events.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from operator import attrgetter
+from typing import Literal
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.errors import ChronicleError
+from chronicles.events import Event, Occurrence
+from chronicles.execution.backfill import recognise_columns
+from chronicles.execution.columns import EventColumns
+from chronicles.recogniser import Recogniser
+
+Executor = Literal["auto", "eager", "lazy", "backfill"]
+EXECUTORS: tuple[Executor, ...] = ("auto", "eager", "lazy", "backfill")
+
+
+def recognise(
+    chronicles: ChronicleSet,
+    events: Iterable[Event] | EventColumns,
+    *,
+    until_us: int | None = None,
+    executor: str = "auto",
+) -> Sequence[Occurrence]:
+    """Recognise chronicles in events that are all at hand.
+
+    Parameters
+    ----------
+    chronicles : as given by `chronicles.load`.
+    events : in any order, or stored columns.
+    until_us : the time up to which the events are complete; the latest event's time if not given. An absence that ends
+        later stays open: nobody saw it come true.
+    executor : "eager", "lazy", "backfill" or "auto", which is "backfill": here all events are stored.
+
+    Returns
+    -------
+    The occurrences in the order in which a `Recogniser` tells them. Those of "backfill" are built when they are looked
+    at, and can be read as columns, see `FoundOccurrences`.
+
+    Raises
+    ------
+    ChronicleError
+        If there is no such executor.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> alone = load("chronicle alone[?car](t1) { event(enter[?car], t1) noevent(enter[?], (t1 + 1us, t1 + 5s)) }")
+    >>> events = [Event("enter", ("car1",), 0), Event("enter", ("car2",), 3_000_000)]
+    >>> [found.roles for found in recognise(alone, events)]
+    []
+    >>> [found.roles for found in recognise(alone, events, until_us=8_000_000)]
+    [{'car': 'car2'}]
+    >>> recognise(alone, EventColumns.from_events(events), until_us=8_000_000).of("alone").roles("car")
+    ['car2']
+    """
+    if executor not in EXECUTORS:
+        raise ChronicleError(f"recognise: expected an executor among {list(EXECUTORS)}, got {executor!r}")
+    if executor in ("auto", "backfill"):
+        columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events, keep=True)
+        return recognise_columns(chronicles, columns, until_us=until_us)
+    recogniser = Recogniser(chronicles, executor=executor)
+    stream = events.events() if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
+    found = [occurrence for event in stream for occurrence in recogniser.observe(event)]
+    if until_us is not None:
+        found += recogniser.advance(until_us)
+    return found

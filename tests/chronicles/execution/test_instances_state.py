@@ -1,0 +1,153 @@
+"""What the eager store keeps, gives away as a state, and takes back."""
+
+import pickle
+import random
+
+import pytest
+
+from chronicles.chronicle_set import load
+from chronicles.compilation.plan import Plan
+from chronicles.errors import ChronicleError
+from chronicles.events import Event
+from chronicles.execution.instances import InstanceStore, Record
+from tests.chronicles.execution.test_instances import case, wanted
+
+PAIR = "chronicle pair[?k](t1, t2) { event(a[?k], t1) event(b[?k], t2) t2 - t1 in [1us, 100us] }"
+
+
+def plan_of(text: str) -> Plan:
+    [plan] = load(text).plans
+    return plan
+
+
+def record(t_us: int, name: str, *args: str) -> Record:
+    return t_us, t_us, Event(name, args, t_us)
+
+
+def is_plain(data: object) -> bool:
+    if isinstance(data, dict):
+        return all(is_plain(one) for item in data.items() for one in item)
+    if type(data) in {list, tuple}:
+        return all(map(is_plain, data))
+    return data is None or type(data) in {int, str}
+
+
+@pytest.mark.parametrize("timeouts_from", [None, 0.4])
+def test_restored_store_goes_on_as_if_it_had_not_stopped(timeouts_from: float | None) -> None:
+    found = 0
+    for seed in range(800, 900):
+        plans, records = case(seed)
+        for plan in plans:
+            mine = wanted(plan, records)
+            stop = random.Random(seed).randint(0, len(mine))
+            first, whole = InstanceStore(plan, timeouts_from), InstanceStore(plan, timeouts_from)
+            for one in mine[:stop]:
+                assert first.feed(one) == whole.feed(one)
+            state = first.state()
+            assert is_plain(state)
+            second = InstanceStore(plan, timeouts_from)
+            for one in mine:  # what was there before must be gone
+                second.feed(one)
+            second.restore(pickle.loads(pickle.dumps(state)))
+            for one in mine[stop:]:
+                complete, created = whole.feed(one)
+                assert second.feed(one) == (complete, created)
+                found += len(complete)
+            end_us = records[-1][0] + 3
+            assert second.sweep(end_us) == whole.sweep(end_us)
+            assert list(second.waiting(end_us)) == list(whole.waiting(end_us))
+            if timeouts_from is not None:
+                assert second.take_timed_out() == whole.take_timed_out()
+    assert found > 100
+
+
+def test_events_come_out_as_they_went_in_after_a_restore() -> None:
+    plan = plan_of("chronicle c[?k]() { event(a[?k, ?], t1) event(p[?k]:(?, on), t2) t2 - t1 in [1us, 9us] }")
+    first = Event("a", ("k", "x"), 1, hypotheses=("same",))
+    changes = [Event("p", ("k",), t_us, old, "on") for t_us, old in ((2, None), (3, "off"), (4, ""))]
+    store, other = InstanceStore(plan), InstanceStore(plan)
+    store.feed((1, 1, first))
+    other.restore(store.state())
+    events = [other.feed((one.t_us, one.t_us, one))[0][0][-2:] for one in changes]
+    assert [[one[2] for one in pair] for pair in events] == [[first, change] for change in changes]
+
+
+def test_state_of_another_chronicle_is_refused() -> None:
+    state = InstanceStore(plan_of(PAIR)).state()
+    with pytest.raises(ChronicleError, match=r"expected a state of versions .*, got one of"):
+        InstanceStore(plan_of(PAIR.replace("100us", "90us"))).restore(state)
+
+
+def test_state_without_timed_out_instances_is_refused_where_they_are_wanted() -> None:
+    state = InstanceStore(plan_of(PAIR)).state()
+    with pytest.raises(ChronicleError, match=r"with 1 logs of timed-out instances, got one of .* with 0"):
+        InstanceStore(plan_of(PAIR), timeouts_from=0.5).restore(state)
+
+
+def test_timed_out_instances_must_be_asked_for() -> None:
+    with pytest.raises(ChronicleError, match="instances of 'pair': expected timeouts_from to be set, got None"):
+        InstanceStore(plan_of(PAIR)).take_timed_out()
+
+
+def test_share_of_positions_is_at_most_all() -> None:
+    with pytest.raises(ChronicleError, match=r"timeouts_from of 'pair': expected a share from 0 to 1, got 1\.5"):
+        InstanceStore(plan_of(PAIR), timeouts_from=1.5)
+
+
+def test_program_has_the_windows_as_constants() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    store.feed(record(1, "a", "k"))
+    assert "if from_0 <= t0 <= to_0:" in store.source
+    assert "from_0 = t_us - 100\n" in store.source
+    compile(store.source, "source", "exec")
+
+
+def test_new_instances_drive_out_dead_ones_without_a_sweep() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    for number in range(1000):
+        store.feed((0, number, Event("a", (f"k{number}",), 0)))
+    for number in range(1000):
+        store.feed((1000, 1000 + number, Event("a", (f"k{number % 7}",), 1000)))
+    assert len(list(store.waiting(1000))) == 1000
+    assert sum(map(len, store.state()["firsts"])) < 1050
+
+
+def test_one_event_waits_for_few_dead_instances_only() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    for number in range(1000):
+        store.feed((0, number, Event("a", ("k",), 0)))
+    store.feed(record(1000, "a", "k"))
+    assert sum(map(len, store.state()["firsts"])) > 900
+
+
+def test_sweeps_empty_a_store_that_gets_no_events() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    for number in range(10_000):
+        store.feed((0, number, Event("a", (f"k{number % 9}",), 0)))
+    left = [store.sweep(101) for _ in range(3)]
+    assert left == sorted(left, reverse=True)
+    assert left[0] > 0 == left[-1]
+
+
+def test_instance_lives_until_its_deadline_and_not_beyond() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    store.feed(record(10, "a", "k"))
+    assert store.sweep(110) == 1
+    assert len(store.feed(record(110, "b", "k"))[0]) == 1
+    assert store.sweep(111) == 0
+    assert store.feed(record(111, "b", "k")) == ([], 0)
+
+
+def test_events_of_the_last_position_are_not_kept() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    assert store.feed(record(1, "b", "k")) == ([], 0)
+    assert store.sweep(1) == 0
+
+
+def test_all_instances_with_the_same_values_are_extended() -> None:
+    store = InstanceStore(plan_of(PAIR))
+    for t_us in (1, 2, 3, 60, 101):
+        store.feed(record(t_us, "a", "k"))
+    complete, created = store.feed(record(102, "b", "k"))
+    assert sorted(one[1] for one in complete) == [2, 3, 60, 101]
+    assert created == 0

@@ -1,0 +1,56 @@
+"""What a checkpoint brings back, and which are refused; the random cases of `case_runner.py` restart too."""
+
+import json
+
+import pytest
+
+from chronicles.chronicle_set import load
+from chronicles.errors import ChronicleError
+from chronicles.events import Event
+from chronicles.recogniser import Recogniser
+
+RACE = "chronicle race[?x](t1, t2) { event(start[?x], t1) event(goal[?x], t2) t2 - t1 in [0s, 9s] }"
+LONGER_RACE = RACE.replace("9s", "10s")
+
+
+def test_restored_recogniser_remembers_late_events() -> None:
+    first, second = Recogniser(load(RACE)), Recogniser(load(RACE))
+    first.advance(9)
+    late = Event("start", ("u",), 5)
+    first.observe(late)
+    second.restore(first.checkpoint())
+    assert (second.late_count, second.take_late()) == (1, [late])
+
+
+def test_restored_recogniser_can_still_take_back() -> None:
+    first, second = Recogniser(load(RACE)), Recogniser(load(RACE))
+    first.observe(Event("start", ("u",), 0, hypotheses=("h1",)))
+    first.observe(Event("goal", ("u",), 5))
+    second.restore(json.loads(json.dumps(first.checkpoint())))
+    assert [one.status for one in second.retract("h1")] == ["retracted"]
+
+
+def test_restoring_forgets_what_the_recogniser_knew() -> None:
+    empty, used = Recogniser(load(RACE)), Recogniser(load(RACE))
+    used.observe(Event("start", ("u",), 0))
+    used.restore(empty.checkpoint())
+    assert used.partial_instances() == ()
+
+
+def test_checkpoint_of_other_chronicles_is_refused() -> None:
+    checkpoint = Recogniser(load(RACE)).checkpoint()
+    with pytest.raises(ChronicleError, match=r"checkpoint: expected chronicles \[\['race', '\w+'\]\], got"):
+        Recogniser(load(LONGER_RACE)).restore(checkpoint)
+
+
+def test_checkpoint_of_another_lateness_is_refused() -> None:
+    checkpoint = Recogniser(load(RACE), 5).checkpoint()
+    with pytest.raises(ChronicleError, match="checkpoint: expected lateness_us 0, got 5"):
+        Recogniser(load(RACE)).restore(checkpoint)
+
+
+def test_damaged_checkpoint_is_refused() -> None:
+    checkpoint = Recogniser(load(RACE)).checkpoint()
+    checkpoint["state"] = {"events": [], "value": ["event", 3]}
+    with pytest.raises(ChronicleError, match="checkpoint: expected one that a recogniser gave"):
+        Recogniser(load(RACE)).restore(checkpoint)
