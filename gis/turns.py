@@ -1,7 +1,7 @@
 """Which way does a car turn that comes from one road, crosses a junction and leaves on another road?
 
-A road meets a junction where one end of its reference line lies in or near the junction's outline. The turn is the angle
-between the direction in which the first road arrives and that in which the second one leaves, taken over the last
+A road meets a junction where one end of its reference line lies in or near the junction's outline. The turn is the
+angle between the direction in which the first road arrives and that in which the second one leaves, taken over the last
 stretch before the junction, whatever way the car takes across. Whether the turn is allowed is not asked.
 """
 
@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
 import shapely
 
 from gis.lanes import Road
@@ -54,6 +53,7 @@ def turns(network: RoadNetwork) -> tuple[Turn, ...]:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from gis.lanes import Junction, Lane
     >>> west = Lane("west", "west", 0, "west", +1, np.array([[-50.0, 0.0], [-5.0, 0.0]]), 3.5, 14.0)
     >>> north = Lane("north", "north", 0, "north", +1, np.array([[0.0, 5.0], [0.0, 50.0]]), 3.5, 14.0)
@@ -64,7 +64,7 @@ def turns(network: RoadNetwork) -> tuple[Turn, ...]:
     directions: dict[str, set[int]] = {}
     for lane in network.lanes:
         directions.setdefault(lane.road, set()).add(lane.direction)
-    found = []
+    found: list[Turn] = []
     for junction in network.junctions:
         area = shapely.make_valid(shapely.Polygon(junction.outline_m))
         arms = [arm for road in network.roads for arm in _arms(road, area, directions[road.id])]

@@ -1,6 +1,7 @@
 """How do the relations sit in a stream graph? A DyKnow process: cars in, relation changes out."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from dyknow.sample import Sample
@@ -22,6 +23,8 @@ class RoadPositions(Protocol):
     def tangent_rad(self) -> FloatArray: ...  # noqa: D102
     @property
     def junction(self) -> IntArray: ...  # noqa: D102
+    @property
+    def lane(self) -> IntArray: ...  # noqa: D102
 
 
 class Cars(Protocol):
@@ -46,30 +49,63 @@ class Cars(Protocol):
 
 
 class HasCars(Protocol):
-    """Describe a sample value that carries cars."""
+    """Describe a sample value that carries cars, and the hypotheses by which they are the cars they are."""
 
     @property
     def cars(self) -> Cars: ...  # noqa: D102
+    @property
+    def hypotheses(self) -> Mapping[str, tuple[str, ...]]: ...  # noqa: D102
+    @property
+    def validated(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def refuted(self) -> tuple[str, ...]: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRelations:
+    """Hold the relation changes that one frame decided, with what is known of the hypotheses they rest on.
+
+    Attributes
+    ----------
+    changes : empty most of the time: an empty answer still tells the subscribers how far time has come.
+    hypotheses : labels of the open hypotheses about each object; objects without such are left out.
+    validated, refuted : labels of hypotheses that are decided now.
+    """
+
+    changes: tuple[RelationChange, ...]
+    hypotheses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    validated: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
+
+    def hypotheses_of(self, change: RelationChange) -> tuple[str, ...]:
+        """Give the open hypotheses that a change rests on: those about its arguments when it was decided.
+
+        Examples
+        --------
+        >>> change = RelationChange("behind", ("a", "b"), 0, 40_000, None, True)
+        >>> FrameRelations((change,), {"b": ("v2->b#7",), "c": ("v3->c#8",)}).hypotheses_of(change)
+        ('v2->b#7',)
+        """
+        known = self.hypotheses
+        return tuple(label for one in change.args for label in known.get(one, ())) if known else ()
 
 
 class RelationUnit:
-    """Run a relation observer as a computational unit.
-
-    Each answer is the tuple of changes that one frame decided, empty most of the time: an empty answer still tells the
-    subscribers how far time has come.
-    """
+    """Run a relation observer as a computational unit."""
 
     __slots__ = ("_observer",)
 
     def __init__(self, observer: RelationObserver) -> None:
         self._observer = observer
 
-    def update(self, sample: Sample[HasCars]) -> Iterable[Sample[tuple[RelationChange, ...]]]:
+    def update(self, sample: Sample[HasCars]) -> Iterable[Sample[FrameRelations]]:
         """Compute the relations among one frame's cars and say which changed."""
-        changes = tuple(self._observer.observe(_footprints(sample.value.cars)))
-        return (Sample(sample.available_us, sample.valid_us, changes),)
+        value = sample.value
+        changes = tuple(self._observer.observe(_footprints(value.cars)))
+        relations = FrameRelations(changes, value.hypotheses, value.validated, value.refuted)
+        return (Sample(sample.available_us, sample.valid_us, relations),)
 
-    def finish(self) -> Iterable[Sample[tuple[RelationChange, ...]]]:
+    def finish(self) -> Iterable[Sample[FrameRelations]]:
         """Hold nothing back: every frame was answered when it came."""
         return ()
 
@@ -89,4 +125,5 @@ def _footprints(cars: Cars) -> Footprints:
         across_m=positions.across_m,
         tangent_rad=positions.tangent_rad,
         junction=positions.junction,
+        lane=positions.lane,
     )

@@ -14,6 +14,8 @@ FloatArray = NDArray[np.float64]
 LongArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+Value = bool | str | None
+
 
 @dataclass(frozen=True, slots=True)
 class RelationChange:
@@ -25,15 +27,16 @@ class RelationChange:
     args : primary object first.
     t_us : when it changed: the raw crossing, dated back from ``decided_us``; strictly increasing per (name, args).
     decided_us : the frame that decided it.
-    old, new : values before and after; None where unknown: the object, or the pair, was not or is no longer looked at.
+    old, new : values before and after: a truth value, or a word of relations that have more than two values. None where
+        unknown: the object, or the pair, was not or is no longer looked at.
     """
 
     name: str
     args: tuple[str, ...]
     t_us: int
     decided_us: int
-    old: bool | None
-    new: bool | None
+    old: Value
+    new: Value
 
 
 class SwitchBank:

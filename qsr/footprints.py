@@ -1,6 +1,6 @@
 """Where does every car stand, at one time? The input of the relations, as a struct of arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ class Footprints:
     along_m, across_m : (n,) position on that road's reference line, across positive to the left; nan off the roads.
     tangent_rad : (n,) direction of that line there; nan off the roads.
     junction : (n,) int32, index of the junction under the centre; -1 for none.
+    lane : (n,) int32, index of the lane under the centre; -1 for none, and everywhere if left out.
 
     Raises
     ------
@@ -45,10 +46,13 @@ class Footprints:
     across_m: FloatArray
     tangent_rad: FloatArray
     junction: IntArray
+    lane: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
 
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
         count = len(self.ids)
+        if not len(self.lane):
+            object.__setattr__(self, "lane", np.full(count, -1, dtype=np.int32))
         if len(set(self.ids)) != count:
             raise QsrError(f"footprints at {self.t_us} us: expected different ids, got {self.ids!r}")
         if self.centre_m.shape != (count, 2):
@@ -56,7 +60,7 @@ class Footprints:
                 f"footprints at {self.t_us} us: centre_m must have shape {(count, 2)!r}, got {self.centre_m.shape!r}"
             )
         rows = (self.heading_rad, self.speed_mps, self.length_m, self.width_m)
-        places = (self.road, self.along_m, self.across_m, self.tangent_rad, self.junction)
+        places = (self.road, self.along_m, self.across_m, self.tangent_rad, self.junction, self.lane)
         for row in (*rows, *places):
             if row.shape != (count,):
                 raise QsrError(

@@ -5,14 +5,16 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from gis.turns import Turn
 from qsr.changes import RelationChange
 from qsr.errors import QsrError
 from qsr.footprints import Footprints
-from qsr.moving import MovingTracker
+from qsr.object_relations import Quantity, object_relations
+from qsr.object_table import object_table
+from qsr.pair_kinds import FacingCars, NearCars
 from qsr.pair_observer import PairObserver
-from qsr.places import PlaceTracker
+from qsr.places import check_places
 from qsr.relations import RANK
-from qsr.road_relations import object_table
 from qsr.settings import RelationSettings
 
 LongArray = NDArray[np.int64]
@@ -26,7 +28,10 @@ class RelationObserver:
     road_ids, junction_ids : names of the places that ``Footprints.road`` and ``Footprints.junction`` count.
     settings : thresholds.
     only : names of the relations to give out, None for all. Naming changes is most of the work where many cars meet
-        each other, so name what is asked for.
+        each other, so name what is asked for; what nobody asks for is not measured either.
+    lanes : name of each lane that ``Footprints.lane`` counts, and its direction: +1 if it is driven along its road's
+        reference line, -1 if against it. Without lanes there are no relations to lanes.
+    turns : what a way from one road over a junction to another one is; told once, with the first frame.
 
     Raises
     ------
@@ -53,14 +58,15 @@ class RelationObserver:
     __slots__ = (
         "_ids",
         "_last_t_us",
-        "_moving",
         "_next_serial",
-        "_only",
+        "_objects",
         "_order",
         "_pairs",
-        "_places",
+        "_place_counts",
         "_serials",
         "_sorted_ids",
+        "_turns",
+        "_widest_m",
     )
 
     def __init__(
@@ -70,17 +76,19 @@ class RelationObserver:
         settings: RelationSettings | None = None,
         *,
         only: Collection[str] | None = None,
+        lanes: Sequence[tuple[str, int]] = (),
+        turns: Sequence[Turn] = (),
     ) -> None:
         settings = RelationSettings() if settings is None else settings
-        self._only = frozenset(RANK if only is None else only)
-        if unknown := sorted(self._only - RANK.keys()):
+        names = frozenset(RANK if only is None else only)
+        if unknown := sorted(names - RANK.keys()):
             raise QsrError(f"relation observer: expected names out of {sorted(RANK)!r}, got {unknown[0]!r}")
-        self._pairs = PairObserver(settings, self._only)
-        self._moving = MovingTracker(settings)
-        self._places = tuple(
-            PlaceTracker(name, place_ids, dwell_us=settings.place_dwell_us, backdate_us=settings.backdate_us)
-            for name, place_ids in (("on", road_ids), ("in_crossing", junction_ids))
-        )
+        kinds = (NearCars(settings, names), FacingCars(settings, names))
+        self._pairs = [PairObserver(kind, backdate_us=settings.backdate_us) for kind in kinds if kind.relations]
+        self._objects = object_relations(settings, names, roads=road_ids, junctions=junction_ids, lanes=lanes)
+        self._place_counts = len(road_ids), len(junction_ids), len(lanes)
+        self._widest_m = settings.widest_m
+        self._turns = turns if "turn" in names else ()
         self._last_t_us: int | None = None
         self._ids: tuple[str, ...] = ()  # as in the last frame
         # Inside, objects stand in order of first appearance, each with a serial number that is never used again.
@@ -110,31 +118,37 @@ class RelationObserver:
         if self._last_t_us is not None and t_us <= self._last_t_us:
             raise QsrError(f"relation observer: expected a frame after {self._last_t_us} us, got one at {t_us!r} us")
         self._last_t_us = t_us
-        for tracker, places in zip(self._places, (footprints.road, footprints.junction), strict=True):
-            tracker.check(t_us, places)
-        changes = self._rearrange(footprints) if footprints.ids != self._ids else []
+        self._check_places(footprints)
+        quantities = [relation.measure(footprints) for relation in self._objects]
+        changes = [_stated(turn, t_us) for turn in self._turns]
+        self._turns = ()
+        if footprints.ids != self._ids:
+            changes += self._rearrange(footprints, quantities)
         order, ids = self._order, self._sorted_ids
-        changes += self._pairs.update(
-            t_us, serials=self._serials, ids=ids, table=object_table(footprints).take(order, axis=1)
-        )
-        changes += self._moving.update(t_us, footprints.speed_mps.take(order), ids)
-        for tracker, places in zip(self._places, (footprints.road, footprints.junction), strict=True):
-            changes += tracker.update(t_us, places.take(order), ids)
-        if len(self._only) < len(RANK):
-            changes = [change for change in changes if change.name in self._only]
+        table = object_table(footprints, widest_m=self._widest_m).take(order, axis=1)
+        for pairs in self._pairs:
+            changes += pairs.update(t_us, serials=self._serials, ids=ids, table=table)
+        for relation, quantity in zip(self._objects, quantities, strict=True):
+            changes += relation.tracker.update(t_us, quantity.take(order), ids)
         changes.sort(key=_rank)
         return changes
 
-    def _rearrange(self, footprints: Footprints) -> list[RelationChange]:
+    def _check_places(self, footprints: Footprints) -> None:
+        roads, junctions, lanes = self._place_counts
+        check_places("on", footprints.road, roads, footprints.t_us)
+        check_places("in_crossing", footprints.junction, junctions, footprints.t_us)
+        if lanes:
+            check_places("in_lane", footprints.lane, lanes, footprints.t_us)
+
+    def _rearrange(self, footprints: Footprints, quantities: Sequence[Quantity]) -> list[RelationChange]:
         """Take over another set, or another order, of objects."""
         t_us, changes = footprints.t_us, list[RelationChange]()
         present = set(footprints.ids)
         old_column = {object_id: column for column, object_id in enumerate(self._sorted_ids)}
         for object_id, column in old_column.items():
             if object_id not in present:
-                changes.append(self._moving.forget(object_id, column, t_us))
-                for tracker in self._places:
-                    changes += tracker.forget(object_id, t_us)
+                for relation in self._objects:
+                    changes += relation.tracker.forget(object_id, column, t_us)
         columns = np.array([old_column.get(object_id, -1) for object_id in footprints.ids], dtype=np.int64)
         fresh = np.flatnonzero(columns < 0)
         serials = (
@@ -145,12 +159,16 @@ class RelationObserver:
         order = np.argsort(serials)
         self._order, self._serials, columns = order, serials[order], columns[order]
         self._ids, self._sorted_ids = footprints.ids, [footprints.ids[k] for k in order]
-        self._moving.keep(columns, t_us)
-        for tracker, places in zip(self._places, (footprints.road, footprints.junction), strict=True):
-            changes += tracker.keep(columns, places.take(order), self._sorted_ids, t_us)
+        for relation, quantity in zip(self._objects, quantities, strict=True):
+            changes += relation.tracker.keep(columns, quantity.take(order), self._sorted_ids, t_us)
         return changes
 
 
-def _rank(change: RelationChange) -> tuple[int, int, int, tuple[str, ...]]:
-    ending = 0 if change.new is None else 1 + change.new
-    return change.t_us, ending, RANK[change.name], change.args
+def _stated(turn: Turn, t_us: int) -> RelationChange:
+    args = (turn.from_road, turn.junction, turn.to_road)
+    return RelationChange("turn", args, t_us, t_us, None, turn.direction)
+
+
+def _rank(change: RelationChange) -> tuple[int, int, tuple[str, ...]]:
+    ending = 0 if change.new is None else 1 + bool(change.new)
+    return change.t_us, ending * len(RANK) + RANK[change.name], change.args

@@ -1,5 +1,7 @@
 """Which pairs of objects are near enough to be looked at, and since when?
 
+Near means near in the plane or, for cars that drive towards each other, near along their road.
+
 A pair enters the near set at one radius and leaves it at a larger one, so that two cars at the rim do not come and go
 with the noise. Cost per frame follows the number of near pairs, not the square of the number of objects.
 """
@@ -51,6 +53,48 @@ def pairs_within(centre_m: FloatArray, half_length_m: FloatArray, radius_m: floa
     return np.stack([first[near], second[near]], axis=1).astype(np.int64, copy=False), distance_m[near]
 
 
+def facing_within(
+    road: FloatArray, along_m: FloatArray, *, travel: FloatArray, half_length_m: FloatArray, reach_m: float
+) -> tuple[PairArray, FloatArray]:
+    """List the pairs on one road that travel in opposite directions, no matter whether they have met.
+
+    Parameters
+    ----------
+    road : (n,) index, negative for none. along_m : (n,) on the road. half_length_m : (n,).
+    travel : (n,) cosine between heading and road; 0 for a car that takes no part.
+    reach_m : of the gap between the bodies along the road.
+
+    Returns
+    -------
+    As from `pairs_within`, the distance being that along the road.
+
+    Examples
+    --------
+    >>> facing_within(np.zeros(3), np.array([0.0, 70.0, 80.0]), travel=np.array([1.0, -1.0, 1.0]),
+    ...               half_length_m=np.full(3, 2.0), reach_m=100.0)
+    (array([[0, 1],
+           [1, 2]]), array([66.,  6.]))
+    """
+    forth = np.flatnonzero((road >= 0) & (travel > 0))
+    back = np.flatnonzero((road >= 0) & (travel < 0))
+    if not len(forth) or not len(back):
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+    # One line holds all roads, so far apart that no pair reaches from one to the next.
+    span_m = 2.0 * (float(np.abs(along_m).max()) + reach_m + 2.0 * float(half_length_m.max()))
+    at_m = road * span_m + along_m
+    back = back[np.argsort(at_m[back])]
+    reach = reach_m + half_length_m[forth] + float(half_length_m.max())
+    start = np.searchsorted(at_m[back], at_m[forth] - reach)
+    count = np.searchsorted(at_m[back], at_m[forth] + reach, side="right") - start
+    one = np.repeat(forth, count)
+    other = back[np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(start, count)]
+    distance_m = np.abs(at_m[one] - at_m[other]) - half_length_m[one] - half_length_m[other]
+    first, second = np.minimum(one, other), np.maximum(one, other)
+    order = np.argsort(first * len(road) + second)
+    order = order[distance_m[order] <= reach_m]
+    return np.stack([first[order], second[order]], axis=1).astype(np.int64, copy=False), distance_m[order]
+
+
 @dataclass(frozen=True, slots=True)
 class NearPairs:
     """Hold the near pairs of one frame and how they follow from those of the frame before.
@@ -75,16 +119,20 @@ class NearSet:
     object that takes the place of another makes new pairs.
     """
 
-    __slots__ = ("_enter_m", "_keys", "_leave_m")
+    __slots__ = ("_enter_m", "_keys")
 
-    def __init__(self, *, enter_radius_m: float, leave_radius_m: float) -> None:
+    def __init__(self, *, enter_radius_m: float) -> None:
         self._enter_m = enter_radius_m
-        self._leave_m = leave_radius_m
         self._keys: PairArray = np.zeros(0, dtype=np.int64)
 
-    def update(self, serials: PairArray, centre_m: FloatArray, half_length_m: FloatArray) -> NearPairs:
-        """Take the objects of one frame, in rising order of their serial numbers (below 2**31)."""
-        pairs, distance_m = pairs_within(centre_m, half_length_m, self._leave_m)
+    def update(self, serials: PairArray, pairs: PairArray, distance_m: FloatArray) -> NearPairs:
+        """Take the pairs of one frame that are nearer than the larger radius.
+
+        Parameters
+        ----------
+        serials : of the objects of the frame, rising, below 2**31.
+        pairs, distance_m : as given by `pairs_within`.
+        """
         first, second = pairs[:, 0], pairs[:, 1]
         keys = (serials[first] << 31) | serials[second]
         old = self._keys

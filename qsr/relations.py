@@ -1,15 +1,20 @@
 """Which relations are there, what do they mean, and of which threshold crossings are they made?
 
-Every relation is a conjunction of *switches*: quantities with a threshold (see `qsr.changes`). A pair of objects has
-nine switches, computed once for both orders; the relations of the two orders follow by the converse.
+Every relation of two cars is a conjunction of *switches*: quantities with a threshold (see `qsr.changes`). They are
+computed once for both orders of a pair; the relations of the two orders follow by the converse. Pairs come in two
+kinds: near ones, and those that drive towards each other on one road, which are looked at from further away.
 """
 
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 
 class Switch(IntEnum):
-    """Name the nine switches of a pair (a, b); each is on while its quantity is above zero."""
+    """Name the switches of a near pair (a, b); each is on while its quantity is above zero.
+
+    They stand in the order of what they cost: those beyond the last one that is asked for are not measured.
+    """
 
     PAST_REAR = 0  # a is not behind b: gap + h
     PAST_FRONT = 1  # a is ahead of b: gap - h
@@ -20,6 +25,19 @@ class Switch(IntEnum):
     A_RIGHT_OF_B = 6
     B_LEFT_OF_A = 7  # in a's frame
     B_RIGHT_OF_A = 8
+    IN_PATH = 9  # the bodies overlap sideways
+    A_FOLLOWS_B = 10  # nobody in between, and the time gap is small enough for following
+    B_FOLLOWS_A = 11
+    A_AT_SHORT_HEADWAY = 12
+    B_AT_SHORT_HEADWAY = 13
+    SHORT_TTC = 14  # contact is near if both go on as they do
+    HARD_BRAKING = 15  # and only hard braking would prevent it
+
+
+class FacingSwitch(IntEnum):
+    """Name the switches of two cars that drive in opposite directions on one road."""
+
+    MEET_SOON = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +74,14 @@ RELATIONS: tuple[Relation, ...] = (
     Relation("on", 2, "", "map", "the centre of the car is on the road"),
     Relation("in_crossing", 2, "", "map", "the centre of the car is in the junction"),
     Relation("moving", 1, "", "ground", "the car is faster than moving_mps"),
+    Relation("in_lane", 2, "", "map", "the centre of the car is in the lane"),
+    Relation("forward", 1, "", "map", "the car drives the way its road's reference line runs, not against it"),
+    Relation("against_traffic", 1, "", "map", "the car drives against the direction of the lane it is in"),
+    Relation("following", 2, "", _TRAVEL, "b is the next car in a's path, at a time gap below following_s"),
+    Relation("short_headway", 2, "", _TRAVEL, "b is the next car in a's path, at a time gap below short_headway_s"),
+    Relation("conflict", 2, "", _TRAVEL, "contact in less than conflict_ttc_s but for hard braking; b was seen later"),
+    Relation("oncoming", 2, "oncoming", "road", "the two drive towards each other and meet in less than oncoming_s"),
+    Relation("turn", 3, "", "map", "a way from road to road over a junction: left, right, straight or uturn; static"),
 )
 
 RANK: dict[str, int] = {relation.name: rank for rank, relation in enumerate(RELATIONS)}
@@ -71,13 +97,15 @@ class PairRelation:
     of_ab, of_ba : the name for arguments (a, b) and for (b, a); "" for none.
     """
 
-    switches: tuple[Switch, ...]
-    but_not: tuple[Switch, ...]
+    switches: tuple[IntEnum, ...]
+    but_not: tuple[IntEnum, ...]
     of_ab: str
     of_ba: str
 
 
-PAIR_RELATIONS: tuple[PairRelation, ...] = (
+_IN_ONE_PATH = (Switch.SAME_DIRECTION, Switch.IN_PATH)
+
+NEAR_RELATIONS: tuple[PairRelation, ...] = (
     PairRelation((Switch.SAME_DIRECTION,), (Switch.PAST_REAR,), "behind", "ahead"),
     PairRelation((Switch.SAME_DIRECTION, Switch.PAST_FRONT), (), "ahead", "behind"),
     PairRelation(
@@ -89,4 +117,31 @@ PAIR_RELATIONS: tuple[PairRelation, ...] = (
     PairRelation((Switch.A_RIGHT_OF_B,), (), "right", ""),
     PairRelation((Switch.B_LEFT_OF_A,), (), "", "left"),
     PairRelation((Switch.B_RIGHT_OF_A,), (), "", "right"),
+    PairRelation((*_IN_ONE_PATH, Switch.A_FOLLOWS_B), (Switch.PAST_REAR,), "following", ""),
+    PairRelation((*_IN_ONE_PATH, Switch.B_FOLLOWS_A, Switch.PAST_FRONT), (), "", "following"),
+    PairRelation((*_IN_ONE_PATH, Switch.A_AT_SHORT_HEADWAY), (Switch.PAST_REAR,), "short_headway", ""),
+    PairRelation((*_IN_ONE_PATH, Switch.B_AT_SHORT_HEADWAY, Switch.PAST_FRONT), (), "", "short_headway"),
+    # Neither car is the one that runs into the other, so the pair is named once, lest each conflict count twice.
+    PairRelation((Switch.SHORT_TTC, Switch.HARD_BRAKING), (), "conflict", ""),
 )
+
+FACING_RELATIONS: tuple[PairRelation, ...] = (PairRelation((FacingSwitch.MEET_SOON,), (), "oncoming", "oncoming"),)
+
+
+def asked_for(relations: Iterable[PairRelation], names: Collection[str]) -> tuple[PairRelation, ...]:
+    """Pick the relations that are given out under one of some names, without their other names.
+
+    Examples
+    --------
+    >>> [(relation.of_ab, relation.of_ba) for relation in asked_for(NEAR_RELATIONS, ["ahead"])]
+    [('', 'ahead'), ('ahead', '')]
+    """
+    named = (
+        replace(
+            relation,
+            of_ab=relation.of_ab if relation.of_ab in names else "",
+            of_ba=relation.of_ba if relation.of_ba in names else "",
+        )
+        for relation in relations
+    )
+    return tuple(relation for relation in named if relation.of_ab or relation.of_ba)

@@ -11,46 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.footprints import Footprints
+from qsr.conflicts import fill_conflicts
+from qsr.headways import fill_headways
+from qsr.object_table import ACROSS, ALONG, COS, HALF_LENGTH, HALF_WIDTH, ROAD, SIN, TRAVEL, FloatArray, X, Y
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 
-FloatArray = NDArray[np.float64]
+LongArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 # Headings that are nearly opposite have no mean; the gap means nothing there and only has to stay finite.
 _LEAST_MEAN = 0.01
 # On one road, but this many times the near radius apart along it: a ring or a hairpin, where free space is meant.
 _FAR_ALONG = 2.0
-
-# Rows of the object table.
-X, Y, COS, SIN, HALF_LENGTH, HALF_WIDTH, ALONG, ACROSS, TRAVEL, ROAD = range(10)
-
-
-def object_table(footprints: Footprints) -> FloatArray:
-    """Lay out what pairs are measured from.
-
-    Parameters
-    ----------
-    footprints : of one frame.
-
-    Returns
-    -------
-    (10, n): x, y, cosine and sine of the heading, half length, half width, along, across, cosine between heading and
-    road (0 off the roads), road.
-    """
-    heading_rad = footprints.heading_rad
-    table = np.empty((10, len(footprints.ids)))
-    table[X], table[Y] = footprints.centre_m.T
-    table[COS], table[SIN] = np.cos(heading_rad), np.sin(heading_rad)
-    table[HALF_LENGTH], table[HALF_WIDTH] = 0.5 * footprints.length_m, 0.5 * footprints.width_m
-    table[ALONG], table[ACROSS] = footprints.along_m, footprints.across_m
-    table[TRAVEL] = np.cos(heading_rad - footprints.tangent_rad)
-    table[ROAD] = footprints.road
-    off_road = footprints.road < 0
-    if off_road.any():
-        table[ALONG : TRAVEL + 1, off_road] = 0.0
-    return table
 
 
 @dataclass(slots=True)
@@ -63,25 +36,52 @@ class _Measures:
     left_of_b: FloatArray  # a's centre, in b's frame
     left_of_a: FloatArray  # b's centre, in a's frame
     apart: FloatArray  # between the bodies, >= 0
+    on_one_road: BoolArray
 
 
-def switch_values(a: FloatArray, b: FloatArray, settings: RelationSettings) -> FloatArray:
+def switch_values(
+    table: FloatArray, columns: tuple[LongArray, LongArray], settings: RelationSettings, *, rows: int = len(Switch)
+) -> FloatArray:
     """Measure the quantity of every switch of every pair.
 
     Parameters
     ----------
-    a, b : (10, pairs) columns of the object table: the objects of each pair.
+    table : (12, n) as made by `qsr.object_table.object_table`.
+    columns : (pairs,) each, of a and of b.
     settings : thresholds.
+    rows : how many switches are asked for, from the first on.
 
     Returns
     -------
-    (9, pairs) rows as in `qsr.relations.Switch`; a switch is on above zero. Metres, and cosines for the direction.
+    (rows, pairs) as in `qsr.relations.Switch`; a switch is on above zero. Metres, cosines for the direction; for the
+    conflicts seconds and metres per second squared.
     """
+    a, b = table.take(columns[0], axis=1), table.take(columns[1], axis=1)
     measures = _measure_in_free_space(a, b, settings)
     _measure_along_road(a, b, settings, measures)
+    values = np.empty((len(Switch), a.shape[1]))
+    _fill_positions(values, a, b, measures, settings)
+    if rows > Switch.IN_PATH:
+        fill_headways(
+            values,
+            a,
+            b,
+            gap_m=measures.gap,
+            lateral_m=measures.lateral,
+            direction=measures.direction,
+            columns=columns,
+            settings=settings,
+        )
+    if rows > Switch.SHORT_TTC:
+        fill_conflicts(values, a, b, on_one_road=measures.on_one_road, settings=settings)
+    return values[:rows]
+
+
+def _fill_positions(
+    values: FloatArray, a: FloatArray, b: FloatArray, measures: _Measures, settings: RelationSettings
+) -> None:
     half_lengths = a[HALF_LENGTH] + b[HALF_LENGTH]
     half_widths = a[HALF_WIDTH] + b[HALF_WIDTH]
-    values = np.empty((len(Switch), a.shape[1]))
     values[Switch.PAST_REAR] = measures.gap + half_lengths
     values[Switch.PAST_FRONT] = measures.gap - half_lengths
     values[Switch.LATERAL_NEAR] = settings.beside_lateral_m - measures.lateral
@@ -91,14 +91,15 @@ def switch_values(a: FloatArray, b: FloatArray, settings: RelationSettings) -> F
     values[Switch.A_RIGHT_OF_B] = -measures.left_of_b - half_widths
     values[Switch.B_LEFT_OF_A] = measures.left_of_a - half_widths
     values[Switch.B_RIGHT_OF_A] = -measures.left_of_a - half_widths
-    return values
 
 
 def switch_margins(settings: RelationSettings) -> FloatArray:
-    """List the margin of every switch, (9,), in the unit of its quantity."""
+    """List the margin of every switch, (switches,), in the unit of its quantity."""
     margins = np.full(len(Switch), settings.margin_m)
     margins[Switch.SAME_DIRECTION] = settings.direction_margin
     margins[Switch.CLOSE] = max(settings.close_margin_m, settings.margin_m)
+    margins[Switch.SHORT_TTC] = settings.conflict_ttc_margin_s
+    margins[Switch.HARD_BRAKING] = settings.conflict_braking_margin_mps2
     return margins
 
 
@@ -108,6 +109,8 @@ def _measure_in_free_space(a: FloatArray, b: FloatArray, settings: RelationSetti
     left_of_b = apart_y * b[COS] - apart_x * b[SIN]
     ahead_of_a = -(apart_x * a[COS] + apart_y * a[SIN])
     left_of_a = apart_x * a[SIN] - apart_y * a[COS]
+    on_one_road = (a[ROAD] == b[ROAD]) & (a[ROAD] >= 0)
+    on_one_road &= np.abs(a[ALONG] - b[ALONG]) <= _FAR_ALONG * settings.leave_radius_m
     cos_between = a[COS] * b[COS] + a[SIN] * b[SIN]
     turn = np.abs(cos_between), np.abs(a[COS] * b[SIN] - a[SIN] * b[COS])
     # The unit vectors of both headings add up to their mean direction; the sum is the root of 2 + 2 cos long.
@@ -124,6 +127,7 @@ def _measure_in_free_space(a: FloatArray, b: FloatArray, settings: RelationSetti
             _distance_to_body(b, a, (ahead_of_b, left_of_b), turn),
             _distance_to_body(a, b, (ahead_of_a, left_of_a), turn),
         ),
+        on_one_road=on_one_road,
     )
 
 
@@ -140,11 +144,10 @@ def _distance_to_body(
 
 def _measure_along_road(a: FloatArray, b: FloatArray, settings: RelationSettings, measures: _Measures) -> None:
     """Overwrite the measures of pairs on one road."""
-    along = a[ALONG] - b[ALONG]
-    on_one_road = (a[ROAD] == b[ROAD]) & (a[ROAD] >= 0)
-    on_one_road &= np.abs(along) <= _FAR_ALONG * settings.leave_radius_m
+    on_one_road = measures.on_one_road
     if not on_one_road.any():
         return
+    along = a[ALONG] - b[ALONG]
     across = a[ACROSS] - b[ACROSS]
     forward = np.where(a[TRAVEL] + b[TRAVEL] >= 0, 1.0, -1.0)
     np.copyto(measures.gap, along * forward, where=on_one_road)

@@ -23,7 +23,17 @@ class RelationSettings:
         same direction (1: both along it, -1: oncoming, 0: one goes across). 0.5 is 45 degrees for both.
     direction_margin : margin of both direction thresholds, in units of the cosine; 0.05 is about 5 degrees at 37.
     moving_mps, moving_margin_mps : faster cars are moving.
-    place_dwell_us : a car is on another road, or in another junction, when it has been there for this long.
+    place_dwell_us : a car is on another road, or in another lane or junction, when it has been there for this long; so
+        with its direction against road and lane.
+    widest_m : bodies count as no wider than this where it matters whether they overlap sideways; tracks often begin too
+        wide.
+    following_s : a car follows the next one in its path at a smaller time gap (bumper to bumper, over its own speed).
+    short_headway_s : a smaller time gap is too short to react in.
+    short_headway_least_mps : slower cars are not blamed for their time gap.
+    conflict_ttc_s, conflict_ttc_margin_s : time to collision below which two cars are in conflict ...
+    conflict_braking_mps2, conflict_braking_margin_mps2 : ... if it also takes more than this to avoid the collision.
+    oncoming_s, oncoming_margin_s : two cars that drive towards each other are oncoming when they meet in less time.
+    oncoming_enter_m, oncoming_leave_m : how far along the road such pairs are looked at, bumper to bumper.
     backdate_us : how far a change may be dated back before the frame that decided it.
     """
 
@@ -41,6 +51,18 @@ class RelationSettings:
     moving_mps: float = 2.0
     moving_margin_mps: float = 0.5
     place_dwell_us: int = 200_000
+    widest_m: float = 2.6
+    following_s: float = 3.0
+    short_headway_s: float = 1.0
+    short_headway_least_mps: float = 8.33
+    conflict_ttc_s: float = 1.5
+    conflict_ttc_margin_s: float = 0.2
+    conflict_braking_mps2: float = 3.4
+    conflict_braking_margin_mps2: float = 0.5
+    oncoming_s: float = 3.0
+    oncoming_margin_s: float = 0.2
+    oncoming_enter_m: float = 150.0
+    oncoming_leave_m: float = 160.0
     backdate_us: int = 2_000_000
 
     def __post_init__(self) -> None:
@@ -49,11 +71,13 @@ class RelationSettings:
             value = getattr(self, field.name)
             if not (math.isfinite(value) and value >= 0):
                 raise QsrError(f"relation settings: {field.name} must be a number >= 0, got {value!r}")
-        if self.leave_radius_m < self.enter_radius_m:
-            raise QsrError(
-                f"relation settings: leave_radius_m must be at least enter_radius_m ({self.enter_radius_m!r}), "
-                f"got {self.leave_radius_m!r}"
-            )
+        self._check_order("enter_radius_m", "leave_radius_m")
+        self._check_order("oncoming_enter_m", "oncoming_leave_m")
+
+    def _check_order(self, enter: str, leave: str) -> None:
+        enter_m, leave_m = getattr(self, enter), getattr(self, leave)
+        if leave_m < enter_m:
+            raise QsrError(f"relation settings: {leave} must be at least {enter} ({enter_m!r}), got {leave_m!r}")
 
     @property
     def margin_m(self) -> float:

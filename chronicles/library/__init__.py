@@ -1,11 +1,12 @@
 """Which chronicles come with the package?
 
-Each file `NAME.chronicle` here defines the chronicle NAME; `relations.chronicle` declares the attributes that all of
-them look at.
+Each file `NAME.chronicle` here defines the chronicle NAME, or several that all emit the event NAME, and says in its
+head what that means; `relations.chronicle` declares the attributes that all of them look at.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 
@@ -14,15 +15,16 @@ from chronicles.errors import ChronicleError
 
 _SUFFIX = ".chronicle"
 _RELATIONS = "relations"
+_EVENT = re.compile(r"\bevent\((\w+)")
 
 
 def names() -> tuple[str, ...]:
-    """List the chronicles of the library.
+    """List what the library finds: the events that its chronicles emit.
 
     Examples
     --------
-    >>> names()
-    ('aborted_overtake', 'crossing', 'overtake', 'pass')
+    >>> len(names()), names()[:3]
+    (16, ('aborted_overtake', 'crossing', 'cut_in'))
     """
     found = (entry.name for entry in files("chronicles.library").iterdir() if entry.name.endswith(_SUFFIX))
     return tuple(sorted({name.removesuffix(_SUFFIX) for name in found} - {_RELATIONS}))
@@ -52,13 +54,26 @@ def relations_text() -> str:
 def texts(chosen: Sequence[str] | None = None) -> list[tuple[str, str]]:
     """Give (file name, text) of the relations and of the chosen chronicles, all without a choice.
 
+    Chronicles that the chosen ones build on come with them.
+
     Raises
     ------
     ChronicleError
         If there is no such chronicle.
+
+    Examples
+    --------
+    >>> [name for name, _ in texts(["reckless_overtake"])]
+    ['relations.chronicle', 'reckless_overtake.chronicle', 'overtake.chronicle']
     """
-    picked = names() if chosen is None else chosen
-    return [(_RELATIONS + _SUFFIX, relations_text()), *((name + _SUFFIX, text(name)) for name in picked)]
+    pending = list(names() if chosen is None else chosen)
+    found = {_RELATIONS: relations_text()}
+    while pending:
+        name = pending.pop(0)
+        if name not in found:
+            found[name] = text(name)
+            pending += [used for used in _EVENT.findall(found[name]) if used in names()]
+    return [(name + _SUFFIX, one) for name, one in found.items()]
 
 
 def load_library(chosen: Sequence[str] | None = None) -> ChronicleSet:

@@ -1,7 +1,7 @@
 """The relations, slow and obvious: one ordered pair of objects, one number, one `if` at a time."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from qsr.changes import RelationChange
 from qsr.footprints import Footprints
@@ -21,6 +21,7 @@ class Body:
     across: float
     tangent: float
     junction: int
+    lane: int
 
 
 @dataclass
@@ -78,13 +79,68 @@ def box_distance(body: Body, other: Body) -> float:
     return math.hypot(gap_x, gap_y)
 
 
+def contact_time(apart: tuple[float, float], rate: tuple[float, float], reach: tuple[float, float]) -> float:
+    """Step through the intervals in which two boxes overlap along each axis; 10 s stands for never."""
+    start, end = 0.0, math.inf
+    for x, v, r in zip(apart, rate, reach, strict=True):
+        if v == 0.0:
+            if abs(x) > r:
+                return 10.0
+            continue
+        times = sorted([(-r - x) / v, (r - x) / v])
+        start, end = max(start, times[0]), min(end, times[1])
+    return min(start, 10.0) if start < end and end > 0 else 10.0
+
+
+def contact_in_frame_of(body: Body, other: Body) -> float:
+    def turned(x: float, y: float) -> tuple[float, float]:
+        c, s = math.cos(body.heading), math.sin(body.heading)
+        return x * c + y * s, y * c - x * s
+
+    delta = other.heading - body.heading
+    box = [
+        (px * math.cos(delta) - py * math.sin(delta), px * math.sin(delta) + py * math.cos(delta))
+        for px, py in corners(other.length, other.width)
+    ]
+    reach = body.length / 2 + max(x for x, _ in box), body.width / 2 + max(y for _, y in box)
+    return contact_time(turned(other.x - body.x, other.y - body.y), turned(*relative_velocity(body, other)), reach)
+
+
+def relative_velocity(a: Body, b: Body) -> tuple[float, float]:
+    return (
+        b.speed * math.cos(b.heading) - a.speed * math.cos(a.heading),
+        b.speed * math.sin(b.heading) - a.speed * math.sin(a.heading),
+    )
+
+
+def is_on_one_road(a: Body, b: Body, settings: RelationSettings) -> bool:
+    return a.road == b.road and a.road >= 0 and abs(a.along - b.along) <= 2 * settings.leave_radius_m
+
+
+def travel_of(body: Body) -> float:
+    return math.cos(body.heading - body.tangent)
+
+
+def conflict_quantities(a: Body, b: Body, settings: RelationSettings) -> dict[str, float]:
+    a, b = (replace(body, width=min(body.width, settings.widest_m)) for body in (a, b))
+    cosine = math.sqrt(settings.road_alignment)
+    if is_on_one_road(a, b, settings) and abs(travel_of(a)) > cosine and abs(travel_of(b)) > cosine:
+        rate = b.speed * travel_of(b) - a.speed * travel_of(a)
+        reach = (a.length + b.length) / 2, (a.width + b.width) / 2
+        ttc = contact_time((b.along - a.along, b.across - a.across), (rate, 0.0), reach)
+    else:
+        rate = math.hypot(*relative_velocity(a, b))
+        ttc = max(contact_in_frame_of(a, b), contact_in_frame_of(b, a))
+    braking = min(abs(rate) / 2 / max(ttc, 0.1), 30.0)
+    return {"ttc": settings.conflict_ttc_s - ttc, "braking": braking - settings.conflict_braking_mps2}
+
+
 def quantities(a: Body, b: Body, settings: RelationSettings) -> dict[str, float]:
-    """What is compared with thresholds for the ordered pair (a, b)."""
+    """What is compared with thresholds for the ordered pair (a, b), but for what depends on other cars."""
     dx, dy = a.x - b.x, a.y - b.y
     delta = turn(a.heading - b.heading)
-    on_road = a.road == b.road and a.road >= 0 and abs(a.along - b.along) <= 2 * settings.leave_radius_m
-    if on_road:
-        travel_a, travel_b = math.cos(a.heading - a.tangent), math.cos(b.heading - b.tangent)
+    if is_on_one_road(a, b, settings):
+        travel_a, travel_b = travel_of(a), travel_of(b)
         gap = (a.along - b.along) * (1 if travel_a + travel_b >= 0 else -1)
         lateral = abs(a.across - b.across)
         left = (a.across - b.across) * (1 if travel_b >= 0 else -1)
@@ -106,7 +162,41 @@ def quantities(a: Body, b: Body, settings: RelationSettings) -> dict[str, float]
         "close": settings.close_m - max(box_distance(a, b), box_distance(b, a)),
         "left": left - half_widths,
         "right": -left - half_widths,
+        "path": (min(a.width, settings.widest_m) + min(b.width, settings.widest_m)) / 2 - lateral,
+        **conflict_quantities(a, b, settings),
     }
+
+
+def headway_quantities(
+    pair: tuple[str, str],
+    measured: dict[tuple[str, str], dict[str, float]],
+    bodies: dict[str, Body],
+    s: RelationSettings,
+) -> dict[str, float]:
+    """Time gaps of the first car to the second one, if that is the next in its path."""
+
+    def bumper(other: tuple[str, str]) -> float:
+        return -measured[other]["past_rear"]
+
+    def is_in_front(other: tuple[str, str]) -> bool:
+        half_lengths = (bodies[other[0]].length + bodies[other[1]].length) / 2
+        centre_gap = measured[other]["past_rear"] - half_lengths
+        return measured[other]["same"] > 0 and measured[other]["path"] > 0 and centre_gap < 0
+
+    in_front = [bumper(other) for other in measured if other[0] == pair[0] and is_in_front(other)]
+    if not is_in_front(pair) or bumper(pair) > min(in_front) + 1e-9:
+        return {"follows": -100.0, "short": -100.0}
+    speed = bodies[pair[0]].speed
+    return {
+        "follows": min(s.following_s * speed - bumper(pair), speed - s.moving_mps),
+        "short": min(s.short_headway_s * speed - bumper(pair), speed - s.short_headway_least_mps),
+    }
+
+
+def meeting_quantity(a: Body, b: Body, settings: RelationSettings) -> float:
+    ahead = (b.along - a.along) * (1 if travel_of(a) > 0 else -1) - (a.length + b.length) / 2
+    closing = max(a.speed * abs(travel_of(a)) + b.speed * abs(travel_of(b)), 0.01)
+    return settings.oncoming_s - (min(ahead / closing, 100.0) if ahead > 0 else 100.0)
 
 
 # relation -> switches and the value each must have
@@ -118,33 +208,65 @@ MEANING = {
     "left": {"left": True},
     "right": {"right": True},
     "same_direction": {"same": True},
+    "following": {"same": True, "past_rear": False, "path": True, "follows": True},
+    "short_headway": {"same": True, "past_rear": False, "path": True, "short": True},
+    "conflict": {"ttc": True, "braking": True},
 }
 
 
 class Oracle:
     """Observes every ordered pair on its own."""
 
-    def __init__(self, road_ids: list[str], junction_ids: list[str], settings: RelationSettings) -> None:
+    def __init__(
+        self,
+        road_ids: list[str],
+        junction_ids: list[str],
+        settings: RelationSettings,
+        lanes: list[tuple[str, int]] | None = None,
+    ) -> None:
         self.settings = settings
-        self.place_ids = {"on": road_ids, "in_crossing": junction_ids}
+        self.lanes = lanes or []
+        self.place_ids = {"on": road_ids, "in_crossing": junction_ids, "in_lane": [name for name, _ in self.lanes]}
         self.pairs: dict[tuple[str, str], Pair] = {}
+        self.facing: dict[tuple[str, str], Pair] = {}
         self.moving: dict[str, Pair] = {}
         self.places: dict[tuple[str, str], tuple[int, int, int]] = {}  # now at, candidate, since
         self.visited: dict[tuple[str, str], dict[int, tuple[bool, int]]] = {}
+        self.states: dict[tuple[str, str], tuple[bool | None, bool | None, int, int]] = {}  # ..., last change
+        self.seniority: dict[str, int] = {}
+        self.appeared = 0
         self.known: set[str] = set()
 
     def observe(self, frame: Footprints) -> list[RelationChange]:
         bodies = bodies_of(frame)
         changes = self.forget(frame.t_us, bodies)
+        for name in bodies:
+            if name not in self.seniority:
+                self.appeared += 1
+                self.seniority[name] = self.appeared
+        changes += self.observe_pairs(frame.t_us, bodies)
+        changes += self.observe_facing(frame.t_us, bodies)
         for a, body_a in bodies.items():
-            for b, body_b in bodies.items():
-                if a != b:
-                    changes += self.observe_pair(frame.t_us, (a, b), body_a, body_b)
             changes += self.observe_moving(frame.t_us, a, body_a.speed)
             changes += self.observe_place(frame.t_us, "on", a, body_a.road)
             changes += self.observe_place(frame.t_us, "in_crossing", a, body_a.junction)
+            changes += self.observe_state(frame.t_us, "forward", a, self.is_forward(body_a))
+            if self.lanes:
+                changes += self.observe_place(frame.t_us, "in_lane", a, body_a.lane)
+                changes += self.observe_state(frame.t_us, "against_traffic", a, self.is_against_traffic(body_a))
         self.known = set(bodies)
         return changes
+
+    def is_forward(self, body: Body) -> bool | None:
+        if body.road < 0 or abs(travel_of(body)) < math.sqrt(self.settings.road_alignment):
+            return None
+        return travel_of(body) > 0
+
+    def is_against_traffic(self, body: Body) -> bool | None:
+        forward = self.is_forward(body)
+        if forward is None or body.lane < 0:
+            return None
+        return forward != (self.lanes[body.lane][1] > 0)
 
     def forget(self, t_us: int, bodies: dict[str, Body]) -> list[RelationChange]:
         changes = []
@@ -157,27 +279,83 @@ class Oracle:
             for place, (value, _) in self.visited.pop((relation, name), {}).items():
                 args = (name, self.place_ids[relation][place])
                 changes.append(RelationChange(relation, args, t_us, t_us, value, None))
+        for relation, name in [key for key in self.states if key[1] not in bodies]:
+            current = self.states.pop((relation, name))[0]
+            if current is not None:
+                changes.append(RelationChange(relation, (name,), t_us, t_us, current, None))
+        for name in [name for name in self.seniority if name not in bodies]:
+            del self.seniority[name]
         return changes
 
     def end_pair(self, t_us: int, pair: tuple[str, str]) -> list[RelationChange]:
         values = self.pairs.pop(pair).values
         return [RelationChange(name, pair, t_us, t_us, value, None) for name, value in values.items()]
 
-    def observe_pair(self, t_us: int, pair: tuple[str, str], a: Body, b: Body) -> list[RelationChange]:
+    def observe_pairs(self, t_us: int, bodies: dict[str, Body]) -> list[RelationChange]:
+        settings, changes = self.settings, []
+        measured: dict[tuple[str, str], dict[str, float]] = {}
+        for pair in [(a, b) for a in bodies for b in bodies if a != b]:
+            a, b = (bodies[name] for name in pair)
+            distance = math.hypot(a.x - b.x, a.y - b.y) - a.length / 2 - b.length / 2
+            if distance <= (settings.leave_radius_m if pair in self.pairs else settings.enter_radius_m):
+                measured[pair] = quantities(a, b, settings)
+            elif pair in self.pairs:
+                changes += self.end_pair(t_us, pair)
+        for pair, values in measured.items():
+            if pair not in self.pairs:
+                self.pairs[pair] = self.new_pair()
+            state = self.pairs[pair]
+            for name, value in (values | headway_quantities(pair, measured, bodies, settings)).items():
+                state.switches[name].update(t_us, value)
+            # A conflict is told once for two cars, the elder first.
+            is_elder = self.seniority[pair[0]] < self.seniority[pair[1]]
+            meaning = {name: wanted for name, wanted in MEANING.items() if name != "conflict" or is_elder}
+            changes += self.changes_of(t_us, pair, state, meaning)
+        return changes
+
+    def new_pair(self) -> Pair:
         settings = self.settings
-        distance = math.hypot(a.x - b.x, a.y - b.y) - a.length / 2 - b.length / 2
-        if distance > (settings.leave_radius_m if pair in self.pairs else settings.enter_radius_m):
-            return self.end_pair(t_us, pair) if pair in self.pairs else []
-        if pair not in self.pairs:
-            margins = dict.fromkeys(("past_rear", "past_front", "near", "left", "right"), settings.margin_m)
-            margins |= {"same": settings.direction_margin, "close": max(settings.close_margin_m, settings.margin_m)}
-            self.pairs[pair] = Pair(
-                {name: Hysteresis(margin, settings.backdate_us) for name, margin in margins.items()}
-            )
-        state = self.pairs[pair]
-        for name, value in quantities(a, b, settings).items():
-            state.switches[name].update(t_us, value)
-        return self.changes_of(t_us, pair, state, MEANING)
+        names = ("past_rear", "past_front", "near", "left", "right", "path", "follows", "short")
+        margins = dict.fromkeys(names, settings.margin_m)
+        margins |= {"same": settings.direction_margin, "close": max(settings.close_margin_m, settings.margin_m)}
+        margins |= {"ttc": settings.conflict_ttc_margin_s, "braking": settings.conflict_braking_margin_mps2}
+        return Pair({name: Hysteresis(margin, settings.backdate_us) for name, margin in margins.items()})
+
+    def observe_facing(self, t_us: int, bodies: dict[str, Body]) -> list[RelationChange]:
+        settings, changes = self.settings, []
+        looked_at = {}
+        for pair in [(a, b) for a in bodies for b in bodies if a != b]:
+            a, b = (bodies[name] for name in pair)
+            forward = self.is_forward(a), self.is_forward(b)
+            limit = settings.oncoming_leave_m if pair in self.facing else settings.oncoming_enter_m
+            is_near = a.road == b.road and abs(a.along - b.along) - (a.length + b.length) / 2 <= limit
+            if is_near and set(forward) == {True, False}:
+                looked_at[pair] = meeting_quantity(a, b, settings)
+        for pair in [pair for pair in self.facing if pair not in looked_at]:
+            old = self.facing.pop(pair).values["oncoming"]
+            changes.append(RelationChange("oncoming", pair, t_us, t_us, old, None))
+        for pair, value in looked_at.items():
+            fresh = Pair({"meet": Hysteresis(settings.oncoming_margin_s, settings.backdate_us)})
+            state = self.facing.setdefault(pair, fresh)
+            state.switches["meet"].update(t_us, value)
+            changes += self.changes_of(t_us, pair, state, {"oncoming": {"meet": True}})
+        return changes
+
+    def observe_state(self, t_us: int, relation: str, name: str, state: bool | None) -> list[RelationChange]:
+        key = relation, name
+        if key not in self.states:
+            self.states[key] = (state, state, t_us, t_us)
+            return [] if state is None else [RelationChange(relation, (name,), t_us, t_us, None, state)]
+        current, candidate, since_us, last_us = self.states[key]
+        if state != candidate:
+            candidate, since_us = state, t_us
+        changes = []
+        if candidate != current and t_us - since_us >= self.settings.place_dwell_us:
+            at_us = max(since_us, t_us - self.settings.backdate_us, last_us + 1)
+            changes.append(RelationChange(relation, (name,), at_us, t_us, current, candidate))
+            current, last_us = candidate, at_us
+        self.states[key] = (current, candidate, since_us, last_us)
+        return changes
 
     def changes_of(
         self, t_us: int, args: tuple[str, ...], state: Pair, meaning: dict[str, dict[str, bool]]
@@ -247,6 +425,7 @@ def bodies_of(frame: Footprints) -> dict[str, Body]:
             across=float(frame.across_m[k]),
             tangent=float(frame.tangent_rad[k]),
             junction=int(frame.junction[k]),
+            lane=int(frame.lane[k]),
         )
         for k, name in enumerate(frame.ids)
     }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import BoolArray, RelationChange
+from qsr.changes import BoolArray, RelationChange, Value
 from qsr.footprints import FloatArray, Footprints
 
 
@@ -22,6 +22,7 @@ def footprints(
     width_m: float = 2.0,
     road: Sequence[int] | int = -1,
     junction: Sequence[int] | int = -1,
+    lane: Sequence[int] | int = -1,
     straight_road: bool = False,
 ) -> Footprints:
     """Build one frame; a straight road runs along the x axis, so that along is x and across is y."""
@@ -41,10 +42,11 @@ def footprints(
         across_m=centre_m[:, 1].copy() if straight_road else none,
         tangent_rad=np.zeros(count) if straight_road else none,
         junction=np.broadcast_to(np.asarray(junction, dtype=np.int32), (count,)).copy(),
+        lane=np.broadcast_to(np.asarray(lane, dtype=np.int32), (count,)).copy(),
     )
 
 
-def changes_of(changes: Sequence[RelationChange], name: str, *args: str) -> list[tuple[int, bool | None, bool | None]]:
+def changes_of(changes: Sequence[RelationChange], name: str, *args: str) -> list[tuple[int, Value, Value]]:
     """Pick the changes of one relation instance: time, old, new."""
     return [(change.t_us, change.old, change.new) for change in changes if (change.name, change.args) == (name, args)]
 
@@ -149,4 +151,5 @@ def _place(
         across_m=np.where(on, drivers.across_m + rng.normal(0, noise_m, count), np.nan)[order],
         tangent_rad=np.where(on, np.angle(np.exp(1j * (along_m / _RADIUS_M))), np.nan)[order],
         junction=np.where(in_junction, 0, -1).astype(np.int32)[order],
+        lane=np.where(on, 2 * road + (drivers.across_m > 0), -1).astype(np.int32)[order],
     )

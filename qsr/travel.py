@@ -1,0 +1,86 @@
+"""Does a car drive along or against its road, and along or against its lane?
+
+Both are unknown off the roads and while the car goes across: within 45 degrees it drives one way or the other.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qsr.changes import RelationChange, Value
+from qsr.dwell import Dwell
+from qsr.footprints import Footprints, IntArray
+
+# A state of the dwell: what is known of the relation.
+_VALUES: dict[int, Value] = {-1: None, 0: False, 1: True}
+
+
+def forward_states(footprints: Footprints, least_cosine: float) -> IntArray:
+    """Say of every car whether it drives the way its road's reference line runs: 1, against it: 0, or neither: -1.
+
+    Parameters
+    ----------
+    footprints : of one frame.
+    least_cosine : between heading and road, of a car that drives along it.
+    """
+    travel = np.where(footprints.road < 0, 0.0, np.cos(footprints.heading_rad - footprints.tangent_rad))
+    return np.where(np.abs(travel) < least_cosine, -1, travel > 0).astype(np.int32)
+
+
+def against_traffic_states(footprints: Footprints, least_cosine: float, lane_directions: IntArray) -> IntArray:
+    """Say of every car whether it drives against its lane: 1, along it: 0, or neither: -1.
+
+    Parameters
+    ----------
+    footprints : of one frame.
+    least_cosine : as in `forward_states`.
+    lane_directions : by lane, +1 if it is driven along its road's reference line, -1 if against it.
+    """
+    forward = forward_states(footprints, least_cosine)
+    is_against = forward != (lane_directions[footprints.lane] > 0)
+    return np.where((forward < 0) | (footprints.lane < 0), -1, is_against).astype(np.int32)
+
+
+class TravelTracker:
+    """Follow one relation of a single car that can be unknown while the car is seen.
+
+    Parameters
+    ----------
+    relation : name in the change events.
+    dwell_us, backdate_us : as in `Dwell`.
+    """
+
+    __slots__ = ("_changed_us", "_dwell", "_relation")
+
+    def __init__(self, relation: str, *, dwell_us: int, backdate_us: int) -> None:
+        self._relation = relation
+        self._dwell = Dwell(dwell_us=dwell_us, backdate_us=backdate_us)
+        self._changed_us: dict[str, int] = {}
+
+    def forget(self, object_id: str, column: int, t_us: int) -> list[RelationChange]:
+        """Make an object that has disappeared unknown; to be called before `keep`."""
+        self._changed_us.pop(object_id, None)
+        old = _VALUES[int(self._dwell.current[column])]
+        return [] if old is None else [RelationChange(self._relation, (object_id,), t_us, t_us, old, None)]
+
+    def keep(self, columns: NDArray[np.intp], states: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
+        """Rearrange the objects as in `SwitchBank.keep`; fresh ones start with what is known of them."""
+        self._dwell.keep(columns, states, t_us)
+        changes = []
+        for column in np.flatnonzero((columns < 0) & (states >= 0)).tolist():
+            self._changed_us[ids[column]] = t_us
+            changes.append(
+                RelationChange(self._relation, (ids[column],), t_us, t_us, None, _VALUES[int(states[column])])
+            )
+        return changes
+
+    def update(self, t_us: int, states: IntArray, ids: Sequence[str]) -> list[RelationChange]:
+        """Take what is known of every object now, and return the changes."""
+        changes = []
+        for column, old, new, since_us in self._dwell.update(t_us, states):
+            object_id = ids[column]
+            at_us = max(since_us, self._changed_us.get(object_id, since_us - 1) + 1)
+            self._changed_us[object_id] = at_us
+            changes.append(RelationChange(self._relation, (object_id,), at_us, t_us, _VALUES[old], _VALUES[new]))
+        return changes
