@@ -1,15 +1,14 @@
 """How does chronicle recognition sit in a stream graph? A DyKnow process: relation changes in, occurrences out."""
 
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
-from chronicles.recogniser import Recogniser
 from dyknow.sample import Sample
 
 
 class Change(Protocol):
-    """Describe a change of a qualitative relation; None stands for unknown."""
+    """Describe a change of a qualitative relation: a truth value or a word; None stands for unknown."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -18,45 +17,86 @@ class Change(Protocol):
     @property
     def t_us(self) -> int: ...  # noqa: D102
     @property
-    def old(self) -> bool | None: ...  # noqa: D102
+    def old(self) -> bool | str | None: ...  # noqa: D102
     @property
-    def new(self) -> bool | None: ...  # noqa: D102
+    def new(self) -> bool | str | None: ...  # noqa: D102
+
+
+_Change = TypeVar("_Change", bound=Change)
+
+
+class FrameChanges(Protocol[_Change]):
+    """Describe the changes of one frame, and what has become of the hypotheses that changes rest on."""
+
+    @property
+    def changes(self) -> Sequence[_Change]: ...  # noqa: D102
+    @property
+    def validated(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def refuted(self) -> Sequence[str]: ...  # noqa: D102
+    def hypotheses_of(self, change: _Change) -> tuple[str, ...]: ...  # noqa: D102
+
+
+class Revisable(Protocol):
+    """Describe a recogniser that may be told later what its events rested on."""
+
+    def observe(self, event: Event) -> list[Occurrence]: ...  # noqa: D102
+    def advance(self, t_us: int) -> list[Occurrence]: ...  # noqa: D102
+    def confirm(self, hypothesis: str) -> list[Occurrence]: ...  # noqa: D102
+    def retract(self, hypothesis: str) -> list[Occurrence]: ...  # noqa: D102
 
 
 class RecognitionUnit:
     """Run a recogniser as a computational unit.
 
-    Every sample, with changes or without, moves the recogniser's clock, so absences conclude in quiet traffic too.
+    Every sample, with changes or without, moves the recogniser's clock, so absences conclude in quiet traffic too. An
+    occurrence comes out each time its status changes: tentative first, confirmed or retracted later.
     """
 
     __slots__ = ("_horizon_us", "_now_us", "_recogniser")
 
-    def __init__(self, recogniser: Recogniser, *, horizon_us: int) -> None:
+    def __init__(self, recogniser: Revisable, *, horizon_us: int) -> None:
         self._recogniser = recogniser
         self._horizon_us = horizon_us
         self._now_us = 0
 
-    def update(self, sample: Sample[Sequence[Change]]) -> Iterable[Sample[Occurrence]]:
-        """Observe one frame's changes, then let time pass up to the frame."""
+    def update(self, sample: Sample[FrameChanges[_Change]]) -> Iterable[Sample[Occurrence]]:
+        """Take back what has turned out wrong, observe one frame's changes, then let time pass up to the frame."""
         self._now_us = sample.valid_us
+        recogniser, frame = self._recogniser, sample.value
         occurrences: list[Occurrence] = []
-        for change in sample.value:
-            occurrences += self._recogniser.observe(_event(change))
-        occurrences += self._recogniser.advance(sample.valid_us)
+        for label in frame.refuted:
+            occurrences += recogniser.retract(label)
+        for label in frame.validated:
+            occurrences += recogniser.confirm(label)
+        for change in frame.changes:
+            occurrences += recogniser.observe(_event(change, frame.hypotheses_of(change)))
+        occurrences += recogniser.advance(sample.valid_us)
         return [Sample(sample.available_us, occurrence.end_us, occurrence) for occurrence in occurrences]
 
     def finish(self) -> Iterable[Sample[Occurrence]]:
         """Conclude what the end of the input allows: no later change can come any more.
 
         Time moves on by ``horizon_us``, the lateness of the changes, so that everything observed takes part. Absences
-        whose window reaches beyond the end of the input stay open: nobody saw them come true.
+        whose window reaches beyond the end of the input stay open: nobody saw them come true. So do hypotheses: what
+        is tentative stays so.
         """
         occurrences = self._recogniser.advance(self._now_us + self._horizon_us)
         return [Sample(self._now_us, occurrence.end_us, occurrence) for occurrence in occurrences]
 
 
-_VALUE = {True: "true", False: "false", None: "unknown"}
+def _event(change: Change, hypotheses: tuple[str, ...]) -> Event:
+    return Event(change.name, change.args, change.t_us, value_text(change.old), value_text(change.new), hypotheses)
 
 
-def _event(change: Change) -> Event:
-    return Event(change.name, change.args, change.t_us, _VALUE[change.old], _VALUE[change.new])
+def value_text(value: bool | str | None) -> str:
+    """Write a value of a relation as chronicles do.
+
+    Examples
+    --------
+    >>> value_text(True), value_text("left"), value_text(None)
+    ('true', 'left', 'unknown')
+    """
+    if isinstance(value, str):
+        return value
+    return "unknown" if value is None else "true" if value else "false"

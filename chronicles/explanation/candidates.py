@@ -1,0 +1,250 @@
+"""Which instances of a chronicle came close, and how close?
+
+Three kinds are searched, each only as far as it can still be among the nearest:
+
+1. all events in time, but an obligation is not met;
+2. all events, but one written bound is broken: for each bound the chronicle is compiled with that bound loosened, and
+   searched in shells of growing distance from the bound, so that the least break is found first;
+3. events missing, one, two, and so on.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal
+
+from chronicles.chronicle_set import load
+from chronicles.compilation.plan import Plan
+from chronicles.errors import ChronicleError
+from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
+from chronicles.explanation.case import Case
+from chronicles.explanation.chronicle_text import End, WrittenConstraint
+from chronicles.explanation.intervals import NO_COST, Cost, add
+from chronicles.explanation.loosened_bounds import LoosenedBound
+from chronicles.explanation.obligation_readings import ObligationReader, Readings
+
+_NO_LIMIT: Cost = (1_000_000, 0, 0)
+_UNDECIDED: Cost = (1, 1, 0)
+_SHELLS = 8
+_KEPT_PER_WANTED = 4
+_EVENTS_LOOKED_AT = 500_000
+
+
+Undecided = Literal["open", "not selected"]
+
+
+@dataclass(frozen=True, slots=True)
+class BrokenBound:
+    """A written bound that an instance breaks, and by how much."""
+
+    constraint: WrittenConstraint
+    end: End
+    by_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """An instance that is not recognised: its events, its obligations as read, and what else is wrong with it.
+
+    `plan` is the one it was found with: where a bound is broken, one in which that bound is looser. `undecided` says
+    what keeps it from being recognised besides its statements.
+    """
+
+    plan: Plan
+    assignment: Assignment
+    readings: Readings
+    broken: BrokenBound | None = None
+    undecided: Undecided | None = None
+
+    @property
+    def cost(self) -> Cost:
+        """The distance from success."""
+        return self.readings.cost
+
+    @property
+    def order(self) -> tuple[Cost, int, tuple[int, ...], tuple[str, ...]]:
+        """Nearest first, then with most events; ties by events and values, so that nothing else decides."""
+        values = tuple("" if value is None else value for value in self.readings.values)
+        return self.cost, -len(self.assignment.numbers), tuple(sorted(self.assignment.numbers)), values
+
+
+class Ranking:
+    """The nearest candidates; `limit` is the cost from which on nothing is wanted any more."""
+
+    def __init__(self, wanted: int) -> None:
+        self._kept = wanted * _KEPT_PER_WANTED
+        self._found: list[Candidate] = []
+
+    @property
+    def limit(self) -> Cost:
+        """What a candidate must cost less than to get in."""
+        return self._found[-1].cost if len(self._found) >= self._kept else _NO_LIMIT
+
+    def insert(self, candidate: Candidate) -> None:
+        """Take a candidate in, and drop the last if there are too many."""
+        insort(self._found, candidate, key=lambda one: one.order)
+        del self._found[self._kept :]
+
+    def nearest(self) -> list[Candidate]:
+        """Give the candidates, without those whose events are only a part of a nearer one's."""
+        kept: list[Candidate] = []
+        for one in self._found:
+            if not any(one.assignment.numbers <= other.assignment.numbers for other in kept):
+                kept.append(one)
+        return kept
+
+
+class CandidateSearch:
+    """Searches one case.
+
+    Parameters
+    ----------
+    case : chronicle and events.
+    assignments : finds the choices of events to look at.
+    recognised : numbers of the events of what was recognised; nothing made of these alone is told.
+    wanted : how many candidates are wanted at least.
+
+    Attributes
+    ----------
+    is_complete : false once a search was cut short.
+    """
+
+    def __init__(self, case: Case, assignments: AssignmentSearch, *, recognised: frozenset[int], wanted: int) -> None:
+        self._case = case
+        self._assignments = assignments
+        self._ranking = Ranking(wanted)
+        self._recognised = recognised
+        self.is_complete = True
+
+    def nearest(self) -> list[Candidate]:
+        """Search everything; give the nearest first."""
+        for step in (self._whole, self._with_broken_bound, self._with_missing_events):
+            budget = Budget(_EVENTS_LOOKED_AT)
+            step(budget)
+            self.is_complete = self.is_complete and not budget.is_spent
+        return self._ranking.nearest()
+
+    # ---- all events in time
+
+    def _whole(self, budget: Budget) -> None:
+        plan = self._case.plan
+        reader = ObligationReader(plan, self._case.text, self._case.log)
+        for assignment in self._assignments.assignments(plan.distance_us, range(len(plan.positions)), budget):
+            self._try(reader, plan, assignment, base=NO_COST)
+        # Pairs that stand in one event are already tested with that event.
+        if any(not any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
+            self._whole_with_same_values(reader, budget)
+
+    def _whole_with_same_values(self, reader: ObligationReader, budget: Budget) -> None:
+        plan, everything = self._case.plan, range(len(self._case.plan.positions))
+        found = self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True)
+        for assignment in found:
+            count = len(equal_pairs(plan, assignment.values))
+            if count:
+                self._try(reader, plan, assignment, base=(count, count, 0))
+
+    # ---- one bound broken
+
+    def _with_broken_bound(self, budget: Budget) -> None:
+        bounds = list(self._bounds())
+        nearer_us = 0
+        for farther_us in self._shells():
+            if self._ranking.limit <= (1, 0, nearer_us):
+                return
+            for one in bounds:
+                self._in_shell(budget, one, (nearer_us + 1, farther_us))
+            nearer_us = farther_us
+
+    def _in_shell(self, budget: Budget, one: LoosenedBound, shell_us: tuple[int, int]) -> None:
+        distance_us = one.distance_us(*shell_us)
+        if distance_us is None:
+            return
+        for assignment in self._assignments.assignments(distance_us, range(len(one.plan.positions)), budget):
+            by_us = one.broken_by_us(assignment)
+            broken = BrokenBound(one.constraint, one.end, by_us)
+            self._try(one.reader, one.plan, assignment, base=(1, 0, by_us), broken=broken)
+
+    def _bounds(self) -> Iterator[LoosenedBound]:
+        """Compile the chronicle with each bound far out; where that makes no chronicle, the bound is left alone."""
+        plan, text, log = self._case.plan, self._case.text, self._case.log
+        reach_us = self._shells()[-1]
+        for constraint in text.constraints:
+            ends: tuple[tuple[End, int | None], ...] = (("low", constraint.low_us), ("high", constraint.high_us))
+            for end, bound_us in ends:
+                if bound_us is None:
+                    continue
+                changed = text.with_statement(constraint.place, text.loosened(constraint, end, reach_us))
+                try:
+                    loosened = load(changed).plan(plan.name)
+                except ChronicleError:
+                    continue  # a free time point hangs on this bound: loosened, nothing would fix the point
+                yield LoosenedBound(loosened, constraint, end, ObligationReader(loosened, text, log))
+
+    def _shells(self) -> list[int]:
+        """Give the outer distances of the shells; the last one reaches over the whole log."""
+        events = self._case.log.events
+        span_us = events[-1].t_us - events[0].t_us if events else 0
+        bounds = [bound for one in self._case.text.constraints for bound in (one.low_us, one.high_us)]
+        reach_us = span_us + sum(abs(bound) for bound in bounds if bound is not None) + 1
+        return sorted({max(1, reach_us >> 2 * step) for step in range(_SHELLS)})
+
+    # ---- events missing
+
+    def _with_missing_events(self, budget: Budget) -> None:
+        plan = self._case.plan
+        reader = ObligationReader(plan, self._case.text, self._case.log)
+        places = range(len(plan.positions))
+        for missing_count in range(1, len(places) + 1):
+            for missing in combinations(places, missing_count):
+                # What hangs on a missing event cannot be asked, so it is known beforehand what this costs at least.
+                base = (missing_count, missing_count, 0)
+                hanging = sum(_hangs_on(one, missing) for one in self._obligations())
+                if add(base, (hanging, hanging, 0)) >= self._ranking.limit:
+                    continue
+                members = [place for place in places if place not in missing]
+                for assignment in self._assignments.assignments(plan.distance_us, members, budget):
+                    self._try(reader, plan, assignment, base=base)
+
+    def _obligations(self) -> list[tuple[int, int]]:
+        plan = self._case.plan
+        counted = [(one.start.position, one.end.position) for one in plan.counts]
+        return counted + [(one.start.position, one.end.position) for one in plan.persistences if not one.is_reading]
+
+    # ---- what is common to all
+
+    def _try(
+        self,
+        reader: ObligationReader,
+        plan: Plan,
+        assignment: Assignment,
+        *,
+        base: Cost,
+        broken: BrokenBound | None = None,
+    ) -> None:
+        """Take an instance into the ranking, unless other events or values make a nearer one of it."""
+        if self._recognised and assignment.numbers <= self._recognised:
+            return
+        undecided: Undecided | None = "open" if self._is_open(plan, assignment) else None
+        base = add(base, _UNDECIDED) if undecided else base
+        readings = reader.best(assignment.times, assignment.values, base=base, limit=self._ranking.limit)
+        if readings is None:
+            return
+        if readings.cost == NO_COST:
+            assert plan.selection.kind != "all", "what is whole and concluded was recognised"
+            readings, undecided = replace(readings, cost=_UNDECIDED), "not selected"
+        self._ranking.insert(Candidate(plan, assignment, readings, broken, undecided))
+
+    def _is_open(self, plan: Plan, assignment: Assignment) -> bool:
+        """Say whether the log ends before a whole instance is concluded, apart from what its obligations wait for."""
+        times = [t_us for t_us in assignment.times if t_us is not None]
+        if len(times) < len(plan.positions):
+            return False
+        ends = [one.end for one in plan.persistences if one.is_reading]
+        return max([*times, *(times[end.position] + end.offset_us for end in ends)]) > self._case.log.until_us
+
+
+def _hangs_on(window: tuple[int, int], missing: Sequence[int]) -> bool:
+    return window[0] in missing or window[1] in missing

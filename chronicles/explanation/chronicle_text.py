@@ -1,0 +1,140 @@
+"""What does the text of a chronicle say about time, and how does it read with one bound changed?
+
+The plan keeps only the minimal network. What people wrote is read from the canonical text that `ChronicleSet` keeps;
+lines count in that text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.compilation.symbols import Symbols, collect_symbols
+from chronicles.compilation.timing import offset_us
+from chronicles.language import model
+from chronicles.language.diagnostics import Reporter, Span
+from chronicles.language.parser import parse
+from chronicles.language.printer import print_file, print_statement
+
+Bounded = model.Range | model.Comparison
+Obligation = model.NoEventStatement | model.OccursStatement | model.HoldStatement | model.AssertStatement
+End = Literal["low", "high"]
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenConstraint:
+    """A time constraint at `place` among the statements: `later - earlier` in [low_us, high_us], None is unbounded."""
+
+    place: int
+    line: int
+    text: str
+    later: str
+    earlier: str
+    low_us: int | None
+    high_us: int | None
+
+    def bound_us(self, end: End) -> int:
+        """Give a bound that the constraint has."""
+        bound_us = self.low_us if end == "low" else self.high_us
+        assert bound_us is not None, f"{self.text!r} has no {end} bound"
+        return bound_us
+
+
+class ChronicleText:
+    """The canonical text of one chronicle as a tree.
+
+    Attributes
+    ----------
+    chronicle : its tree.
+    constraints : its time constraints in the order of the text.
+    """
+
+    def __init__(self, chronicles: ChronicleSet, name: str) -> None:
+        text = dict(chronicles.texts)[name]
+        self._reporter = Reporter({name: text})
+        self._file = parse(text, name, self._reporter)
+        self._symbols: Symbols = collect_symbols([self._file], self._reporter)
+        last = self._file.declarations[-1]
+        assert isinstance(last, model.Chronicle), "the canonical text ends with its chronicle"
+        self.chronicle = last
+        self.constraints = tuple(self._constraints())
+        assert not self._reporter.errors, "the canonical text of an accepted chronicle has no errors"
+
+    def place_of(self, text: str) -> int:
+        """Find a statement by its canonical text."""
+        return next(place for place, one in enumerate(self.chronicle.statements) if print_statement(one) == text)
+
+    def line_of(self, place: int) -> int:
+        """Give the line of a statement."""
+        return self.chronicle.statements[place].span.line
+
+    def with_statement(self, place: int, statement: model.Statement) -> str:
+        """Write the whole text with another statement at a place."""
+        statements = self.chronicle.statements
+        changed = replace(self.chronicle, statements=(*statements[:place], statement, *statements[place + 1 :]))
+        return print_file(replace(self._file, declarations=(*self._file.declarations[:-1], changed)))
+
+    def loosened(self, constraint: WrittenConstraint, end: End, by_us: int) -> model.Statement:
+        """Write a constraint with one bound further out; an equation gets room on both sides."""
+        one = self._bounded(constraint)
+        if isinstance(one, model.Comparison) and one.comparator == "=":
+            middle = offset_us(one.offset, self._symbols, self._reporter)
+            low, high = (_bound(middle + shift, one.span) for shift in (-by_us, by_us))
+            return model.Range(one.left, one.right, low, False, high, False, False, one.span)
+        return self.with_bound(constraint, end, constraint.bound_us(end) + (by_us if end == "high" else -by_us))
+
+    def with_bound(self, constraint: WrittenConstraint, end: End, bound_us: int) -> model.Statement:
+        """Write a constraint with another bound; `bound_us` is closed, the brackets stay as they are."""
+        one = self._bounded(constraint)
+        if isinstance(one, model.Comparison):
+            written_us = bound_us + {"<": 1, ">": -1}.get(one.comparator, 0)
+            return replace(one, offset=_bound(written_us, one.span) if written_us else None)
+        if end == "low":
+            return replace(one, low=_bound(bound_us - one.low_open, one.span))
+        return replace(one, high=_bound(bound_us + one.high_open, one.span))
+
+    def with_shift(self, place: int, *, is_start: bool, by_us: int) -> model.Statement:
+        """Write an obligation with one end of its interval moved."""
+        one = self.chronicle.statements[place]
+        assert isinstance(one, Obligation)
+        time = one.interval.start if is_start else one.interval.end
+        offset = offset_us(time.offset, self._symbols, self._reporter) + by_us
+        moved = replace(time, offset=_bound(offset, time.span) if offset else None)
+        interval = replace(one.interval, start=moved) if is_start else replace(one.interval, end=moved)
+        return replace(one, interval=interval)
+
+    def is_about_one_point(self, place: int) -> bool:
+        """Say whether both ends of an obligation's interval hang on one time point."""
+        one = self.chronicle.statements[place]
+        assert isinstance(one, Obligation)
+        return one.interval.start.point == one.interval.end.point
+
+    def _bounded(self, constraint: WrittenConstraint) -> Bounded:
+        one = self.chronicle.statements[constraint.place]
+        assert isinstance(one, Bounded)
+        return one
+
+    def _constraints(self) -> Iterator[WrittenConstraint]:
+        for place, one in enumerate(self.chronicle.statements):
+            if isinstance(one, model.Range):
+                low, high = self._us(one.low), self._us(one.high)
+                low = low if low is None else low + one.low_open
+                high = high if high is None else high - one.high_open
+                names = one.later.name, one.earlier.name
+            elif isinstance(one, model.Comparison):
+                offset = offset_us(one.offset, self._symbols, self._reporter)
+                low = offset + (one.comparator == ">") if one.comparator in (">", ">=", "=") else None
+                high = offset - (one.comparator == "<") if one.comparator in ("<", "<=", "=") else None
+                names = one.left.name, one.right.name
+            else:
+                continue
+            yield WrittenConstraint(place, one.span.line, print_statement(one), *names, low, high)
+
+    def _us(self, bound: model.Bound) -> int | None:
+        return None if bound.duration is None else offset_us(bound, self._symbols, self._reporter)
+
+
+def _bound(us: int, span: Span) -> model.Bound:
+    return model.Bound(us < 0, model.Duration(abs(us), "", span), span)

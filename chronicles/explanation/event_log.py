@@ -1,0 +1,162 @@
+"""Which events of a stored list are there, by name and by value, and which values did fluents have when?
+
+`EventLog` orders the events once; indexes are made when first asked for.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+
+from chronicles.compilation.plan import Count, EventTest
+from chronicles.compilation.symbols import UNKNOWN
+from chronicles.events import Event
+from chronicles.execution.event_tests import event_matcher
+from chronicles.execution.history import value_after
+from chronicles.explanation.explanations import ValueSpan
+
+Args = tuple[str, ...]
+Values = tuple[str, ...]
+
+
+class Timeline:
+    """The values of one fluent; `reported_us` is the time of its first change, None if it never was reported."""
+
+    def __init__(self, changes: Iterable[Event], initial: str) -> None:
+        self.reported_us: int | None = None
+        self._starts: list[int] = []
+        self._spans: list[ValueSpan] = [ValueSpan(initial, None, None, None)]
+        for t_us, group in groupby(changes, key=_time):
+            self._add(t_us, list(group))
+
+    def _add(self, t_us: int, changes: list[Event]) -> None:
+        if self.reported_us is None:
+            self.reported_us = t_us
+        last = self._spans[-1]
+        value = value_after(last.value, [(one.old or UNKNOWN, one.new or UNKNOWN) for one in changes])
+        if value == last.value:
+            return
+        setter = next((one for one in changes if one.new == value), changes[-1])
+        self._spans[-1] = ValueSpan(last.value, last.start_us, t_us, last.change)
+        self._spans.append(ValueSpan(value, t_us, None, setter))
+        self._starts.append(t_us)
+
+    def spans(self, start_us: int, end_us: int) -> tuple[ValueSpan, ...]:
+        """Give the values in [start, end) in the order of time, each as long as it lasted."""
+        first = bisect_right(self._starts, start_us)
+        last = bisect_left(self._starts, end_us)
+        return tuple(self._spans[first : max(first, last) + 1])
+
+
+class EventLog:
+    """Events in the order of time.
+
+    Attributes
+    ----------
+    events : all of them; the number of an event is its place here.
+    until_us : the time up to which they are complete.
+    """
+
+    def __init__(self, events: Iterable[Event], defaults: Iterable[tuple[str, str]], until_us: int) -> None:
+        self.events = sorted(events, key=_time)
+        self.until_us = until_us
+        self._initial = dict(defaults)
+        self._named: dict[str, list[Event]] = {}
+        self._numbers: dict[str, list[int]] = {}
+        for number, event in enumerate(self.events):
+            self._named.setdefault(event.name, []).append(event)
+            self._numbers.setdefault(event.name, []).append(number)
+        self._counted: dict[tuple[EventTest, tuple[tuple[int, int], ...]], CountedEvents] = {}
+        self._changes: dict[str, dict[Args, list[Event]]] = {}
+        self._timelines: dict[tuple[str, Args], Timeline] = {}
+        self._fluents: dict[tuple[str, tuple[int, ...]], dict[Values, list[Args]]] = {}
+
+    def named(self, name: str) -> list[Event]:
+        """Give all events of a name."""
+        return self._named.get(name, [])
+
+    def within(self, name: str, start_us: int, end_us: int) -> list[tuple[int, Event]]:
+        """Give the events of a name with a time in [start, end), each with its number."""
+        events = self.named(name)
+        part = slice(bisect_left(events, start_us, key=_time), bisect_left(events, end_us, key=_time))
+        return list(zip(self._numbers.get(name, [])[part], events[part], strict=True))
+
+    def counted(self, count: Count) -> CountedEvents:
+        """Give the events that a `noevent` or `occurs` counts."""
+        key = count.test, count.different
+        found = self._counted.get(key)
+        if found is None:
+            found = self._counted[key] = CountedEvents(count, self.named(count.test.name))
+        return found
+
+    def changes(self, name: str, args: Args) -> list[Event]:
+        """Give all changes of one fluent."""
+        return self._changes_of(name).get(args, [])
+
+    def timeline(self, name: str, args: Args) -> Timeline:
+        """Give the values of one fluent."""
+        found = self._timelines.get((name, args))
+        if found is None:
+            found = Timeline(self.changes(name, args), self._initial.get(name, UNKNOWN))
+            self._timelines[name, args] = found
+        return found
+
+    def fluents(self, name: str, known: dict[int, str], arity: int) -> list[Args]:
+        """List the arguments of all reported fluents that have the known values at their places."""
+        places = tuple(sorted(known))
+        index = self._fluents.get((name, places))
+        if index is None:
+            index = self._fluents[name, places] = {}
+            for args in self._changes_of(name):
+                if len(args) == arity:
+                    index.setdefault(tuple(args[place] for place in places), []).append(args)
+        return index.get(tuple(known[place] for place in places), [])
+
+    def _changes_of(self, name: str) -> dict[Args, list[Event]]:
+        found = self._changes.get(name)
+        if found is None:
+            found = self._changes[name] = {}
+            for event in self.named(name):
+                if event.new is not None:
+                    found.setdefault(event.args, []).append(event)
+        return found
+
+
+class CountedEvents:
+    """The events that fit one `noevent` or `occurs`, by the values of its bound variables."""
+
+    def __init__(self, count: Count, events: Iterable[Event]) -> None:
+        bound = count.test.variables
+        self._slots = tuple(slot for _, slot in bound)
+        self._others = tuple(slot for _, slot in count.different)
+        fields = [field for field, _ in bound] + [field for field, _ in count.different]
+        matcher = event_matcher(count.test, fields)
+        self._found: dict[Values, list[tuple[Event, Values]]] = {}
+        for event in events:
+            values = matcher(event)
+            if values is not None:
+                own = values[len(bound) :]
+                self._found.setdefault(values[: len(bound)], []).append((event, own))
+
+    @property
+    def slots(self) -> tuple[int, ...]:
+        """The slots whose values must be known."""
+        return self._slots + self._others
+
+    def fitting(self, values: Sequence[str]) -> list[Event]:
+        """Give all events that fit with these values of the slots, in the order of time."""
+        found = self._found.get(tuple(values[slot] for slot in self._slots), [])
+        others = [values[slot] for slot in self._others]
+        return [event for event, own in found if all(a != b for a, b in zip(own, others, strict=True))]
+
+
+def fields_of(event: Event, test: EventTest) -> Values | None:
+    """Give the fields of an event of the right name and shape: arguments, then old and new value; None for others."""
+    if len(event.args) != test.arity or (event.new is not None) != test.is_change:
+        return None
+    return (*event.args, event.old or UNKNOWN, event.new or UNKNOWN) if test.is_change else event.args
+
+
+def _time(event: Event) -> int:
+    return event.t_us

@@ -1,0 +1,182 @@
+"""Why was a chronicle not recognised?
+
+`candidates.py` finds the instances that came closest; here each becomes a `NearMiss` that says what went wrong first,
+what else, and which change of one bound would have been enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.compilation.network import UNBOUNDED_US
+from chronicles.errors import ChronicleError
+from chronicles.events import Event, Occurrence
+from chronicles.explanation.assignments import AssignmentSearch, equal_pairs
+from chronicles.explanation.bound_changes import smallest_change
+from chronicles.explanation.candidates import Candidate, CandidateSearch
+from chronicles.explanation.case import (
+    Case,
+    constraint_readings,
+    fixed_values,
+    open_case,
+    role_values,
+    tightness,
+)
+from chronicles.explanation.explanations import (
+    ConstraintReading,
+    CountReading,
+    Failure,
+    FailureKind,
+    HoldReading,
+    MatchedEvent,
+    MissingEvent,
+    NearMiss,
+    SameValue,
+    WhyNot,
+)
+from chronicles.explanation.missing_events import MissingEventReader
+from chronicles.explanation.obligation_readings import ObligationReader
+
+_NO_ROLES: Mapping[str, str] = MappingProxyType({})
+
+
+def why_not(
+    chronicles: ChronicleSet,
+    name: str,
+    events: Iterable[Event],
+    *,
+    roles: Mapping[str, str] = _NO_ROLES,
+    start_us: int | None = None,
+    end_us: int | None = None,
+    until_us: int | None = None,
+    limit: int = 5,
+) -> WhyNot:
+    """Give the instances of a chronicle that came closest to being recognised.
+
+    Parameters
+    ----------
+    chronicles : the set that the chronicle belongs to.
+    name : of the chronicle.
+    events : the events that the recogniser saw, in any order; those emitted by other chronicles are found again.
+    roles : values of some roles, to ask about these things only.
+    start_us, end_us : the events of an instance must lie in [start_us, end_us); None is open.
+    until_us : the time up to which the events are complete; the latest event's time if not given.
+    limit : how many near misses are wanted at most.
+
+    Returns
+    -------
+    The near misses, the nearest first, and how often the chronicle was recognised in the window with these roles.
+    Instances made only of events of such occurrences are left out.
+
+    Raises
+    ------
+    ChronicleError
+        If there is no such chronicle or role, or the limit is below 1.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> stay = load("chronicle stay[?car](t1, t2) { event(enter[?car], t1) event(left[?car], t2) t2 - t1 in [0s, 9s] }")
+    >>> [miss] = why_not(stay, "stay", [Event("enter", ("a",), 0), Event("left", ("a",), 9_500_000)]).near_misses
+    >>> miss.failures[0].kind, miss.short_us, miss.change.after
+    ('bound', 500000, 't2 - t1 in [0s, 9500ms]')
+    """
+    if limit < 1:
+        raise ChronicleError(f"why not {name!r}: expected a limit >= 1, got {limit!r}")
+    fixed = fixed_values(chronicles.plan(name), roles)
+    case = open_case(chronicles, name, events, until_us=until_us, own=fixed)
+    window = -UNBOUNDED_US if start_us is None else start_us, UNBOUNDED_US if end_us is None else end_us
+    recognised = _fitting(case.occurrences, roles, window)
+    used = {event for one in recognised for event in one.events}
+    numbers = frozenset(number for number, event in enumerate(case.log.events) if event in used)
+    assignments = AssignmentSearch(case.plan, case.log, fixed, window)
+    search = CandidateSearch(case, assignments, recognised=numbers, wanted=limit)
+    nearest = search.nearest()[:limit]
+    reader = MissingEventReader(case, chronicles, assignments, window)
+    return WhyNot(
+        chronicle=name,
+        version=case.plan.version,
+        roles=tuple(roles.items()),
+        start_us=start_us,
+        end_us=end_us,
+        recognised=len(recognised),
+        near_misses=tuple(_near_miss(case, one, reader) for one in nearest),
+        is_complete=search.is_complete,
+    )
+
+
+def _fitting(occurrences: Iterable[Occurrence], roles: Mapping[str, str], window: tuple[int, int]) -> list[Occurrence]:
+    return [
+        one
+        for one in occurrences
+        if all(one.roles[role] == value for role, value in roles.items())
+        and all(window[0] <= event.t_us < window[1] for event in one.events)
+    ]
+
+
+def _near_miss(case: Case, candidate: Candidate, reader: MissingEventReader) -> NearMiss:
+    plan, assignment, values = case.plan, candidate.assignment, candidate.readings.values
+    obligations = ObligationReader(candidate.plan, case.text, case.log)
+    candidate = replace(candidate, readings=obligations.with_alternatives(candidate.readings, assignment.times))
+    pairs = [(row, position) for row, position in zip(assignment.rows, plan.positions, strict=True) if row is not None]
+    events = [MatchedEvent(position.label, position.pattern, row.event) for row, position in pairs]
+    missing = reader.read(assignment, values)
+    constraints = constraint_readings(candidate.plan, case.text, assignment)
+    unmet_count, unmendable_count, short_us = candidate.cost
+    return NearMiss(
+        chronicle=plan.name,
+        version=plan.version,
+        roles=role_values(plan, values),
+        unmet_count=unmet_count,
+        short_us=None if unmendable_count else short_us,
+        failures=_failures(case, candidate, missing, constraints),
+        events=tuple(sorted(events, key=lambda one: (one.event.t_us, one.label))),
+        missing=missing,
+        constraints=constraints,
+        obligations=tuple(sorted(candidate.readings.all, key=lambda one: (tightness(one.slack_us), one.line))),
+        change=smallest_change(case, candidate),
+    )
+
+
+def _failures(
+    case: Case, candidate: Candidate, missing: Sequence[MissingEvent], constraints: Sequence[ConstraintReading]
+) -> tuple[Failure, ...]:
+    """List what went wrong, in the order of time."""
+    found = [Failure(_kind_of_missing(one, case.log.until_us), one.latest_us, one) for one in missing]
+    for one, two in equal_pairs(case.plan, candidate.readings.values):
+        value = candidate.readings.values[one] or ""
+        found.append(Failure("same value", None, SameValue(case.plan.slots[one], case.plan.slots[two], value)))
+    found += [Failure("bound", _time_of(one, candidate), one) for one in constraints if not one.is_met]
+    for reading in candidate.readings.all:
+        if reading.outcome in ("failed", "open"):
+            kind: FailureKind = "open" if reading.outcome == "open" else reading.kind
+            found.append(Failure(kind, _time_broken(reading), reading))
+    if candidate.undecided is not None:
+        found.append(Failure(candidate.undecided, None, None))
+    return tuple(sorted(found, key=lambda one: (one.t_us is None, one.t_us or 0)))
+
+
+def _kind_of_missing(one: MissingEvent, until_us: int) -> FailureKind:
+    if one.other is not None:
+        return "other value" if one.mismatches else "same value"
+    return "open" if one.latest_us is not None and one.latest_us > until_us else "missing event"
+
+
+def _time_of(one: ConstraintReading, candidate: Candidate) -> int:
+    """Give the time of the later of the two points, at which the bound was broken at the latest."""
+    points, times = dict(candidate.plan.points), candidate.assignment.times
+    anchors = [points[label] for label in (one.later, one.earlier)]
+    return max([(times[anchor.position] or 0) + anchor.offset_us for anchor in anchors])
+
+
+def _time_broken(reading: HoldReading | CountReading) -> int | None:
+    if reading.start_us is None or reading.end_us is None or reading.outcome == "open":
+        return reading.end_us
+    if isinstance(reading, CountReading):
+        too_many = reading.most is not None and len(reading.counted) > reading.most
+        return reading.counted[reading.most or 0].t_us if too_many else reading.end_us
+    since_us = [span.start_us for span in reading.contrary[:1] if span.start_us is not None]
+    return max([reading.start_us, *since_us])
