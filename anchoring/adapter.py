@@ -1,11 +1,17 @@
-"""How does anchoring sit in a stream graph? A DyKnow process: vision objects in, car symbols and link changes out."""
+"""How does anchoring sit in a stream graph? A DyKnow process: vision objects in, car symbols and link changes out.
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+A link may turn out to be wrong, and whatever was concluded from it with it. So every link is a *hypothesis* with a
+label while it is on trial. The engine breaks a link when it is refuted, but never calls one right; here one counts as
+validated when it has held for the time of trial, or has ended without having been refuted. A refutation after the trial
+speaks of what the two did lately, not of the time when they were linked: it takes nothing back.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from anchoring.anchorer import Anchorer
-from anchoring.observations import BoolArray, Cars, FloatArray, LinkChange, Observations
+from anchoring.observations import BoolArray, Cars, FloatArray, Level, LinkChange, Observations
 from dyknow.sample import Sample
 
 
@@ -32,26 +38,123 @@ class TrackedObjects(Protocol):
     def clipped(self) -> BoolArray: ...  # noqa: D102
 
 
+# The longest that the usual maintain conditions take to find fault with a link from its first moment on: a thing that
+# is off the road, or has not the size or speed of a vehicle. Jumps and exchanged tracks show within 1.2 s.
+TRIAL_US = 2_000_000
+
+
 @dataclass(frozen=True, slots=True)
 class Anchored:
-    """Hold the cars of one time and the links that changed."""
+    """Hold the cars of one time and the links that changed.
+
+    Attributes
+    ----------
+    hypotheses : labels of the links on trial below each car, lowest first; cars without such are left out.
+    validated, refuted : labels that were carried before and are decided now.
+    """
 
     cars: Cars
     link_changes: tuple[LinkChange, ...]
+    hypotheses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    validated: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
+
+
+class LinkTrials:
+    """Keep the links on trial, each under a label that is used once.
+
+    Parameters
+    ----------
+    trial_us : how long a link must hold to count as validated.
+
+    Examples
+    --------
+    >>> trials = LinkTrials(2_000_000)
+    >>> trials.judge(0, [LinkChange(0, "established", "world", "v1", "w1", ""),
+    ...                  LinkChange(0, "established", "car", "w1", "car1", "")])
+    ((), ())
+    >>> dict(trials.hypotheses())
+    {'car1': ('v1->w1#1', 'w1->car1#2')}
+    >>> trials.judge(500_000, [LinkChange(500_000, "refuted", "world", "v1", "w1", "")])
+    ((), ('v1->w1#1',))
+    >>> trials.judge(2_000_000, [])
+    (('w1->car1#2',), ())
+    >>> dict(trials.hypotheses())
+    {}
+    """
+
+    __slots__ = ("_count", "_open", "_trial_us", "_uppers")
+
+    def __init__(self, trial_us: int) -> None:
+        self._trial_us = trial_us
+        self._count = 0
+        self._open: dict[tuple[Level, str], tuple[int, str]] = {}  # upper object: since when, label; oldest first
+        self._uppers: dict[str, tuple[Level, str]] = {}  # lower object, above the vision objects: what it is linked to
+
+    def judge(self, t_us: int, changes: Iterable[LinkChange]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Take a frame's link changes in their order; return the labels validated and those refuted by now."""
+        validated: list[str] = []
+        refuted: list[str] = []
+        for change in changes:
+            key = change.level, change.upper
+            if key in self._open:
+                (refuted if change.kind == "refuted" else validated).append(self._open.pop(key)[1])
+            if change.kind in ("established", "reestablished"):
+                self._count += 1
+                self._open[key] = t_us, f"{change.lower}->{change.upper}#{self._count}"
+                if change.level != "world":
+                    self._uppers[change.lower] = key
+            elif change.level != "world":
+                self._uppers.pop(change.lower, None)
+        for key, (since_us, label) in list(self._open.items()):
+            if since_us > t_us - self._trial_us:
+                break
+            del self._open[key]
+            validated.append(label)
+        return tuple(validated), tuple(refuted)
+
+    def hypotheses(self) -> Iterator[tuple[str, tuple[str, ...]]]:
+        """Give the cars with links on trial, and their labels, lowest link first."""
+        found: dict[str, list[str]] = {}
+        for key, (_, label) in sorted(self._open.items(), key=lambda one: _RANK[one[0][0]]):
+            car = self._car(key)
+            if car:
+                found.setdefault(car, []).append(label)
+        return ((car, tuple(labels)) for car, labels in found.items())
+
+    def _car(self, key: tuple[Level, str]) -> str:
+        """Follow the links upwards; "" if they do not lead to a car."""
+        while key[0] != "car":
+            above = self._uppers.get(key[1])
+            if above is None:
+                return ""
+            key = above
+        return key[1]
+
+
+_RANK: Mapping[Level, int] = {"world": 0, "on_road": 1, "car": 2}
 
 
 class AnchoringUnit:
-    """Run an anchorer as a computational unit."""
+    """Run an anchorer as a computational unit.
 
-    __slots__ = ("_anchorer",)
+    Parameters
+    ----------
+    trial_us : how long a link is a hypothesis.
+    """
 
-    def __init__(self, anchorer: Anchorer) -> None:
+    __slots__ = ("_anchorer", "_trials")
+
+    def __init__(self, anchorer: Anchorer, *, trial_us: int = TRIAL_US) -> None:
         self._anchorer = anchorer
+        self._trials = LinkTrials(trial_us)
 
     def update(self, sample: Sample[TrackedObjects]) -> Iterable[Sample[Anchored]]:
         """Link one frame's objects to car symbols."""
         cars, link_changes = self._anchorer.observe(_observations(sample.value))
-        return (Sample(sample.available_us, sample.valid_us, Anchored(cars, link_changes)),)
+        validated, refuted = self._trials.judge(cars.t_us, link_changes)
+        anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted)
+        return (Sample(sample.available_us, sample.valid_us, anchored),)
 
     def finish(self) -> Iterable[Sample[Anchored]]:
         """Hold nothing back: every frame was answered when it came."""

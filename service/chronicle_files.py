@@ -1,5 +1,9 @@
 """Which chronicles does a run look for? The user's files, or the shipped library."""
 
+import os
+import shutil
+import sys
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,15 +11,16 @@ from pathlib import Path
 from chronicles import library
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from service.errors import InputError
-from service.records import ChronicleRecord
+from service.records import ChronicleRecord, RunRecord, SourceText
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedChronicles:
-    """Hold the chronicles of a run: compiled, and as the log remembers them."""
+    """Hold the chronicles of a run: compiled, one by one as the log lists them, and the texts they come from."""
 
     merged: ChronicleSet
     records: tuple[ChronicleRecord, ...]
+    texts: tuple[SourceText, ...]
 
 
 def load_chronicle_files(paths: Sequence[Path]) -> LoadedChronicles:
@@ -24,12 +29,21 @@ def load_chronicle_files(paths: Sequence[Path]) -> LoadedChronicles:
     Raises
     ------
     InputError
-        If a file cannot be read.
+        If a file cannot be read, or there is no chronicle in them.
     ChronicleError
         If a text has errors; it carries the diagnostics of all files.
     """
-    merged = load_texts(with_relations([(str(path), read_text(path)) for path in paths]) if paths else library.texts())
-    return LoadedChronicles(merged, tuple(_record(merged, name, text) for name, text in merged.texts))
+    texts = with_relations([(str(path), read_text(path)) for path in paths]) if paths else library.texts()
+    merged = load_texts(texts)
+    if not merged.plans:
+        raise InputError(f"{', '.join(map(str, paths))}: expected at least one chronicle, got none")
+    records = tuple(_record(merged, name, text) for name, text in merged.texts)
+    return LoadedChronicles(merged, records, tuple(SourceText(Path(name).name, text) for name, text in texts))
+
+
+def chronicles_of(run: RunRecord) -> ChronicleSet:
+    """Compile the chronicles of a run again, from the texts that the log holds."""
+    return load_texts([(one.name, one.text) for one in run.texts])
 
 
 def with_relations(texts: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
@@ -51,6 +65,40 @@ def read_text(path: Path) -> str:
         raise InputError(f"{path}: expected a readable chronicle file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+
+
+def read_text_or_input(name: str) -> str:
+    """Read a UTF-8 text file, or standard input for the name `-`.
+
+    Raises
+    ------
+    InputError
+        If it is missing, unreadable or not UTF-8.
+    """
+    if name != "-":
+        return read_text(Path(name))
+    try:
+        return sys.stdin.read()
+    except UnicodeDecodeError as error:
+        raise InputError(f"-: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Write a text in place of a file in one step, so that nobody ever reads half of it; links stay links.
+
+    Raises
+    ------
+    InputError
+        If the file or its folder may not be written.
+    """
+    target = path.resolve()
+    try:
+        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=target.parent, delete=False) as file:
+            file.write(text)
+        shutil.copymode(target, file.name)
+        os.replace(file.name, target)
+    except OSError as error:
+        raise InputError(f"{path}: expected a file that can be written, got {error.strerror or error}") from error
 
 
 def _record(merged: ChronicleSet, name: str, text: str) -> ChronicleRecord:

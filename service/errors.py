@@ -17,6 +17,14 @@ class LogError(ServiceError):
     """An event log that cannot be opened, is not one, or is too new."""
 
 
+class NotInLogError(LogError):
+    """Something asked for by name that an event log does not hold."""
+
+
+class RunBusyError(LogError):
+    """A run that somebody else is writing at this moment."""
+
+
 class TruthError(InputError):
     """A truth folder that is missing or does not fit the log."""
 

@@ -207,13 +207,22 @@ def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
     return _load_true_events(events_path), _load_true_positions(positions_path)
 
 
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise TruthError(f"{path}: expected a readable truth file, got {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise TruthError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+
+
 def _load_true_events(path: Path) -> list[TrueEvent]:
     events = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+    for number, line in enumerate(_read_text(path).splitlines(), start=1):
         try:
             row = json.loads(line)
             fields = (row["type"], row["roles"], int(row["start_us"]), int(row["end_us"]), bool(row["countable"]))
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise TruthError(
                 f"{path}:{number}: expected a truth event as one JSON object, got {line[:80]!r}"
             ) from error
@@ -223,14 +232,15 @@ def _load_true_events(path: Path) -> list[TrueEvent]:
 
 def _load_true_positions(path: Path) -> Positions:
     t_us, ids, centres = [], [], []
-    with path.open(newline="", encoding="utf-8") as file:
-        for number, row in enumerate(csv.DictReader(file), start=2):
-            try:
-                t_us.append(int(row["t_us"]))
-                ids.append(row["id"])
-                centres.append((float(row["x_m"]), float(row["y_m"])))
-            except (ValueError, KeyError, TypeError) as error:
-                raise TruthError(f"{path}:{number}: expected t_us, id, x_m, y_m, got {row!r}") from error
+    for number, row in enumerate(csv.DictReader(_read_text(path).splitlines()), start=2):
+        try:
+            t_us.append(int(row["t_us"]))
+            ids.append(row["id"])
+            centres.append((float(row["x_m"]), float(row["y_m"])))
+        except (ValueError, KeyError, TypeError) as error:
+            raise TruthError(f"{path}:{number}: expected t_us, id, x_m, y_m, got {row!r}") from error
+    if not t_us:
+        raise TruthError(f"{path}: expected at least one row with t_us, id, x_m, y_m, got none")
     return positions_from_rows(t_us, ids, centres)
 
 

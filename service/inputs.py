@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chronicles.chronicle_set import ChronicleSet
 from gis.camera import GroundCamera
+from gis.errors import GisError
 from gis.road_network import RoadNetwork
 from service.errors import InputError
 from service.pipeline import Pipeline, trajectory_pipeline, video_pipeline
@@ -17,6 +18,7 @@ from service.records import CameraRecord, InputKind
 from service.site import Site
 from service.trajectories import Trajectories, TrajectoryObjects, load_trajectories
 from service.watched_area import watched_area
+from vision.errors import VisionError
 from vision.fixed_camera import FixedCameraVision
 from vision.frames import Frame, VideoSource, open_video
 from vision.scale import estimate_scale, image_plane
@@ -61,7 +63,10 @@ class VideoInput:
     def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
         """Wire vision for this camera in front of the reasoning."""
         size_px = (self.video.width_px, self.video.height_px)
-        vision = FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
+        try:
+            vision = FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
+        except VisionError as error:
+            raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         return video_pipeline(vision, self.network, chronicle_set, clock=clock)
 
     def __iter__(self) -> Iterator[tuple[int, Frame]]:
@@ -105,10 +110,13 @@ def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None 
     Raises
     ------
     InputError
-        If the file is missing, or does not go with the site or the column map.
-    VisionError
-        If it is not a video that can be read, or no camera is known and too little moves to guess a scale.
+        If the file is missing, does not go with the site or the column map, or no camera is known and too little
+        moves to guess a scale.
+    VideoError
+        If it is not a video that can be read.
     """
+    if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
+        raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
     if not path.exists():
         raise InputError(f"{path}: expected a video or trajectory file, got no such file")
     network = site.network if site else None
@@ -118,7 +126,10 @@ def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None 
         raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
     video = open_video(path)
     if site is not None and site.camera is not None:
-        area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
+        try:
+            area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
+        except GisError as error:
+            raise InputError(f"{site.path}: for {path.name}: {error}") from error
         return VideoInput(path, video, site.camera, network, area_m)
     return _without_camera(path, video, network)
 
@@ -127,7 +138,10 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
     """Lay the ground into the image plane, with a scale from what moves in the first seconds."""
     if network is not None:
         raise InputError(f"{path}: expected a [camera] beside the [network] of the site file, got a network alone")
-    scale = estimate_scale(_first_pictures(video))
+    try:
+        scale = estimate_scale(_first_pictures(video))
+    except VisionError as error:
+        raise InputError(f"{path}: no camera is known: {error}") from error
     camera = GroundCamera.from_homography(image_plane(scale, width_px=video.width_px, height_px=video.height_px))
     warning = (
         f"{path.name}: no camera is known, so the image plane is taken for the ground, at {scale:.3f} m a pixel from "

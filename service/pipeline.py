@@ -10,7 +10,7 @@ Each arrow is a DyKnow stream, each name on it a process. A sample carries a who
 function calls a frame.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from anchoring.adapter import AnchoringUnit
@@ -22,8 +22,10 @@ from dyknow.node import Node
 from dyknow.policy import Order, Policy
 from dyknow.stream import StreamGenerator
 from gis.road_network import RoadNetwork
+from gis.turns import turns
 from qsr.adapter import RelationUnit
 from qsr.observer import RelationObserver
+from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from vision.adapter import VisionUnit
 from vision.fixed_camera import FixedCameraVision
@@ -67,15 +69,31 @@ def trajectory_pipeline(
     return Pipeline(node, source)
 
 
+def watched_relations(chronicle_set: ChronicleSet) -> tuple[str, ...]:
+    """List the relations that some chronicle looks at, in alphabetical order; no other is computed."""
+    return tuple(sorted(RANK.keys() & frozenset().union(*(plan.consumes for plan in chronicle_set.plans))))
+
+
 def _wire_reasoning(node: Node, network: RoadNetwork | None, chronicle_set: ChronicleSet) -> None:
     settings = RelationSettings()
-    roads = tuple(road.id for road in network.roads) if network else ()
-    junctions = tuple(junction.id for junction in network.junctions) if network else ()
-    observer = RelationObserver(roads, junctions, settings)
+    observer = _observer(network, settings, watched_relations(chronicle_set))
     # Relations are dated back to the moment they changed, so the recogniser waits that long for late changes.
     recogniser = Recogniser(chronicle_set, lateness_us=settings.backdate_us)
     node.add_refinement(CARS, AnchoringUnit(Anchorer(network)), of=OBJECTS, policy=IN_ORDER)
     node.add_refinement(RELATIONS, RelationUnit(observer), of=CARS, policy=IN_ORDER)
     node.add_refinement(
         OCCURRENCES, RecognitionUnit(recogniser, horizon_us=settings.backdate_us), of=RELATIONS, policy=IN_ORDER
+    )
+
+
+def _observer(network: RoadNetwork | None, settings: RelationSettings, only: Sequence[str]) -> RelationObserver:
+    if network is None:
+        return RelationObserver((), (), settings, only=only)
+    return RelationObserver(
+        [road.id for road in network.roads],
+        [junction.id for junction in network.junctions],
+        settings,
+        only=only,
+        lanes=[(lane.id, lane.direction) for lane in network.lanes],
+        turns=turns(network) if "turn" in only else (),
     )

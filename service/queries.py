@@ -22,7 +22,7 @@ from sqlalchemy import ColumnElement, Connection, bindparam, exists, func, or_, 
 from service.errors import CursorError, FilterError, QueryError
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog
-from service.store.schema import durations, event_roles, events, meta, role_names, runs
+from service.store.schema import durations, event_roles, events, meta, revisions, role_names, runs
 from service.times import TimePoint
 
 Match = Literal["overlap", "start", "end", "inside"]
@@ -31,6 +31,7 @@ Order = Literal["start", "-start"]
 DEFAULT_LIMIT = 100
 MAX_LIMIT = 1_000
 MAX_VALUES = 50  # of one repeated parameter
+MAX_ROLES = 20  # different roles in one question
 
 _RARE_ROWS = 2_000
 _CURSOR = struct.Struct(">qq8s")
@@ -40,6 +41,8 @@ _Condition = ColumnElement[bool]
 
 class EventFilter(Struct, frozen=True, kw_only=True):
     """What to ask for; an empty field does not restrict.
+
+    Only the newest state of each event is found, and of those retracted only when `statuses` asks for them.
 
     Attributes
     ----------
@@ -91,7 +94,7 @@ def find_events(
     Raises
     ------
     QueryError
-        If the limit is out of range, or a field has too many values.
+        If the limit is out of range, or there are too many roles or values of a field.
     FilterError, CursorError
         If the window is empty; if the cursor is damaged or belongs to another filter.
     """
@@ -158,6 +161,8 @@ def check_filter(wanted: EventFilter) -> None:
         "run": wanted.runs,
         **{f"role.{name}": values for name, values in wanted.roles},
     }
+    if len(wanted.roles) > MAX_ROLES:
+        raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(wanted.roles)}", parameter="role")
     for parameter, values in named.items():
         if len(values) > MAX_VALUES:
             raise QueryError(
@@ -202,7 +207,8 @@ class _Plan:
 
 def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
     conditions = [*_one_of(events.c.road, wanted.roads), *_one_of(events.c.source, wanted.sources)]
-    conditions += _one_of(events.c.status, wanted.statuses)
+    conditions += _one_of(events.c.status, wanted.statuses) or [events.c.status != "retracted"]
+    conditions.append(~exists().where(revisions.c.revised == events.c.id))
     if wanted.runs:
         numbers = connection.scalars(select(runs.c.run_no).where(runs.c.id.in_(wanted.runs))).all()
         conditions += _one_of(events.c.run_no, tuple(numbers) or (-1,))

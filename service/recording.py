@@ -3,25 +3,30 @@
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 
 import numpy as np
 
 from anchoring.adapter import Anchored
 from anchoring.observations import Cars, LinkChange
-from chronicles.events import Occurrence
+from chronicles.adapter import value_text
+from chronicles.events import Occurrence, OccurrenceKey
 from dyknow.sample import Sample
 from gis.road_network import RoadNetwork
+from qsr.adapter import FrameRelations
 from qsr.changes import RelationChange
 from service.pipeline import CARS, OCCURRENCES, RELATIONS, Pipeline
 from service.records import (
     CarState,
     ChronicleRef,
     EventDraft,
+    HypothesisRecord,
     LinkRecord,
     Place,
     RelationRecord,
     RunStatus,
     SubEvent,
+    Verdict,
 )
 from service.store.log import RunWriter
 
@@ -31,7 +36,7 @@ class Recorder:
 
     Attributes
     ----------
-    events : number of events written so far.
+    events : number of events that stand so far; a retracted one does not.
     cars : symbols of all cars seen so far.
     """
 
@@ -42,6 +47,8 @@ class Recorder:
         self._roads = [road.id for road in network.roads] if network else []
         self._lanes = [lane.id for lane in network.lanes] if network else []
         self._history = CarHistory(history_us)
+        self._history_us = history_us
+        self._told: dict[OccurrenceKey, tuple[int, list[str]]] = {}  # when, and the identifiers of the events written
 
     def attach(self, pipeline: Pipeline) -> None:
         """Subscribe to the streams of a pipeline."""
@@ -64,13 +71,30 @@ class Recorder:
         self._writer.append_states(self._states(cars))
         self._writer.append_links(_link_record(change) for change in sample.value.link_changes)
 
-    def _record_relations(self, sample: Sample[Sequence[RelationChange]]) -> None:
-        self._writer.append_relations(_relation_record(change) for change in sample.value)
+    def _record_relations(self, sample: Sample[FrameRelations]) -> None:
+        frame = sample.value
+        verdicts: list[tuple[tuple[str, ...], Verdict]] = [(frame.refuted, "refuted"), (frame.validated, "validated")]
+        self._writer.append_hypotheses(
+            HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels
+        )
+        self._writer.append_relations(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
 
     def _record_occurrence(self, sample: Sample[Occurrence]) -> None:
-        drafts = self._drafts(sample.value)
-        self.events += len(drafts)
-        self._writer.append_events(drafts)
+        """Write an occurrence, or its newer state beside the one that was written before."""
+        occurrence, now_us = sample.value, sample.available_us
+        _, told = self._told.pop(occurrence.key, (now_us, []))
+        drafts = self._drafts(occurrence, told)
+        event_ids = self._writer.append_events(drafts)
+        if occurrence.status != "retracted":
+            self._told[occurrence.key] = now_us, event_ids
+            self.events += len(drafts)
+        self.events -= len(told)
+        self._forget_before(sample.available_us - self._history_us)
+
+    def _forget_before(self, t_us: int) -> None:
+        """Forget what was written so long ago that nothing can revise it: hypotheses are decided within seconds."""
+        while self._told and next(iter(self._told.values()))[0] < t_us:
+            del self._told[next(iter(self._told))]
 
     def _states(self, cars: Cars) -> Iterable[CarState]:
         positions = cars.positions
@@ -107,7 +131,8 @@ class Recorder:
                 vision_id=vision,
             )
 
-    def _drafts(self, occurrence: Occurrence) -> list[EventDraft]:
+    def _drafts(self, occurrence: Occurrence, told: Sequence[str]) -> list[EventDraft]:
+        """Make the events of an occurrence; each revises the one of `told` in the same place."""
         names = [event.name for event in occurrence.emitted] or [occurrence.chronicle]
         return [
             EventDraft(
@@ -117,11 +142,13 @@ class Recorder:
                 end_us=occurrence.end_us,
                 roles=dict(occurrence.roles),
                 recognised_us=occurrence.recognised_us,
+                status=occurrence.status,
+                revises=revised,
                 hypotheses=tuple(occurrence.hypotheses),
                 sub_events=tuple(SubEvent(label, t_us) for label, t_us in occurrence.sub_events),
                 place=self._place(occurrence),
             )
-            for name in names
+            for name, revised in zip_longest(names, told)
         ]
 
     def _place(self, occurrence: Occurrence) -> Place | None:
@@ -172,12 +199,13 @@ def _link_record(change: LinkChange) -> LinkRecord:
     )
 
 
-def _relation_record(change: RelationChange) -> RelationRecord:
+def _relation_record(change: RelationChange, hypotheses: tuple[str, ...]) -> RelationRecord:
     return RelationRecord(
         t_us=change.t_us,
         decided_us=change.decided_us,
         name=change.name,
         args=change.args,
-        old=change.old,
-        new=change.new,
+        old=value_text(change.old),
+        new=value_text(change.new),
+        hypotheses=hypotheses,
     )

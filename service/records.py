@@ -10,11 +10,12 @@ from typing import Literal
 
 from msgspec import Struct
 
-EventStatus = Literal["recognised", "tentative", "retracted"]
+EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
 InputKind = Literal["video", "trajectory"]
 LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
 LinkLevel = Literal["world", "on_road", "car"]
+Verdict = Literal["validated", "refuted"]
 
 
 class ChronicleRef(Struct, frozen=True):
@@ -49,6 +50,7 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     roles : role name to object symbol, `{"overtaker": "car7", "overtaken": "car3"}`.
     hypotheses : identity hypotheses it rests on; `tentative` until all of them are validated.
     recognised_us : media time at which it was recognised.
+    revises : identifier of the event of which this is the newer state; None for an event told the first time.
     """
 
     type: str
@@ -61,6 +63,7 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     hypotheses: tuple[str, ...] = ()
     sub_events: tuple[SubEvent, ...] = ()
     place: Place | None = None
+    revises: str | None = None
 
 
 class EventRecord(Struct, frozen=True, kw_only=True):
@@ -71,6 +74,8 @@ class EventRecord(Struct, frozen=True, kw_only=True):
     id : opaque, unique in the log and the same when the run is repeated.
     seq : grows with every row ever written to this log; never used twice.
     start, end : the interval on the UTC calendar, RFC 3339 with six decimals.
+    status : `recognised` if it rests on nothing open, else `tentative`; its newer state is `confirmed` or `retracted`.
+    revises : identifier of the event of which this is the newer state; null for an event told the first time.
     """
 
     id: str
@@ -89,6 +94,7 @@ class EventRecord(Struct, frozen=True, kw_only=True):
     sub_events: tuple[SubEvent, ...]
     place: Place | None
     recognised_us: int
+    revises: str | None = None
 
 
 class CarState(Struct, frozen=True):
@@ -147,24 +153,42 @@ class LinkRecord(Struct, frozen=True):
 
 
 class RelationRecord(Struct, frozen=True):
-    """One relation changing its truth value; None stands for unknown.
+    """One relation changing its value; the field order is the column order of the log.
 
     Attributes
     ----------
     t_us : when the value crossed, possibly between two frames.
     decided_us : the frame at which hysteresis confirmed it.
+    old, new : the values as chronicles write them: `true`, `false`, `unknown`, or a word such as `left`.
+    hypotheses : labels of the links that it rests on and that were on trial then.
     """
 
     t_us: int
     decided_us: int
     name: str
     args: tuple[str, ...]
-    old: bool | None
-    new: bool | None
+    old: str
+    new: str
+    hypotheses: tuple[str, ...] = ()
+
+
+class HypothesisRecord(Struct, frozen=True):
+    """What has become of a link on trial, and when; the field order is the column order of the log."""
+
+    t_us: int
+    label: str
+    verdict: Verdict
+
+
+class SourceText(Struct, frozen=True):
+    """A text that chronicles were read from, and what messages call it."""
+
+    name: str
+    text: str
 
 
 class ChronicleRecord(Struct, frozen=True, kw_only=True):
-    """A chronicle a run used, with the text it was read from.
+    """A chronicle a run used, with its canonical text and the declarations it rests on.
 
     Attributes
     ----------
@@ -197,6 +221,8 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     start_utc_us : UTC time of media time zero, microseconds since 1970-01-01.
     camera : None for an input without pixels.
     warnings : what the user was told, such as a missing camera.
+    texts : all texts that the chronicles were read from, in the order of reading: together they give the same set.
+    relations : names of the relations that were watched; no other is in the log.
     settings : the settings that differ from the defaults, as text.
     reason : why the run stopped early; empty when it finished.
     """
@@ -209,6 +235,8 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     site: str = ""
     camera: CameraRecord | None = None
     chronicles: tuple[ChronicleRecord, ...] = ()
+    texts: tuple[SourceText, ...] = ()
+    relations: tuple[str, ...] = ()
     settings: dict[str, str] = {}
     warnings: tuple[str, ...] = ()
     software: str = ""

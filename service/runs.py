@@ -15,7 +15,8 @@ from dyknow.node import StreamReport
 from dyknow.sample import Sample
 from service.chronicle_files import LoadedChronicles, load_chronicle_files
 from service.inputs import Input, content_digest, open_input
-from service.pipeline import Pipeline
+from service.interrupts import Interrupts
+from service.pipeline import Pipeline, watched_relations
 from service.recording import Recorder
 from service.records import RunRecord, RunStatus
 from service.site import Site, load_site
@@ -131,16 +132,22 @@ def _run(
 ) -> RunSummary:
     pipeline = source.pipeline(chronicles.merged, clock=time.perf_counter_ns)
     record = _run_record(source, site, chronicles, columns)
-    recorder = Recorder(log.begin_run(record), source.network, history_us=HISTORY_US)
-    recorder.attach(pipeline)
-    meter = _Meter(source.frame_count, recorder)
-    status, reason = _feed(source, pipeline, meter, on_progress)
-    recorder.finish(status, reason)
+    with Interrupts() as interrupts:
+        recorder = Recorder(log.begin_run(record), source.network, history_us=HISTORY_US)
+        recorder.attach(pipeline)
+        meter = _Meter(source.frame_count, recorder)
+        status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
+        recorder.finish(status, reason)
     return RunSummary(record.id, status, reason, record.warnings, meter.read(), pipeline.node.report())
 
 
 def _feed(
-    source: Input, pipeline: Pipeline, meter: "_Meter", on_progress: Callable[[Progress], None]
+    source: Input,
+    pipeline: Pipeline,
+    meter: "_Meter",
+    *,
+    on_progress: Callable[[Progress], None],
+    interrupts: Interrupts,
 ) -> tuple[RunStatus, str]:
     """Push the whole input through the pipeline; return how it ended and why."""
     status: RunStatus = "finished"
@@ -150,10 +157,16 @@ def _feed(
             pipeline.source.publish(Sample(t_us, t_us, value))
             meter.count(t_us)
             on_progress(meter.read())
+            if interrupts.came:
+                raise KeyboardInterrupt
     except VideoBroken as error:
         status, reason = "broken", str(error)
     except KeyboardInterrupt:
         status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got an interrupt"
+    except BrokenPipeError:
+        status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
+    if status == "finished" and meter.frames == 0:
+        status, reason = "broken", f"{source.path}: expected at least one frame, got none"
     pipeline.node.finish()
     return status, reason
 
@@ -180,17 +193,24 @@ def _run_record(
         site=site.name if site else "",
         camera=source.camera,
         chronicles=chronicles.records,
+        texts=chronicles.texts,
+        relations=watched_relations(chronicles.merged),
         warnings=source.warnings,
         software=software,
     )
 
 
 class _Meter:
-    """Count frames and measure the time they take."""
+    """Count frames and measure the time they take.
+
+    Attributes
+    ----------
+    frames, last_us : how many so far, and the time of the newest.
+    """
 
     def __init__(self, frame_count: int | None, recorder: Recorder) -> None:
         self.last_us = 0
-        self._frames = 0
+        self.frames = 0
         self._first_us: int | None = None
         self._frame_count = frame_count
         self._recorder = recorder
@@ -201,12 +221,12 @@ class _Meter:
         if self._first_us is None:
             self._first_us = t_us
         self.last_us = t_us
-        self._frames += 1
+        self.frames += 1
 
     def read(self) -> Progress:
         """Read how far the run has come, and how long that took."""
         return Progress(
-            frames=self._frames,
+            frames=self.frames,
             frame_count=self._frame_count,
             media_us=self.last_us - (self._first_us or 0),
             elapsed_s=time.perf_counter() - self._started_s,

@@ -25,6 +25,7 @@ from gis.lanes import Lane, edge_name
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
 from service.errors import SiteError
+from service.times import FIRST_UTC, LAST_UTC
 
 # Which fields each table may have; the key "" is the file itself.
 FIELDS: Mapping[str, tuple[str, ...]] = {
@@ -102,6 +103,8 @@ def _parse(path: Path) -> Mapping[str, object]:
         raise SiteError(f"{path}: expected a readable site file, got {error.strerror or error!s}") from error
     except ValueError as error:
         raise SiteError(f"{path}: expected TOML in UTF-8, got {error!s}") from error
+    except RecursionError as error:
+        raise SiteError(f"{path}: expected TOML with a few levels of nesting, got too many to read") from error
 
 
 def _read_frame(table: _Table) -> LocalFrame:
@@ -123,6 +126,8 @@ def _read_network(table: _Table, frame: LocalFrame | None) -> RoadNetwork:
         return read_geojson(table.file("geojson"), frame)
     except GisError as error:
         raise table.wrong(form, error) from error
+    except RecursionError as error:
+        raise table.wrong(form, "expected a file with a few levels of nesting, got too many to read") from error
 
 
 def _read_lanes(table: _Table) -> Sequence[Lane]:
@@ -210,6 +215,9 @@ class _Table:
         """Read a time with its zone, and turn it into UTC."""
         value = self._values.get(name)
         if isinstance(value, datetime) and value.tzinfo is not None:
+            if not FIRST_UTC <= value <= LAST_UTC:
+                expected = f"expected a time from {FIRST_UTC:%Y-%m-%d} to {LAST_UTC:%Y-%m-%d}"
+                raise self.wrong(name, f"{expected}, got {value.isoformat()!r}")
             return value.astimezone(UTC)
         raise self._unexpected(name, "a date and time with its zone and no quotes, as 2026-05-01T08:00:00Z")
 

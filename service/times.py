@@ -17,6 +17,9 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 MICROSECOND = timedelta(microseconds=1)
 MAX_MEDIA_US = 10**15  # about 31 years, far below what an SQL bigint holds
 
+# A source may start between these: the calendar has room for any media time after it, in any zone.
+FIRST_UTC, LAST_UTC = datetime(1900, 1, 1, tzinfo=UTC), datetime(9900, 1, 1, tzinfo=UTC)
+
 _SECONDS = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)s", re.ASCII)
 _CLOCK = re.compile(r"(?:(\d{1,6}):)?(\d{1,2}):(\d{2}(?:\.\d{1,9})?)", re.ASCII)
 _INTEGER = re.compile(r"\d{1,18}", re.ASCII)

@@ -14,10 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import InputError
+from service.times import MAX_MEDIA_US
 
 FloatArray = NDArray[np.float64]
 
-_NUMBERS = ("x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m")
+# What each number may be, both ends included; the limits are far beyond traffic, to catch other units and sentinels.
+_RANGES = {
+    "x_m": (-1e7, 1e7),
+    "y_m": (-1e7, 1e7),
+    "heading_rad": (-6.3, 6.3),  # degrees are the usual mistake
+    "speed_mps": (-200.0, 200.0),
+    "length_m": (0.01, 200.0),
+    "width_m": (0.01, 50.0),
+}
+_NUMBERS = tuple(_RANGES)
 _TIMES = {"t_us": 1, "t_s": 1_000_000}
 KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS)
 
@@ -97,8 +107,8 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
     Raises
     ------
     InputError
-        If the file cannot be read, a column is missing, a field is not a finite number, or one identifier stands twice
-        at one time. The message names the file, the line and the column.
+        If the file cannot be read, a column is missing, a field is not a number or out of its range, or one identifier
+        stands twice at one time. The message names the file, the line and the column.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -114,21 +124,25 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
 def _read(path: Path, lines: Iterator[list[str]], columns: Mapping[str, str]) -> Trajectories:
     header = [name.strip() for name in next(lines, [])]
     time_column, places = _places(path, header, columns)
-    t_us: list[int] = []
-    ids: list[str] = []
+    keys: dict[tuple[int, str], int] = {}
     values: list[list[float]] = []
     for number, fields in enumerate(lines, start=2):
         if not fields:
             continue
         if len(fields) != len(header):
             raise InputError(f"{path}:{number}: expected {len(header)} fields, got {len(fields)}")
-        seconds_or_us = _number(path, number, time_column, fields[places[time_column]])
-        t_us.append(round(seconds_or_us * _TIMES[time_column]))
-        ids.append(fields[places["id"]].strip())
+        key = _time_us(path, number, time_column, fields[places[time_column]]), fields[places["id"]].strip()
+        if key in keys:
+            raise InputError(
+                f"{path}:{number}: expected each id once a time, got {key[1]!r} at {key[0]} us as in line {keys[key]}"
+            )
+        keys[key] = number
         values.append([_number(path, number, name, fields[places[name]]) for name in _NUMBERS])
-    if not t_us:
+    if not keys:
         raise InputError(f"{path}: expected at least one row of objects, got none")
-    return _sorted(path, np.array(t_us, dtype=np.int64), np.array(ids), np.array(values))
+    t_us, ids = np.array([t_us for t_us, _ in keys], dtype=np.int64), np.array([name for _, name in keys])
+    order = np.lexsort((ids, t_us))
+    return Trajectories(t_us[order], tuple(ids[order].tolist()), np.array(values)[order])
 
 
 def _places(path: Path, header: list[str], columns: Mapping[str, str]) -> tuple[str, dict[str, int]]:
@@ -146,21 +160,22 @@ def _places(path: Path, header: list[str], columns: Mapping[str, str]) -> tuple[
     return times[0], at
 
 
+def _time_us(path: Path, line: int, column: str, text: str) -> int:
+    scale = _TIMES[column]
+    return round(_within(path, line, column, text, (0.0, MAX_MEDIA_US / scale)) * scale)
+
+
 def _number(path: Path, line: int, column: str, text: str) -> float:
+    return _within(path, line, column, text, _RANGES[column])
+
+
+def _within(path: Path, line: int, column: str, text: str, limits: tuple[float, float]) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
         raise InputError(f"{path}:{line}: column {column}: expected a finite number, got {text!r}")
+    if not limits[0] <= value <= limits[1]:
+        raise InputError(f"{path}:{line}: column {column}: expected {limits[0]:g} to {limits[1]:g}, got {text!r}")
     return value
-
-
-def _sorted(path: Path, t_us: NDArray[np.int64], ids: NDArray[np.str_], values: FloatArray) -> Trajectories:
-    order = np.lexsort((ids, t_us))
-    t_us, ids, values = t_us[order], ids[order], values[order]
-    twice = np.flatnonzero((t_us[1:] == t_us[:-1]) & (ids[1:] == ids[:-1]))
-    if twice.size:
-        first = int(twice[0])
-        raise InputError(f"{path}: expected each id once a time, got {str(ids[first])!r} twice at {t_us[first]} us")
-    return Trajectories(t_us, tuple(ids.tolist()), values)

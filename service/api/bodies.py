@@ -1,5 +1,7 @@
 """What do the answers of the HTTP interface look like? The structs that are sent, and that OpenAPI describes."""
 
+from typing import Any  # JSON values
+
 from msgspec import Struct
 
 from service.records import ChronicleRecord, EventRecord
@@ -24,6 +26,25 @@ class ChronicleList(Struct, frozen=True):
     """All chronicles; one name may come in several versions."""
 
     items: list[ChronicleUse]
+
+
+class IdentityLink(Struct, frozen=True):
+    """A link by which a car was the car it was, during [start_us, end_us); `end_us` null: to the end of the run."""
+
+    level: str
+    lower: str
+    upper: str
+    start_us: int
+    end_us: int | None
+    reason: str
+
+
+class EventExplanation(Struct, frozen=True):
+    """Why an event was recognised; `explanation` is an `Explanation` of kind `why`, `identities` goes by role."""
+
+    event: str
+    explanation: dict[str, Any]
+    identities: dict[str, list[IdentityLink]]
 
 
 class Index(Struct, frozen=True):

@@ -9,23 +9,56 @@ from typing import Any  # JSON schemas have no narrower type
 import msgspec
 from fastapi import FastAPI
 
-from service.api.bodies import ChronicleList, EventList, Index, Problem
+from chronicles.explanation.json_form import schema as explanation_schema
+from service.api.bodies import ChronicleList, EventExplanation, EventList, Index, Problem
 from service.api.problems import MEDIA_TYPE
 from service.records import EventRecord
 
 JsonObject = dict[str, Any]
 
-_BODIES = (EventList, EventRecord, ChronicleList, Index, Problem)
+_BODIES = (EventList, EventRecord, EventExplanation, ChronicleList, Index, Problem)
+EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
+FINDINGS = "Findings"
 _REF = "#/components/schemas/{name}"
 
+_POSITION = {"type": "object", "properties": {"line": {"type": "integer"}, "character": {"type": "integer"}}}
+_RANGE = {"type": "object", "properties": {"start": _POSITION, "end": _POSITION}}
+_FINDINGS_SCHEMA: JsonObject = {
+    "type": "object",
+    "description": "Errors and warnings of a chronicle text; ranges as in the Language Server Protocol.",
+    "required": ["findings"],
+    "properties": {
+        "findings": {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "properties": {
+                    "code": {"type": "string"},
+                    "severity": {"enum": ["error", "warning"]},
+                    "message": {"type": "string"},
+                    "file": {"type": "string"},
+                    "range": _RANGE,
+                    "hint": {"type": "string"},
+                    "edit": {
+                        "type": ["object", "null"],
+                        "properties": {"range": _RANGE, "newText": {"type": "string"}},
+                    },
+                    "related": {"type": "array", "items": {"type": "object"}},
+                },
+            },
+        }
+    },
+}
 
-def answers(body: type[msgspec.Struct], *errors: int) -> dict[int | str, JsonObject]:
-    """Describe the answers of a route: its body, and the errors it may give."""
+
+def answers(body: type[msgspec.Struct] | str, *errors: int) -> dict[int | str, JsonObject]:
+    """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
+    name = body if isinstance(body, str) else body.__name__
     described: dict[int | str, JsonObject] = {
-        200: {"description": "OK", "content": {"application/json": {"schema": _ref(body)}}}
+        200: {"description": "OK", "content": {"application/json": {"schema": _ref(name)}}}
     }
     for status in (*errors, 500, 503):
-        described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem)}}}
+        described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
     return described
 
 
@@ -38,9 +71,11 @@ def describe_bodies(app: FastAPI) -> None:
         if not app.openapi_schema:
             document = describe()
             _, components = msgspec.json.schema_components(_BODIES, ref_template=_REF)
-            document["components"] = {"schemas": components}
+            explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
+            document["components"] = {"schemas": {**components, EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}}
             for path in document["paths"].values():
-                _drop_foreign_errors(path["get"]["responses"])
+                for operation in path.values():
+                    _drop_foreign_errors(operation["responses"])
         return app.openapi_schema or document
 
     app.openapi = openapi  # type: ignore[method-assign]  # the framework's documented way to extend it
@@ -52,5 +87,5 @@ def _drop_foreign_errors(responses: JsonObject) -> None:
         del responses["422"]
 
 
-def _ref(body: type[msgspec.Struct]) -> JsonObject:
-    return {"$ref": _REF.format(name=body.__name__)}
+def _ref(name: str) -> JsonObject:
+    return {"$ref": _REF.format(name=name)}

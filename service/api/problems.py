@@ -14,8 +14,9 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from chronicles.errors import ChronicleError
 from service.api.bodies import Problem, ProblemDetail
-from service.errors import CursorError, FilterError, LogError, QueryError
+from service.errors import CursorError, FilterError, LogError, NotInLogError, QueryError
 
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
@@ -25,6 +26,8 @@ TYPES = {
     FilterError: "urn:dyknow:problem:bad-filter",
     QueryError: "urn:dyknow:problem:bad-parameter",
     LogError: "urn:dyknow:problem:log-unavailable",
+    NotInLogError: "urn:dyknow:problem:not-in-log",
+    ChronicleError: "urn:dyknow:problem:cannot-explain",
 }
 
 
@@ -34,6 +37,8 @@ def register_problems(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _on_http)
     app.add_exception_handler(QueryError, _on_query)
     app.add_exception_handler(LogError, _on_log)
+    app.add_exception_handler(NotInLogError, _on_missing)
+    app.add_exception_handler(ChronicleError, _on_chronicle)
     app.add_exception_handler(Exception, _on_bug)
 
 
@@ -82,8 +87,9 @@ async def _on_http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     method, path = request.method, request.url.path
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
-        detail = f"{path}: expected method GET or HEAD, got {method!r}"
-        return problem(request, 405, detail, headers={"Allow": "GET, HEAD"})
+        allowed = (error.headers or {}).get("Allow", "GET").replace("GET", "GET, HEAD")
+        detail = f"{path}: expected method {allowed.replace(', ', ' or ')}, got {method!r}"
+        return problem(request, 405, detail, headers={"Allow": allowed})
     if error.status_code == HTTPStatus.NOT_FOUND and error.detail == HTTPStatus.NOT_FOUND.phrase:
         detail = f"{path}: expected a path of this interface (see /api/v1), got an unknown one"
         return problem(request, 404, detail)
@@ -99,6 +105,15 @@ async def _on_query(request: Request, error: Exception) -> Response:
 
 async def _on_log(request: Request, error: Exception) -> Response:
     return problem(request, 503, str(error), kind=TYPES[LogError], headers={"Retry-After": "1"})
+
+
+async def _on_missing(request: Request, error: Exception) -> Response:
+    return problem(request, 404, str(error), kind=TYPES[NotInLogError])
+
+
+async def _on_chronicle(request: Request, error: Exception) -> Response:
+    # The log holds another version of the chronicle than this program understands, or not what it would need.
+    return problem(request, 409, str(error), kind=TYPES[ChronicleError])
 
 
 async def _on_bug(request: Request, error: Exception) -> Response:

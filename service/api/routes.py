@@ -1,7 +1,8 @@
 """Which questions does the HTTP interface answer?
 
 Routes are plain functions run in worker threads: the database is asked and the answer put together there, off the
-event loop. Events are sent as the text that is stored; nothing is decoded on the way.
+event loop. One reads a body, and hands the rest of its work to such a thread. Events are sent as the text that is
+stored; nothing is decoded on the way.
 """
 
 from collections.abc import Iterable
@@ -9,17 +10,27 @@ from typing import Final
 from urllib.parse import urlencode
 
 import msgspec
+from anyio import to_thread
 from fastapi import APIRouter, HTTPException, Request
 from starlette.responses import PlainTextResponse, Response
 
-from service.api.bodies import ChronicleList, ChronicleUse, EventList, Index
-from service.api.openapi import answers
+from chronicles.explanation.json_form import to_json
+from chronicles.language.rendering import render_json
+from service.api.absence_parameters import describe_absence_parameters, read_absence_question
+from service.api.bodies import ChronicleList, ChronicleUse, EventExplanation, EventList, Index
+from service.api.openapi import EXPLANATION, FINDINGS, answers
 from service.api.parameters import Pairs, describe_parameters, read_question
+from service.chronicle_checks import check_chronicles
+from service.errors import QueryError
+from service.explaining import Explainer
 from service.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import EventLog
 
 JSON: Final = "application/json"
+
+TEXT_NAME = "text"  # what findings call a text that came without a name
+MAX_TEXT_BYTES = 256_000
 
 HELLO = """\
 DyKnow: what happened in the traffic, recognised from video.
@@ -40,8 +51,10 @@ def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: s
     router = APIRouter()
     _add_general(router, log, version)
     _add_chronicles(router, log, tuple(shipped))
+    _add_check(router)
     _add_event_list(router, log)
     _add_event(router, log)
+    _add_explanations(router, Explainer(log))
     return router
 
 
@@ -68,6 +81,35 @@ def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRe
     )
     def list_chronicles() -> Response:
         return _json(msgspec.json.encode(ChronicleList(_merge_chronicles(log, library))))
+
+
+def _add_check(router: APIRouter) -> None:
+    @router.post(
+        "/api/v1/chronicles/check",
+        summary="Check a chronicle text",
+        description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
+        responses=answers(FINDINGS, 413, 422),
+        response_class=Response,
+        openapi_extra={"requestBody": {"required": True, "content": {"text/plain": {"schema": {"type": "string"}}}}},
+    )
+    async def check_text(request: Request) -> Response:
+        """Find what is wrong or doubtful in a text."""
+        text = await _read_text(request)
+        # Off the event loop, as everything that takes time.
+        checked = await to_thread.run_sync(check_chronicles, [(TEXT_NAME, text)])
+        return _json(f'{{"findings":{render_json(checked.findings)}}}'.encode())
+
+
+async def _read_text(request: Request) -> str:
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > MAX_TEXT_BYTES:
+            raise HTTPException(413, f"body: expected at most {MAX_TEXT_BYTES} bytes, got more")
+    try:
+        return body.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise QueryError(f"body: expected UTF-8 text, got byte {body[error.start]:#04x}", parameter="body") from error
 
 
 def _add_event(router: APIRouter, log: EventLog) -> None:
@@ -100,6 +142,34 @@ def _add_event_list(router: APIRouter, log: EventLog) -> None:
         question = read_question(pairs)
         page = find_events(log, question.wanted, limit=question.limit, cursor=question.cursor)
         return _event_page(page, request.url.path, pairs)
+
+
+def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
+    @router.get(
+        "/api/v1/events/{event_id}/why",
+        summary="Say why an event was recognised",
+        responses=answers(EventExplanation, 404, 409),
+        response_class=Response,
+    )
+    def get_why(event_id: str) -> Response:
+        """Explain an event by its parts, its constraints and who its objects were."""
+        found = explainer.explain_event(event_id)
+        if found is None:
+            raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
+        return _json(msgspec.json.encode(found.as_record()))
+
+    @router.get(
+        "/api/v1/chronicles/{name}/why-not",
+        summary="Say why a chronicle was not recognised",
+        description="The instances that came closest, the nearest first.",
+        responses=answers(EXPLANATION, 400, 404, 409, 422),
+        response_class=Response,
+        openapi_extra={"parameters": describe_absence_parameters(name="name")},
+    )
+    def get_why_not(name: str, request: Request) -> Response:
+        """Explain the absence of a chronicle by its near misses."""
+        question = read_absence_question(name, request.query_params.multi_items())
+        return _json(msgspec.json.encode(to_json(explainer.explain_absence(question))))
 
 
 def _event_page(page: EventPage, path: str, pairs: Pairs) -> Response:
@@ -139,7 +209,10 @@ def _index(version: str, as_of_seq: int) -> Index:
     links = {
         "events": "/api/v1/events",
         "event": "/api/v1/events/{event_id}",
+        "why": "/api/v1/events/{event_id}/why",
         "chronicles": "/api/v1/chronicles",
+        "check": "/api/v1/chronicles/check",
+        "why_not": "/api/v1/chronicles/{name}/why-not",
         "openapi": "/openapi.json",
         "health": "/healthz",
     }

@@ -7,7 +7,8 @@ Each command is a function in a module of its own that imports what it needs whe
 import os
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from io import TextIOWrapper
 from typing import Annotated
 
 import typer
@@ -18,24 +19,33 @@ from service.cli.demo import demo
 from service.cli.draw import draw
 from service.cli.evaluate import evaluate
 from service.cli.events import events
+from service.cli.explain import explain, why_not
 from service.cli.generate import generate
+from service.cli.layout import format_files
 from service.cli.process import process
+from service.cli.recognise import recognise
+from service.cli.run_examples import run_examples
 from service.cli.serve import serve
 from service.cli.tracks import tracks
-from service.errors import QueryError
+from service.errors import QueryError, RunBusyError
 
 # A new command: write its function in its own module and add it here; the order is that of `dyknow --help`.
-COMMANDS: tuple[Callable[..., None], ...] = (
-    demo,
-    generate,
-    process,
-    events,
-    tracks,
-    draw,
-    evaluate,
-    check,
-    serve,
-)
+COMMANDS: Mapping[str, Callable[..., None]] = {
+    "demo": demo,
+    "generate": generate,
+    "process": process,
+    "events": events,
+    "tracks": tracks,
+    "draw": draw,
+    "evaluate": evaluate,
+    "explain": explain,
+    "why-not": why_not,
+    "recognise": recognise,
+    "check": check,
+    "format": format_files,
+    "test": run_examples,
+    "serve": serve,
+}
 
 # An error whose class comes from one of these says something about the user's input.
 INPUT_ERROR_MODULES = frozenset(
@@ -46,6 +56,8 @@ INPUT_ERROR_MODULES = frozenset(
 
 def main() -> None:
     """Run the command line of this process and leave with its exit code."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # a file name that is no text is printed as its bytes
     sys.exit(run(sys.argv[1:]))
 
 
@@ -56,9 +68,21 @@ def run(arguments: Sequence[str]) -> int:
     -------
     The exit code; see `service.cli.exit_codes`.
     """
+    code = _run(arguments)
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader has seen enough. The interpreter flushes once more when it ends, which must go somewhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return code
+
+
+def _run(arguments: Sequence[str]) -> int:
     try:
         make_app()(list(arguments), prog_name="dyknow")
     except SystemExit as leaving:
+        if isinstance(leaving.__context__, BrokenPipeError):
+            return exit_codes.OK  # typer leaves with 1 here, which is our own fault's code
         return leaving.code if isinstance(leaving.code, int) else exit_codes.OK
     except KeyboardInterrupt:
         return exit_codes.INTERRUPTED
@@ -77,8 +101,8 @@ def make_app() -> typer.Typer:
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
     app.callback(invoke_without_command=True)(_program)
-    for command in COMMANDS:
-        app.command()(command)
+    for name, command in COMMANDS.items():
+        app.command(name)(command)
     return app
 
 
@@ -97,9 +121,10 @@ def report(error: Exception) -> int:
         print(f"error: dyknow: expected to finish, got {came!r} (DYKNOW_TRACEBACK=1 shows where)", file=sys.stderr)
         return exit_codes.INTERNAL
     text = str(error)
+    code = exit_codes.BUSY if isinstance(error, RunBusyError) else exit_codes.INVALID
     # The diagnostics of a chronicle text begin with their own `error[C0201]:`.
     print(text if text.startswith("error[") else f"error: {text}", file=sys.stderr)
-    return exit_codes.INVALID
+    return code
 
 
 def _program(

@@ -1,4 +1,4 @@
-"""`dyknow check`: is anything wrong in these chronicle files?"""
+"""`dyknow check`: is anything wrong in these chronicle files, and what would they cost?"""
 
 import sys
 from enum import StrEnum
@@ -9,54 +9,107 @@ import typer
 from service.cli import exit_codes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from chronicles.language.diagnostics import Diagnostic
+    from service.chronicle_checks import Checked
 
 
 class CheckFormat(StrEnum):
-    """How to print diagnostics."""
+    """How to print findings."""
 
     text = "text"
     json = "json"
+    github = "github"
 
 
 def check(
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input.")],
-    output: Annotated[CheckFormat, typer.Option("--format", help="text or json.")] = CheckFormat.text,
+    files: Annotated[
+        list[str] | None, typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input.")
+    ] = None,
+    output: Annotated[
+        CheckFormat, typer.Option("--format", help="text, json, or github (annotations of a pull request).")
+    ] = CheckFormat.text,
+    cost: Annotated[bool, typer.Option("--cost", help="Also bound how many instances can wait at once.")] = False,
+    rates: Annotated[
+        list[str] | None,
+        typer.Option("--rate", metavar="NAME=HZ", help="For --cost: most events a second of a name; else 1."),
+    ] = None,
+    keys: Annotated[int, typer.Option(min=1, help="For --cost: how many cars are in view.")] = 1,
+    explain: Annotated[str | None, typer.Option(metavar="CODE", help="Say what a code such as C0201 means.")] = None,
 ) -> None:
     """Check chronicle files, taken together as `process` takes them; exit with 3 if one has an error."""
-    from chronicles.chronicle_set import check_texts
-    from service.chronicle_files import with_relations
+    if explain is not None:
+        _print_code(explain)
+        return
+    if not files:
+        raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")
+    from service.chronicle_checks import check_chronicles
+    from service.chronicle_files import read_text_or_input
 
-    found = check_texts(with_relations([(name, _read(name)) for name in files]))
-    errors = sum(one.severity == "error" for one in found)
-    if output is CheckFormat.json:
-        _print_json(found)
-    else:
-        _print_text(found)
-    plural = "" if len(files) == 1 else "s"
-    print(f"{len(files)} file{plural}: {errors} errors, {len(found) - errors} warnings", file=sys.stderr)
-    if errors:
+    rates_hz = read_rates(rates or ())
+    texts = [(name, read_text_or_input(name)) for name in files]
+    checked = check_chronicles(texts)
+    _print_findings(checked.findings, output)
+    if cost and not checked.errors:
+        _print_costs(texts, rates_hz, keys)
+    _print_summary(files, checked)
+    if checked.errors:
         raise typer.Exit(exit_codes.INVALID)
 
 
-def _read(name: str) -> str:
-    from pathlib import Path
+def read_rates(texts: "Sequence[str]") -> dict[str, float]:
+    """Read `NAME=HZ` texts.
 
-    from service.chronicle_files import read_text
+    Raises
+    ------
+    typer.BadParameter
+        If a text is not of this form, or the rate is not a number above 0.
 
-    return sys.stdin.read() if name == "-" else read_text(Path(name))
+    Examples
+    --------
+    >>> read_rates(["behind=0.5", "honk=2"])
+    {'behind': 0.5, 'honk': 2.0}
+    """
+    rates_hz: dict[str, float] = {}
+    for text in texts:
+        name, _, number = text.partition("=")
+        try:
+            rates_hz[name] = float(number)
+        except ValueError:
+            rates_hz[name] = 0.0
+        if not name or not 0 < rates_hz[name] < float("inf"):
+            raise typer.BadParameter(f"expected NAME=HZ, such as behind=0.5, got {text!r}", param_hint="--rate")
+    return rates_hz
 
 
-def _print_text(found: "Sequence[Diagnostic]") -> None:
+def _print_code(code: str) -> None:
+    from chronicles.language.codes import explain_code
+
+    print(explain_code(code))
+
+
+def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
     from chronicles.language.diagnostics import render_all
+    from chronicles.language.rendering import render_github, render_json
 
-    if found:
-        print(render_all(found))
+    render = {CheckFormat.text: render_all, CheckFormat.json: render_json, CheckFormat.github: render_github}[output]
+    if found or output is CheckFormat.json:
+        print(render(found))
 
 
-def _print_json(found: "Sequence[Diagnostic]") -> None:
-    import msgspec
+def _print_costs(texts: "Sequence[tuple[str, str]]", rates_hz: "Mapping[str, float]", keys: int) -> None:
+    from chronicles.chronicle_set import load_texts
+    from chronicles.compilation.cost import cost
+    from service.chronicle_files import with_relations
 
-    print(msgspec.json.encode({"diagnostics": found}).decode())
+    for plan in load_texts(with_relations(texts)).plans:
+        print(cost(plan, rates_hz, keys=keys).render())
+
+
+def _print_summary(files: "Sequence[str]", checked: "Checked") -> None:
+    for name in checked.empty:
+        print(f"warning: {name}: expected a chronicle, got none", file=sys.stderr)
+    plural = "" if len(files) == 1 else "s"
+    warnings = len(checked.findings) - checked.errors
+    print(f"{len(files)} file{plural}: {checked.errors} errors, {warnings} warnings", file=sys.stderr)

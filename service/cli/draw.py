@@ -23,9 +23,10 @@ def draw(
 
     from_us = parse_media_us(start, parameter="--from")
     to_us = parse_media_us(end, parameter="--to") if end else None
-    if out.suffix in PICTURES:
+    suffix = out.suffix.lower()
+    if suffix in PICTURES:
         draw_picture(video, log, out, at_us=from_us, run=run)
-    elif out.suffix == ".mp4":
+    elif suffix == ".mp4":
         draw_video(video, log, out, from_us=from_us, to_us=to_us, run=run)
     else:
         raise InputError(f"--out: expected a path ending in .mp4, .png or .jpg, got {str(out)!r}")

@@ -37,6 +37,15 @@ class Match(StrEnum):
     inside = "inside"
 
 
+class Status(StrEnum):
+    """What is known of an event; without a choice, everything but retracted ones."""
+
+    recognised = "recognised"
+    tentative = "tentative"
+    confirmed = "confirmed"
+    retracted = "retracted"
+
+
 class Order(StrEnum):
     """By start, earliest or latest first."""
 
@@ -62,6 +71,9 @@ def events(
     roads: Annotated[Texts, typer.Option("--road", help="Road on which the event began.")] = None,
     sources: Annotated[Texts, typer.Option("--source", help="Name of the input.")] = None,
     runs: Annotated[Texts, typer.Option("--run", help="Identifier of a run.")] = None,
+    statuses: Annotated[
+        list[Status] | None, typer.Option("--status", help="Status; without it, all but retracted events.")
+    ] = None,
     limit: Annotated[
         int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
     ] = None,
@@ -82,6 +94,7 @@ def events(
         roads=tuple(roads or ()),
         sources=tuple(sources or ()),
         runs=tuple(runs or ()),
+        statuses=tuple(status.value for status in statuses or ()),
         order=order.value,
     )
     count = _print_events([*(logs or ()), *(more_logs or ())], wanted, output, limit)

@@ -16,7 +16,7 @@ def generate(
     scenario: Annotated[str, typer.Argument(help="What to simulate, such as rural_overtaking.")],
     out: Annotated[Path, typer.Option("--out", help="Folder for the scene; made if missing.")],
     seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same scene to the byte.")] = 1,
-    seconds: Annotated[float, typer.Option("--seconds", min=1.0, help="Length of the video.")] = 60.0,
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=86_400.0, help="Length of the video.")] = 60.0,
 ) -> None:
     """Simulate traffic and draw it: video, site file, road network and truth."""
     from data_gen.generate import generate as make_scene

@@ -17,7 +17,7 @@ from service.records import ChronicleRef, EventRecord, Place, SubEvent
 ROLE_PREFIX = "role."
 COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
-    "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
+    "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
 )  # fmt: skip
 
 
@@ -96,6 +96,7 @@ def _cells(event: EventRecord) -> list[str | int | float]:
         event.start_us,
         event.end_us,
         event.status,
+        event.revises or "",
         *((place.road, place.x_m, place.y_m) if place else ("", "", "")),
         event.recognised_us,
         msgspec.json.encode(event.hypotheses).decode(),
@@ -116,6 +117,7 @@ def _event(row: Mapping[str, str]) -> EventRecord:
         "chronicle": ChronicleRef(row["chronicle"], row["version"]),
         "roles": roles,
         "place": place,
+        "revises": row["revises"] or None,
         "hypotheses": msgspec.json.decode(row["hypotheses"], type=tuple[str, ...]),
         "sub_events": msgspec.json.decode(row["sub_events"], type=tuple[SubEvent, ...]),
         **{column: int(row[column]) for column in ("seq", "start_us", "end_us", "recognised_us")},

@@ -43,6 +43,17 @@ def parse_log_url(url: str) -> Path:
     return Path(path)
 
 
+def is_log_name(name: str) -> bool:
+    """Tell whether a name is meant as that of a log, rather than of another file.
+
+    Examples
+    --------
+    >>> is_log_name("sqlite:///a"), is_log_name("a.db"), is_log_name("a.csv")
+    (True, True, False)
+    """
+    return _SCHEME.match(name) is not None or name.endswith(".db")
+
+
 def check_writable(path: Path) -> None:
     """Refuse a place where a log cannot be written, without touching it.
 

@@ -26,11 +26,12 @@ import msgspec
 from sqlalchemy import ColumnElement, Connection, Engine, Select, delete, func, inspect, select
 from sqlalchemy.exc import DBAPIError
 
-from service.errors import LogError
-from service.records import CarRecord, CarState, LinkRecord, RelationRecord, RunRecord, RunStatus
+from service.errors import LogError, NotInLogError
+from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord, RunStatus
 from service.store import schema
 from service.store.engine import explained, reading_engine, writing_engine
 from service.store.location import check_writable, parse_log_url
+from service.store.run_lock import RunLock
 from service.store.writer import RunWriter, insert_rows
 
 __all__ = ["EventLog", "RunWriter", "open_log"]
@@ -54,7 +55,7 @@ def open_log(url: str, mode: Mode = "r") -> "EventLog":
     ------
     LogError
         If the URL is not understood, the file is missing (`r`) or cannot be written (`w`), is not a DyKnow log, or
-        was written by a newer version.
+        was written by a version with another schema.
     """
     path = parse_log_url(url)
     if mode == "w":
@@ -82,6 +83,7 @@ class EventLog:
         self._mode = mode
         self._reading: Engine | None = None
         self._writing: Engine | None = None
+        self._locks: list[RunLock] = []
 
     def begin_run(self, run: RunRecord) -> RunWriter:
         """Start a run, creating the log if need be; a run with the same identifier is replaced.
@@ -90,6 +92,8 @@ class EventLog:
 
         Raises
         ------
+        RunBusyError
+            If another writer is at this run; one that was killed is not.
         LogError
             If the log is open for reading only, the identifier is not made of letters, digits, `.`, `_` and `-`, or
             the database refuses.
@@ -98,14 +102,18 @@ class EventLog:
             raise LogError(f"log {str(self.path)!r}: expected mode 'w' to begin a run, got {self._mode!r}")
         if not _RUN_ID.fullmatch(run.id):
             raise LogError(f"run: expected an identifier of 1 to 64 letters, digits, '.', '_' or '-', got {run.id!r}")
+        lock = RunLock(self.path, run.id)
+        self._locks.append(lock)
         self._writing = self._writing or writing_engine(self.path)
         with explained(self.path, "a log that can be written"), self._writing.begin() as connection:
             _create_schema(connection)
             run_no = _replace_run(connection, run)
-        return RunWriter(self._writing, self.path, run_no, run)
+        return RunWriter(self._writing, self.path, run_no, run, lock)
 
     def close(self) -> None:
-        """Close all connections; rows that were not flushed are lost."""
+        """Close all connections; rows that were not flushed are lost, and their runs may be written anew."""
+        for lock in self._locks:
+            lock.release()
         for engine in (self._reading, self._writing):
             if engine is not None:
                 engine.dispose()
@@ -129,7 +137,7 @@ class EventLog:
 
         Raises
         ------
-        LogError
+        NotInLogError
             If there is no such run, or several when none is named.
         """
         runs = self.runs()
@@ -137,7 +145,7 @@ class EventLog:
         if len(found) == 1:
             return found[0]
         wanted = "the name of one run" if run_id is None else f"a run {run_id!r}"
-        raise LogError(f"log {str(self.path)!r}: expected {wanted}, got {[run.id for run in runs]!r}")
+        raise NotInLogError(f"log {str(self.path)!r}: expected {wanted}, got {[run.id for run in runs]!r}")
 
     def cars(self, run_id: str) -> list[CarRecord]:
         """List the car symbols of a run in the order of first sight."""
@@ -174,6 +182,18 @@ class EventLog:
         query = select(*list(table.c)[2:]).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
         return (LinkRecord(*row) for row in self._stream(query))
 
+    def hypotheses(self, run_id: str) -> Iterator[HypothesisRecord]:
+        """Stream what has become of the links on trial, in the order in which it was decided."""
+        table = schema.hypotheses
+        query = select(*list(table.c)[2:]).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
+        return (HypothesisRecord(*row) for row in self._stream(query))
+
+    def last_us(self, run_id: str) -> int:
+        """Return the time of the last frame of a run, up to which everything is known; 0 if it has none."""
+        table = schema.frames
+        with self.connect() as connection:
+            return connection.scalar(select(func.max(table.c.t_us)).where(_of_run(table.c.run_no, run_id))) or 0
+
     def relations(
         self, run_id: str, *, name: str | None = None, from_us: int | None = None, to_us: int | None = None
     ) -> Iterator[RelationRecord]:
@@ -183,9 +203,8 @@ class EventLog:
         if name is not None:
             query = query.where(table.c.name == name)
         query = _between(query, table.c.t_us, from_us, to_us).order_by(table.c.number)
-        for t_us, decided_us, relation, first, second, old, new in self._stream(query):
-            args = (first,) if second is None else (first, second)
-            yield RelationRecord(t_us=t_us, decided_us=decided_us, name=relation, args=args, old=old, new=new)
+        for t_us, decided_us, relation, args, old, new, hypotheses in self._stream(query):
+            yield RelationRecord(t_us, decided_us, relation, _texts(args), old, new, _texts(hypotheses))
 
     def _stream(self, query: Select[Any]) -> Iterator[Any]:  # Any: a row has the types of the query's columns
         with self.connect() as connection:
@@ -207,6 +226,10 @@ _RUNS = select(schema.runs.c.body, schema.runs.c.status, schema.runs.c.reason)
 def _run_record(body: str, status: RunStatus, reason: str) -> RunRecord:
     run = msgspec.json.decode(body, type=RunRecord)
     return msgspec.structs.replace(run, status=status, reason=reason)
+
+
+def _texts(array: str) -> tuple[str, ...]:
+    return msgspec.json.decode(array, type=tuple[str, ...])
 
 
 def _of_run(run_no: ColumnElement[int], run_id: str) -> ColumnElement[bool]:
@@ -236,7 +259,8 @@ def _check_is_log(path: Path, *, may_be_empty: bool) -> None:
         raise LogError(f"log {str(path)!r}: expected {wanted}, got a database with tables {sorted(tables)[:5]!r}")
     version = found.get("schema_version", "")
     if version != str(schema.SCHEMA_VERSION):
-        hint = "; a newer dyknow reads it" if version.isdigit() and int(version) > schema.SCHEMA_VERSION else ""
+        is_newer = version.isdigit() and int(version) > schema.SCHEMA_VERSION
+        hint = "; a newer dyknow reads it" if is_newer else "; process the input again into a new log"
         raise LogError(f"log {str(path)!r}: expected schema version {schema.SCHEMA_VERSION}, got {version!r}{hint}")
 
 

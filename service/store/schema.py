@@ -2,13 +2,14 @@
 
 Rows belong to a run by its number `run_no`. An event is stored whole, as the JSON text that is sent out, beside the
 columns that filters use: it never changes, so the text never goes stale, and reading a page costs no assembly.
-`event_roles` answers "with this car"; `durations` keeps the longest event of each type, which bounds how far back a
-search for overlapping intervals must look. All tables use only types and constraints that SQLite and PostgreSQL share.
+`event_roles` answers "with this car"; `revisions` says which events have a newer state; `durations` keeps the longest
+event of each type, which bounds how far back a search for overlapping intervals must look. All tables use only types
+and constraints that SQLite and PostgreSQL share.
 """
 
 from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, MetaData, PrimaryKeyConstraint, Table, Text
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 APPLICATION = "dyknow event log"
 
 metadata = MetaData()
@@ -65,6 +66,15 @@ event_roles = Table(
     Column("start_us", BigInteger, nullable=False),
     PrimaryKeyConstraint("seq", "role"),
     Index("event_roles_by_actor", "actor", "start_us", "seq", "role"),
+    sqlite_with_rowid=False,
+)
+
+# Which events have a newer state. A table of its own, since events are never edited.
+revisions = Table(
+    "revisions",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("revised", Text, primary_key=True),  # events.id
     sqlite_with_rowid=False,
 )
 
@@ -152,6 +162,7 @@ links = Table(
     Index("links_by_upper", "run_no", "upper", "number"),
 )
 
+# The columns after number are the fields of RelationRecord, in its order.
 relations = Table(
     "relations",
     metadata,
@@ -160,13 +171,25 @@ relations = Table(
     Column("t_us", BigInteger, nullable=False),
     Column("decided_us", BigInteger, nullable=False),
     Column("name", Text, nullable=False),
-    Column("first", Text, nullable=False),
-    Column("second", Text),  # null for a property of one object, such as moving[car]
-    Column("old", Boolean),  # null is unknown
-    Column("new", Boolean),
+    Column("args", Text, nullable=False),  # a JSON array: relations have one, two or three arguments
+    Column("old", Text, nullable=False),
+    Column("new", Text, nullable=False),
+    Column("hypotheses", Text, nullable=False),  # a JSON array
     PrimaryKeyConstraint("run_no", "number"),
     Index("relations_by_name", "run_no", "name", "t_us"),
 )
 
+# The columns after number are the fields of HypothesisRecord, in its order.
+hypotheses = Table(
+    "hypotheses",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("t_us", BigInteger, nullable=False),
+    Column("label", Text, nullable=False),
+    Column("verdict", Text, nullable=False),
+    PrimaryKeyConstraint("run_no", "number"),
+)
+
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
-RUN_TABLES = (events, durations, role_names, cars, car_states, frames, links, relations)
+RUN_TABLES = (events, revisions, durations, role_names, cars, car_states, frames, links, relations, hypotheses)

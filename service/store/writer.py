@@ -13,13 +13,26 @@ import msgspec
 from msgspec.structs import astuple
 from sqlalchemy import Connection, Engine, Table, select, update
 
-from service.records import CarState, EventDraft, EventRecord, LinkRecord, RelationRecord, RunRecord, RunStatus
+from service.records import (
+    CarState,
+    EventDraft,
+    EventRecord,
+    HypothesisRecord,
+    LinkRecord,
+    RelationRecord,
+    RunRecord,
+    RunStatus,
+)
 from service.store import schema
 from service.store.engine import explained
+from service.store.run_lock import RunLock
 from service.times import format_utc
 
 BATCH_ROWS = 20_000
 BATCH_US = 10_000_000
+
+# Rows of these keep the order in which they were appended.
+_NUMBERED = (schema.links, schema.relations, schema.hypotheses)
 
 Row = tuple[str | int | float | bool | None, ...]
 
@@ -35,17 +48,16 @@ class RunWriter:
     run_id : the identifier of the run.
     """
 
-    def __init__(self, engine: Engine, path: Path, run_no: int, run: RunRecord) -> None:
+    def __init__(self, engine: Engine, path: Path, run_no: int, run: RunRecord, lock: RunLock) -> None:
         self.run_id = run.id
+        self._lock = lock
         self._engine = engine
         self._path = path
         self._run_no = run_no
         self._run = run
-        self._drafts: list[tuple[int, EventDraft]] = []
-        self._rows: dict[Table, list[Row]] = {
-            table: [] for table in (schema.car_states, schema.frames, schema.links, schema.relations)
-        }
-        self._counts = dict.fromkeys((schema.events, schema.frames, schema.links, schema.relations), 0)
+        self._drafts: list[tuple[str, EventDraft]] = []
+        self._rows: dict[Table, list[Row]] = {table: [] for table in (schema.car_states, schema.frames, *_NUMBERED)}
+        self._counts = dict.fromkeys((schema.events, schema.frames, *_NUMBERED), 0)
         self._cars = _Cars()
         self._known = _KnownTypes()
         self._flushed_us = 0
@@ -70,24 +82,35 @@ class RunWriter:
             last_us = state.t_us
         self._flush_when_due(last_us)
 
-    def append_events(self, events: Iterable[EventDraft]) -> None:
-        """Add recognised events; each gets an identifier here and its sequence number when it is written."""
+    def append_events(self, events: Iterable[EventDraft]) -> list[str]:
+        """Add recognised events, or newer states of such; return their identifiers.
+
+        An event gets its sequence number when it is written.
+        """
+        first = len(self._drafts)
         for draft in events:
             assert draft.end_us >= draft.start_us, draft
-            self._drafts.append((self._next(schema.events), draft))
+            self._drafts.append((self._event_id(self._next(schema.events)), draft))
+        event_ids = [event_id for event_id, _ in self._drafts[first:]]
         self._flush_when_due(self._flushed_us)
+        return event_ids
 
     def append_links(self, links: Iterable[LinkRecord]) -> None:
         """Add changes of the identity chain in the order in which they were decided."""
         rows = self._rows[schema.links]
         rows.extend((self._run_no, self._next(schema.links), *astuple(link)) for link in links)
 
+    def append_hypotheses(self, verdicts: Iterable[HypothesisRecord]) -> None:
+        """Add what has become of links on trial."""
+        rows = self._rows[schema.hypotheses]
+        rows.extend((self._run_no, self._next(schema.hypotheses), *astuple(verdict)) for verdict in verdicts)
+
     def append_relations(self, relations: Iterable[RelationRecord]) -> None:
-        """Add changes of relations with one or two arguments, in the order in which they were decided."""
+        """Add changes of relations, in the order in which they were decided."""
         rows = self._rows[schema.relations]
         for change in relations:
-            first, second = (*change.args, None)[:2]
-            values = (change.t_us, change.decided_us, change.name, first, second, change.old, change.new)
+            t_us, decided_us, name, args, old, new, hypotheses = astuple(change)
+            values = (t_us, decided_us, name, _json(args), old, new, _json(hypotheses))
             rows.append((self._run_no, self._next(schema.relations), *values))
 
     def flush(self) -> None:
@@ -121,6 +144,7 @@ class RunWriter:
             of_run = schema.runs.c.run_no == self._run_no
             connection.execute(update(schema.runs).where(of_run).values(status=status, reason=reason))
         self._is_open = False
+        self._lock.release()
 
     def _next(self, table: Table) -> int:
         self._counts[table] += 1
@@ -138,17 +162,22 @@ class RunWriter:
         first_seq = take_seqs(connection, len(self._drafts))
         event_rows: list[Row] = []
         role_rows: list[Row] = []
-        for seq, (number, draft) in enumerate(self._drafts, start=first_seq):
-            event_rows.append(self._event_row(seq, number, draft))
+        for seq, (event_id, draft) in enumerate(self._drafts, start=first_seq):
+            event_rows.append(self._event_row(seq, event_id, draft))
             role_rows.extend((seq, role, actor, draft.start_us) for role, actor in draft.roles.items())
         insert_rows(connection, schema.events, event_rows)
         insert_rows(connection, schema.event_roles, role_rows)
+        revised = [(self._run_no, draft.revises) for _, draft in self._drafts if draft.revises is not None]
+        insert_rows(connection, schema.revisions, revised)
         self._known.write(connection, self._run_no, [draft for _, draft in self._drafts])
 
-    def _event_row(self, seq: int, number: int, draft: EventDraft) -> Row:
+    def _event_id(self, number: int) -> str:
+        return f"{self.run_id}-{number}"
+
+    def _event_row(self, seq: int, event_id: str, draft: EventDraft) -> Row:
         zero_us = self._run.start_utc_us
         record = EventRecord(
-            id=f"{self.run_id}-{number}",
+            id=event_id,
             seq=seq,
             type=draft.type,
             chronicle=draft.chronicle,
@@ -164,6 +193,7 @@ class RunWriter:
             sub_events=draft.sub_events,
             place=draft.place,
             recognised_us=draft.recognised_us,
+            revises=draft.revises,
         )
         return (
             seq,
@@ -257,6 +287,10 @@ def _longest_by_type(drafts: Iterable[EventDraft]) -> dict[str, int]:
         us = draft.end_us - draft.start_us
         longest_us[draft.type] = max(us, longest_us.get(draft.type, 0))
     return longest_us
+
+
+def _json(texts: tuple[str, ...]) -> str:
+    return msgspec.json.encode(texts).decode()
 
 
 def insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> None:

@@ -1,6 +1,7 @@
 """Builders of small event logs for the tests of the service."""
 
 import random
+import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -103,10 +104,9 @@ def write_small_log(path: Path, record: RunRecord | None = None) -> str:
         writer.append_links([LinkRecord(0, "established", "car", "o1", "car7", "seen for 0.5 s")])
         writer.append_relations(
             [
-                RelationRecord(
-                    t_us=10_000, decided_us=40_000, name="behind", args=("car7", "car10"), old=None, new=True
-                ),
-                RelationRecord(t_us=20_000, decided_us=40_000, name="moving", args=("car7",), old=False, new=True),
+                RelationRecord(10_000, 40_000, "behind", ("car7", "car10"), "unknown", "true", ("v1->w1#1",)),
+                RelationRecord(20_000, 40_000, "moving", ("car7",), "false", "true"),
+                RelationRecord(30_000, 40_000, "turn", ("car7", "from", "j1"), "unknown", "left"),
             ]
         )
         writer.append_events([overtake(12 * SECOND_US), overtake(40 * SECOND_US, type="pass", place=None)])
@@ -114,10 +114,11 @@ def write_small_log(path: Path, record: RunRecord | None = None) -> str:
     return url
 
 
-def random_drafts(rng: random.Random, count: int) -> list[EventDraft]:
-    """Build events of a few types, cars and roads, with many equal starts and some without duration."""
-    drafts = []
-    for _ in range(count):
+def random_drafts(rng: random.Random, count: int, run_id: str = "r1") -> list[EventDraft]:
+    """Build events of a few types, cars and roads, with many equal starts, some without duration, some revised."""
+    drafts: list[EventDraft] = []
+    revised = iter(rng.sample(range(1, count // 2), count // 5))
+    for number in range(1, count + 1):
         start_us = rng.randrange(40) * SECOND_US
         first, second = rng.sample(["car1", "car2", "car3", "car4", "car5"], 2)
         drafts.append(
@@ -128,9 +129,18 @@ def random_drafts(rng: random.Random, count: int) -> list[EventDraft]:
                 roles={"overtaker": first, "overtaken": second},
                 status=rng.choice(["recognised", "tentative", "retracted"]),
                 place=rng.choice([None, Place("road1", 0.0, 0.0), Place("road2", 1.0, 1.0)]),
+                revises=f"{run_id}-{next(revised, 1)}" if number > count - count // 5 else None,
             )
         )
     return drafts
+
+
+def read_rows(url: str) -> list[EventRecord]:
+    """Read every event that was ever written to a log, newest states or not, in the order of writing."""
+    with sqlite3.connect(url.removeprefix("sqlite:///")) as connection:
+        rows = connection.execute("select body from events order by seq").fetchall()
+    connection.close()
+    return [decode_event(body) for (body,) in rows]
 
 
 def read_all(url: str, wanted: EventFilter | None = None) -> list[EventRecord]:

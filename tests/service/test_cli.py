@@ -39,8 +39,8 @@ def log(tmp_path: Path) -> str:
 
 def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert app.run(["--help"]) == 0
-    listed = re.findall(r"^  ([a-z]+)  ", capsys.readouterr().out, re.MULTILINE)
-    assert listed == [command.__name__ for command in app.COMMANDS]
+    listed = re.findall(r"^  ([a-z][a-z-]*)  ", capsys.readouterr().out, re.MULTILINE)
+    assert listed == list(app.COMMANDS)
 
 
 def test_help_loads_nothing_heavy() -> None:
@@ -220,8 +220,8 @@ def test_diagnostics_come_as_json_too(tmp_path: Path, capsys: pytest.CaptureFixt
     path = tmp_path / "bad.chronicle"
     path.write_text(GOOD_CHRONICLE.replace("event(behind[?overtaker", "event(behnd[?overtaker"))
     assert app.run(["check", str(path), "--format", "json"]) == 3
-    found = json.loads(capsys.readouterr().out)["diagnostics"]
-    assert [(one["line"], one["column"], one["severity"]) for one in found] == [(2, 9, "error")]
+    [found] = [one for one in json.loads(capsys.readouterr().out) if one["severity"] == "error"]
+    assert found["range"]["start"] == {"line": 1, "character": 8}
 
 
 def test_serve_answers_until_it_is_interrupted(log: str) -> None:

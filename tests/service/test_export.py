@@ -26,14 +26,14 @@ def test_events_survive_a_round_trip_through_csv(url: str) -> None:
     out = io.StringIO(newline="")
     with open_log(url) as log:
         count = write_events_csv(iterate_events(log, EventFilter()), find_role_names(log, EventFilter()), out)
-    assert count == 61
+    assert count == len(read_all(url)) > 30
     assert list(read_events_csv(io.StringIO(out.getvalue(), newline=""), name="a.csv")) == read_all(url)
 
 
 def test_events_survive_a_round_trip_through_jsonl(url: str) -> None:
     out = io.StringIO()
     with open_log(url) as log:
-        assert write_events_jsonl(iterate_events(log, EventFilter()), out) == 61
+        assert write_events_jsonl(iterate_events(log, EventFilter()), out) == len(read_all(url))
     assert list(read_events_jsonl(io.StringIO(out.getvalue()), name="a.jsonl")) == read_all(url)
 
 

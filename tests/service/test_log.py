@@ -19,10 +19,12 @@ def test_what_a_run_wrote_is_read_back(tmp_path: Path) -> None:
         assert list(log.frames("r1")) == [(1, 0), (2, 40_000), (3, 80_000)]
         assert log.cars("r1") == [CarRecord("car7", 1, "car", 0, 80_000), CarRecord("car10", 2, "car", 0, 80_000)]
         assert list(log.links("r1")) == [LinkRecord(0, "established", "car", "o1", "car7", "seen for 0.5 s")]
-        assert list(log.relations("r1", name="moving")) == [
-            RelationRecord(t_us=20_000, decided_us=40_000, name="moving", args=("car7",), old=False, new=True)
+        assert list(log.relations("r1")) == [
+            RelationRecord(10_000, 40_000, "behind", ("car7", "car10"), "unknown", "true", ("v1->w1#1",)),
+            RelationRecord(20_000, 40_000, "moving", ("car7",), "false", "true"),
+            RelationRecord(30_000, 40_000, "turn", ("car7", "from", "j1"), "unknown", "left"),
         ]
-        assert next(log.relations("r1")).old is None
+        assert [one.name for one in log.relations("r1", name="moving")] == ["moving"]
 
 
 def test_states_come_in_the_order_of_time_and_first_sight(tmp_path: Path) -> None:
@@ -174,13 +176,16 @@ def test_a_database_of_another_program_is_refused(tmp_path: Path) -> None:
         open_log(str(path), "w")
 
 
-def test_a_log_of_a_newer_version_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("version", "hint"), [("99", "a newer dyknow reads it"), ("1", "process the input again into a new log")]
+)
+def test_a_log_of_another_version_is_refused(tmp_path: Path, version: str, hint: str) -> None:
     path = tmp_path / "a.db"
     write_log(path, [])
     with sqlite3.connect(path) as connection:
-        connection.execute("update meta set value = '99' where key = 'schema_version'")
+        connection.execute("update meta set value = ? where key = 'schema_version'", (version,))
     connection.close()
-    with pytest.raises(LogError, match="expected schema version 1, got '99'; a newer dyknow reads it"):
+    with pytest.raises(LogError, match=f"expected schema version 2, got '{version}'; {hint}"):
         open_log(str(path))
 
 

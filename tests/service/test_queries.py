@@ -22,25 +22,26 @@ from service.queries import (
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog, open_log
 from service.times import TimePoint, parse_time
-from tests.service.logs import SECOND_US, START_UTC_US, overtake, random_drafts, read_all, run, write_log
+from tests.service.logs import SECOND_US, START_UTC_US, overtake, random_drafts, read_all, read_rows, run, write_log
 
 HOUR_US = 3_600_000_000
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EventLog]:
-    """Two runs of different sources and start times, 400 random events."""
+    """Two runs of different sources and start times, 400 random events, a fifth of them newer states of others."""
     path = tmp_path_factory.mktemp("queries") / "a.db"
     write_log(path, random_drafts(random.Random(1), 250))
     later = run("r2", source="late.mp4", start_utc_us=START_UTC_US + 10 * SECOND_US)
-    write_log(path, random_drafts(random.Random(2), 150), record=later)
+    write_log(path, random_drafts(random.Random(2), 150, "r2"), record=later)
     with open_log(str(path)) as opened:
         yield opened
 
 
 def slow_filter(events: list[EventRecord], wanted: EventFilter) -> list[EventRecord]:
     """Test every event by the words of the documentation, and sort."""
-    found = [event for event in events if _is_wanted(event, wanted)]
+    revised = {event.revises for event in events}
+    found = [event for event in events if event.id not in revised and _is_wanted(event, wanted)]
     return sorted(found, key=lambda event: (event.start_us, event.seq), reverse=wanted.order == "-start")
 
 
@@ -49,7 +50,7 @@ def _is_wanted(event: EventRecord, wanted: EventFilter) -> bool:
         (wanted.types, event.type),
         (wanted.sources, event.source),
         (wanted.runs, event.run),
-        (wanted.statuses, event.status),
+        (wanted.statuses or ("recognised", "tentative", "confirmed"), event.status),
         (wanted.roads, event.place.road if event.place else ""),
         *((actors, event.roles.get(role, "")) for role, actors in wanted.roles),
     ]
@@ -90,7 +91,7 @@ def _random_filter(rng: random.Random) -> EventFilter:
 
     matches: list[Match] = ["overlap", "start", "end", "inside"]
     orders: list[Order] = ["start", "-start"]
-    statuses: list[EventStatus] = ["recognised", "tentative"]
+    statuses: list[EventStatus] = ["recognised", "tentative", "retracted"]
     roles = (("overtaker", some(["car1", "car2", "car9"], 2) or ("car3",)),) if rng.random() < 0.2 else ()
     return EventFilter(
         types=some(["overtake", "pass", "follow", "nothing"], 3),
@@ -110,7 +111,7 @@ def _random_filter(rng: random.Random) -> EventFilter:
 @pytest.mark.parametrize("seed", range(4))
 def test_filters_equal_the_slow_obvious_ones(log: EventLog, seed: int) -> None:
     rng = random.Random(seed)
-    everything = [decode_event(text) for text in iterate_events(log, EventFilter())]
+    everything = read_rows(str(log.path))
     for _ in range(150):
         wanted = _random_filter(rng)
         found = [decode_event(text) for text in iterate_events(log, wanted)]

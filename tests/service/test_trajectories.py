@@ -7,6 +7,7 @@ import pytest
 
 from service.errors import InputError
 from service.trajectories import load_trajectories
+from tests.service.tracks import write_row
 
 HEADER = "t_us,id,x_m,y_m,heading_rad,speed_mps,length_m,width_m"
 
@@ -45,7 +46,10 @@ def test_other_column_names_are_mapped_and_seconds_become_microseconds(tmp_path:
         ([HEADER, "0,a,1,2,0,0,4"], r"tracks.csv:2: expected 8 fields, got 7"),
         ([HEADER, "0,a,1,2,0,0,4,2", "0,b,one,2,0,0,4,2"], r"tracks.csv:3: column x_m: .* got 'one'"),
         ([HEADER, "0,a,1,2,0,0,4,nan"], r"column width_m: expected a finite number, got 'nan'"),
-        ([HEADER, "0,a,1,2,0,0,4,2", "0,a,1,2,0,0,4,2"], "expected each id once a time, got 'a' twice at 0 us"),
+        (
+            [HEADER, "0,a,1,2,0,0,4,2", "0,a,1,2,0,0,4,2"],
+            r"tracks.csv:3: expected each id once a time, got 'a' at 0 us as in line 2",
+        ),
     ],
     ids=["empty", "columns missing", "no rows", "short row", "not a number", "not finite", "twice"],
 )
@@ -65,3 +69,32 @@ def test_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
 def test_unknown_name_in_the_column_map_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"expected names out of t_us, .* got 'time'"):
         load_trajectories(written(tmp_path, HEADER), {"time": "t"})
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("t_us", "-1"),
+        ("t_us", "1000000000000001"),
+        ("t_us", "1e300"),
+        ("x_m", "1e9"),
+        ("y_m", "-1e9"),
+        ("heading_rad", "270"),
+        ("speed_mps", "9999"),
+        ("length_m", "0"),
+        ("length_m", "-4.5"),
+        ("length_m", "1e6"),
+        ("width_m", "0"),
+        ("width_m", "51"),
+    ],
+)
+def test_a_value_out_of_its_range_is_refused_with_its_line(tmp_path: Path, column: str, value: str) -> None:
+    path = write_row(tmp_path / "t.csv", **{column: value})
+    with pytest.raises(InputError, match=rf"t\.csv:2: column {column}: expected .* to .*, got '{value}'"):
+        load_trajectories(path)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "", "4,5"])
+def test_what_is_no_finite_number_is_refused_with_its_line(tmp_path: Path, value: str) -> None:
+    with pytest.raises(InputError, match=r"t\.csv:2: "):
+        load_trajectories(write_row(tmp_path / "t.csv", length_m=value))

@@ -1,0 +1,144 @@
+"""How are events read from files? JSONL or CSV, one event a line; docs/cli.md describes both.
+
+Every error names the file and the line.
+"""
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+
+from chronicles.adapter import value_text
+from chronicles.events import Event
+from service.errors import InputError
+from service.times import MAX_MEDIA_US
+
+EVENT_SUFFIXES = (".jsonl", ".csv")
+
+_TIMES = {"t_us": 1, "t_s": 1_000_000}
+_ARGUMENT = "arg"
+
+
+class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One event as JSON: `t_us` or `t_s`; a change has `new`, a message neither `old` nor `new`."""
+
+    name: str
+    args: tuple[str, ...] = ()
+    t_us: int | None = None
+    t_s: float | None = None
+    old: bool | str | msgspec.UnsetType | None = msgspec.UNSET
+    new: bool | str | msgspec.UnsetType | None = msgspec.UNSET
+
+
+def load_events(path: Path) -> list[Event]:
+    """Read all events of a file, in the order of its lines.
+
+    Parameters
+    ----------
+    path : `.jsonl` or `.csv`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or at its first line that is no event.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in EVENT_SUFFIXES:
+        raise InputError(f"{path}: expected a file of events, {' or '.join(EVENT_SUFFIXES)}, got suffix {suffix!r}")
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            return list(_from_jsonl(path, file) if suffix == ".jsonl" else _from_csv(path, file))
+    except OSError as error:
+        raise InputError(f"{path}: expected a readable file of events, got {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+
+
+def _from_jsonl(path: Path, lines: Iterable[str]) -> Iterator[Event]:
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        where = f"{path}:{number}"
+        try:
+            read = msgspec.json.decode(line, type=_Line)
+        except (msgspec.MsgspecError, RecursionError) as error:
+            raise InputError(f"{where}: expected an event as one JSON object, got {line[:80]!r} ({error})") from error
+        times = {"t_us": read.t_us, "t_s": read.t_s}
+        t_us = _only_time(where, {name: value for name, value in times.items() if value is not None})
+        yield _checked(where, Event(read.name, read.args, t_us, _value(read.old), _value(read.new)))
+
+
+def _from_csv(path: Path, lines: Iterable[str]) -> Iterator[Event]:
+    table = csv.reader(lines)
+    try:
+        header = [name.strip() for name in next(table, [])]
+        row_of = _checked_header(path, header)
+        for fields in table:
+            if not fields:
+                continue
+            where = f"{path}:{table.line_num}"
+            if len(fields) != len(header):
+                raise InputError(f"{where}: expected {len(header)} fields, got {len(fields)}")
+            yield _from_row(where, row_of(fields))
+    except csv.Error as error:
+        raise InputError(f"{path}:{table.line_num}: expected a CSV file, got {error}") from error
+
+
+def _checked_header(path: Path, header: list[str]) -> Callable[[list[str]], dict[str, str]]:
+    """Check the columns; return what makes a row of fields."""
+    arguments = [name for name in header if _is_argument(name)]
+    known = {*_TIMES, "name", "old", "new", *arguments}
+    wrong = [name for name in header if name not in known or header.count(name) > 1]
+    if wrong or "name" not in header or not set(_TIMES) & set(header):
+        wanted = "columns t_us or t_s, name, arg1, arg2, ..., old, new"
+        raise InputError(f"{path}:1: expected {wanted}, got {', '.join(header) or 'an empty file'}")
+    return lambda fields: dict(zip(header, (field.strip() for field in fields), strict=True))
+
+
+def _is_argument(name: str) -> bool:
+    return name.startswith(_ARGUMENT) and name.removeprefix(_ARGUMENT).isdecimal()
+
+
+def _from_row(where: str, row: Mapping[str, str]) -> Event:
+    times: dict[str, float] = {}
+    for name in _TIMES:
+        if row.get(name):
+            times[name] = _number(where, name, row[name])
+    places = sorted((int(name.removeprefix(_ARGUMENT)), value) for name, value in row.items() if _is_argument(name))
+    values = [value for _, value in places]
+    while values and not values[-1]:
+        values.pop()  # a shorter list of arguments leaves its last cells empty
+    t_us = _only_time(where, times)
+    return _checked(where, Event(row["name"], tuple(values), t_us, row.get("old") or None, row.get("new") or None))
+
+
+def _number(where: str, name: str, text: str) -> float:
+    try:
+        return int(text) if name == "t_us" else float(text)
+    except ValueError as error:
+        raise InputError(f"{where}: column {name}: expected a number, got {text!r}") from error
+
+
+def _only_time(where: str, times: Mapping[str, float]) -> int:
+    if len(times) != 1:
+        raise InputError(f"{where}: expected either t_us or t_s, got {' and '.join(times) or 'neither'}")
+    [(name, value)] = times.items()
+    if not math.isfinite(value) or not 0 <= value * _TIMES[name] <= MAX_MEDIA_US:
+        raise InputError(f"{where}: {name}: expected 0 to {MAX_MEDIA_US // _TIMES[name]}, got {value!r}")
+    return round(value * _TIMES[name])
+
+
+def _value(read: bool | str | msgspec.UnsetType | None) -> str | None:
+    return None if read is msgspec.UNSET else value_text(read)
+
+
+def _checked(where: str, event: Event) -> Event:
+    if not event.name or "" in event.args:
+        came = f"{event.name!r} of {list(event.args)!r}"
+        raise InputError(f"{where}: expected a name and arguments that are not empty, got {came}")
+    if event.new is None and event.old is not None:
+        raise InputError(f"{where}: expected 'new' beside 'old', got 'old' alone")
+    return event if event.new is None or event.old is not None else replace(event, old="unknown")

@@ -1,0 +1,92 @@
+"""What a run has stored is enough to recognise it again and to explain it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from chronicles.recognition import recognise
+from service.chronicle_files import chronicles_of
+from service.cli.app import run
+from service.explaining import AbsenceQuestion, Explainer
+from service.queries import EventFilter, decode_event, iterate_events
+from service.records import EventRecord
+from service.runs import RunRequest, process
+from service.store.log import open_log
+from service.stored_events import stored_events
+
+LIBRARY = Path(__file__).parents[2] / "chronicles" / "library"
+
+
+@pytest.fixture(scope="module")
+def url(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    log = str(tmp_path_factory.mktemp("stored") / "log.db")
+    process(RunRequest(scene / "truth.csv", scene / "site.toml", log))
+    return log
+
+
+@pytest.fixture(scope="module")
+def events(url: str) -> list[EventRecord]:
+    with open_log(url) as log:
+        return [decode_event(text) for text in iterate_events(log, EventFilter())]
+
+
+def test_recognising_a_stored_run_again_gives_its_standing_events(url: str, events: list[EventRecord]) -> None:
+    with open_log(url) as log:
+        stored = stored_events(log, log.run().id)
+        found = recognise(chronicles_of(log.run()), stored.events, until_us=stored.until_us)
+    again = sorted((one.chronicle, one.start_us, one.end_us, sorted(one.roles.items())) for one in found)
+    assert again == sorted((one.chronicle.name, one.start_us, one.end_us, sorted(one.roles.items())) for one in events)
+    assert {"overtake", "pass"} <= {one.chronicle.name for one in events}
+
+
+def test_every_event_is_explained(url: str, events: list[EventRecord]) -> None:
+    with open_log(url) as log:
+        explainer = Explainer(log)
+        for event in events:
+            found = explainer.explain_event(event.id)
+            assert found is not None
+            assert (found.explanation.start_us, found.explanation.end_us) == (event.start_us, event.end_us)
+            slacks = [one.slack_us for one in found.explanation.constraints if one.slack_us is not None]
+            assert all(slack >= 0 for slack in slacks)
+
+
+def test_an_overtake_is_explained_by_the_chain_of_both_cars(url: str, events: list[EventRecord]) -> None:
+    overtake = next(one for one in events if one.type == "overtake")
+    with open_log(url) as log:
+        found = Explainer(log).explain_event(overtake.id)
+    assert found is not None
+    assert set(found.identities) == {"overtaker", "overtaken"}
+    for chain in found.identities.values():
+        assert [one.level for one in chain][-1] == "car"
+
+
+def test_the_overtaken_car_did_not_overtake(url: str, events: list[EventRecord]) -> None:
+    overtake = next(one for one in events if one.type == "overtake")
+    roles = {"overtaker": overtake.roles["overtaken"], "overtaken": overtake.roles["overtaker"]}
+    with open_log(url) as log:
+        found = Explainer(log).explain_absence(AbsenceQuestion(chronicle="overtake", roles=roles))
+    assert found.recognised == 0
+    assert found.near_misses
+
+
+def test_one_chronicle_alone_costs_and_stores_only_its_relations(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = str(tmp_path / "log.db")
+    process(RunRequest(scene / "truth.csv", scene / "site.toml", log, (LIBRARY / "crossing.chronicle",)))
+    with open_log(log) as opened:
+        assert opened.run().relations == ("in_crossing",)
+        assert {one.name for one in opened.relations(opened.run().id)} <= {"in_crossing"}
+    assert run(["recognise", log, "--chronicles", str(LIBRARY / "overtake.chronicle")]) == 3
+    assert "expected one that watched ahead, behind, beside" in capsys.readouterr().err
+
+
+def test_a_stored_run_is_recognised_from_the_command_line(
+    url: str, events: list[EventRecord], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["recognise", url, "--chronicles", str(LIBRARY / "overtake.chronicle"), "--format", "jsonl"]) == 0
+    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert sorted((one["start_us"], one["end_us"]) for one in found) == sorted(
+        (one.start_us, one.end_us) for one in events if one.type == "overtake"
+    )

@@ -1,0 +1,225 @@
+"""Identity hypotheses on their way from links to the event log: who carries which label, and what becomes of events."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from anchoring.adapter import LinkTrials
+from anchoring.observations import Level, LinkChange, LinkKind
+from chronicles.adapter import RecognitionUnit
+from chronicles.events import Event, Occurrence, Status
+from dyknow.sample import Sample
+from qsr.adapter import FrameRelations
+from qsr.changes import RelationChange
+from service.api.app import create_app
+from service.cli import app
+from service.recording import Recorder
+from service.store.log import open_log
+from tests.service.http import Client
+from tests.service.logs import SECOND_US, read_all, read_rows, run
+
+TRIAL_US = 2 * SECOND_US
+
+
+def link(t_us: int, kind: LinkKind, level: Level, lower: str, upper: str) -> LinkChange:
+    return LinkChange(t_us, kind, level, lower, upper, "")
+
+
+def chain(t_us: int, vision: str, number: int) -> list[LinkChange]:
+    """Establish a car from its vision object upwards."""
+    names = [vision, f"w{number}", f"r{number}", f"car{number}"]
+    levels: list[Level] = ["world", "on_road", "car"]
+    return [link(t_us, "established", level, *pair) for level, pair in zip(levels, pairwise(names), strict=True)]
+
+
+def test_every_link_of_a_new_car_is_a_hypothesis_until_its_trial_ends() -> None:
+    trials = LinkTrials(TRIAL_US)
+    assert trials.judge(SECOND_US, chain(SECOND_US, "v1", 1)) == ((), ())
+    labels = ("v1->w1#1", "w1->r1#2", "r1->car1#3")
+    assert dict(trials.hypotheses()) == {"car1": labels}
+    assert trials.judge(3 * SECOND_US - 1, []) == ((), ())
+    assert trials.judge(3 * SECOND_US, []) == (labels, ())
+    assert dict(trials.hypotheses()) == {}
+
+
+def test_a_refuted_link_takes_its_label_with_it() -> None:
+    trials = LinkTrials(TRIAL_US)
+    trials.judge(0, chain(0, "v1", 1))
+    assert trials.judge(SECOND_US, [link(SECOND_US, "refuted", "world", "v1", "w1")]) == ((), ("v1->w1#1",))
+    assert dict(trials.hypotheses()) == {"car1": ("w1->r1#2", "r1->car1#3")}
+
+
+@pytest.mark.parametrize("kind", ["lost", "ended"])
+def test_a_link_that_ends_without_being_refuted_is_validated(kind: LinkKind) -> None:
+    trials = LinkTrials(TRIAL_US)
+    trials.judge(0, chain(0, "v1", 1))
+    assert trials.judge(SECOND_US, [link(SECOND_US, kind, "world", "v1", "w1")]) == (("v1->w1#1",), ())
+
+
+def test_a_refutation_after_the_trial_takes_nothing_back() -> None:
+    trials = LinkTrials(TRIAL_US)
+    trials.judge(0, chain(0, "v1", 1))
+    trials.judge(TRIAL_US, [])
+    assert trials.judge(TRIAL_US + 1, [link(TRIAL_US + 1, "refuted", "world", "v1", "w1")]) == ((), ())
+
+
+def test_a_car_that_is_linked_again_is_a_new_hypothesis() -> None:
+    trials = LinkTrials(TRIAL_US)
+    trials.judge(0, chain(0, "v1", 1))
+    trials.judge(TRIAL_US, [link(TRIAL_US, "lost", "world", "v1", "w1")])
+    trials.judge(TRIAL_US + 1, [link(TRIAL_US + 1, "reestablished", "world", "v2", "w1")])
+    assert dict(trials.hypotheses()) == {"car1": ("v2->w1#4",)}
+
+
+def test_nothing_is_kept_of_links_that_are_decided() -> None:
+    trials = LinkTrials(TRIAL_US)
+    for number in range(1000):
+        t_us = number * 10 * SECOND_US
+        trials.judge(t_us, chain(t_us, f"v{number}", number))
+        trials.judge(t_us + TRIAL_US, [])
+        names = [f"v{number}", f"w{number}", f"r{number}", f"car{number}"]
+        trials.judge(t_us + 3 * SECOND_US, [link(t_us, "ended", "car", *names[2:])])
+        trials.judge(t_us + 3 * SECOND_US, [link(t_us, "ended", "on_road", *names[1:3])])
+    assert len(trials._open) + len(trials._uppers) == 0
+
+
+class FakeRecogniser:
+    """Note what it is told, in order; its occurrences are the texts of that."""
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+
+    def observe(self, event: Event) -> list[Occurrence]:
+        self.told.append(event)
+        return []
+
+    def advance(self, t_us: int) -> list[Occurrence]:
+        self.told.append(("advance", t_us))
+        return []
+
+    def confirm(self, hypothesis: str) -> list[Occurrence]:
+        self.told.append(("confirm", hypothesis))
+        return [occurrence("confirmed")]
+
+    def retract(self, hypothesis: str) -> list[Occurrence]:
+        self.told.append(("retract", hypothesis))
+        return [occurrence("retracted")]
+
+
+def occurrence(status: Status, overtaken: str = "car2") -> Occurrence:
+    roles = {"overtaker": "car1", "overtaken": overtaken}
+    events = (Event("behind", ("car1", overtaken), SECOND_US, "true", "false", ("v1->w1#1",)),)
+    emitted = (Event("overtake", ("car1", overtaken), 2 * SECOND_US), Event("pass", (overtaken,), 2 * SECOND_US))
+    return Occurrence(
+        chronicle="overtake",
+        version="v1",
+        roles=roles,
+        start_us=SECOND_US,
+        end_us=2 * SECOND_US,
+        sub_events=(("t1", SECOND_US),),
+        events=events,
+        emitted=emitted,
+        reports=(),
+        recognised_us=3 * SECOND_US,
+        hypotheses=("v1->w1#1",),
+        status=status,
+    )
+
+
+def test_the_recogniser_hears_verdicts_first_and_events_with_their_open_hypotheses() -> None:
+    recogniser = FakeRecogniser()
+    changes = (
+        RelationChange("behind", ("car1", "car2"), 5, 9, None, True),
+        RelationChange("turn", ("car3", "from", "j1"), 6, 9, None, "left"),
+    )
+    frame = FrameRelations(changes, {"car1": ("a#1", "b#2"), "car2": ("c#3",)}, ("d#4",), ("e#5",))
+    found = list(RecognitionUnit(recogniser, horizon_us=0).update(Sample(9, 9, frame)))
+    assert recogniser.told == [
+        ("retract", "e#5"),
+        ("confirm", "d#4"),
+        Event("behind", ("car1", "car2"), 5, "unknown", "true", ("a#1", "b#2", "c#3")),
+        Event("turn", ("car3", "from", "j1"), 6, "unknown", "left"),
+        ("advance", 9),
+    ]
+    assert [sample.value.status for sample in found] == ["retracted", "confirmed"]
+
+
+def record(path: Path, *occurrences: Occurrence) -> Recorder:
+    with open_log(str(path), "w") as log:
+        recorder = Recorder(log.begin_run(run()), None, history_us=SECOND_US)
+        for one in occurrences:
+            recorder._record_occurrence(Sample(3 * SECOND_US, one.end_us, one))
+        recorder.finish("finished", "")
+    return recorder
+
+
+def test_a_confirmed_event_is_a_new_row_that_names_the_tentative_one(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    recorder = record(path, occurrence("tentative"), occurrence("tentative", "car9"), occurrence("confirmed"))
+    rows = [(one.id, one.type, one.status, one.revises) for one in read_rows(str(path))]
+    assert rows == [
+        ("r1-1", "overtake", "tentative", None),
+        ("r1-2", "pass", "tentative", None),
+        ("r1-3", "overtake", "tentative", None),
+        ("r1-4", "pass", "tentative", None),
+        ("r1-5", "overtake", "confirmed", "r1-1"),
+        ("r1-6", "pass", "confirmed", "r1-2"),
+    ]
+    assert [one.id for one in read_all(str(path))] == ["r1-3", "r1-4", "r1-5", "r1-6"]
+    assert recorder.events == 4
+
+
+def test_a_retracted_event_is_listed_only_when_asked_for(tmp_path: Path) -> None:
+    from service.queries import EventFilter
+
+    path = tmp_path / "a.db"
+    recorder = record(path, occurrence("tentative"), occurrence("retracted"), occurrence("recognised", "car9"))
+    assert [one.id for one in read_all(str(path))] == ["r1-5", "r1-6"]
+    retracted = read_all(str(path), EventFilter(statuses=("retracted",)))
+    assert [(one.id, one.revises) for one in retracted] == [("r1-3", "r1-1"), ("r1-4", "r1-2")]
+    assert read_all(str(path), EventFilter(statuses=("tentative",))) == []
+    assert recorder.events == 2
+
+
+def test_an_event_that_rested_on_nothing_open_may_be_retracted_too(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    recorder = record(path, occurrence("recognised"), occurrence("retracted"))
+    assert [(one.status, one.revises) for one in read_rows(str(path))][2:] == [
+        ("retracted", "r1-1"),
+        ("retracted", "r1-2"),
+    ]
+    assert read_all(str(path)) == []
+    assert recorder.events == 0
+
+
+def test_a_confirmed_event_may_be_retracted_too(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    record(path, occurrence("tentative"), occurrence("confirmed"), occurrence("retracted"))
+    assert read_all(str(path)) == []
+    assert [one.revises for one in read_rows(str(path))] == [None, None, "r1-1", "r1-2", "r1-3", "r1-4"]
+
+
+def test_the_command_line_and_http_list_retracted_events_only_when_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.db"
+    record(path, occurrence("tentative"), occurrence("retracted"), occurrence("tentative", "car9"))
+    for arguments, query, ids in [
+        ([], "", ["r1-5", "r1-6"]),
+        (["--status", "retracted"], "?status=retracted", ["r1-3", "r1-4"]),
+        (["--status", "tentative", "--status", "retracted"], "?status=tentative&status=retracted", None),
+    ]:
+        assert app.run(["events", str(path), "--format", "jsonl", *arguments]) == 0
+        shown = [json.loads(line)["id"] for line in capsys.readouterr().out.splitlines()]
+        assert shown == (ids or ["r1-3", "r1-4", "r1-5", "r1-6"])
+        with Client(create_app(str(path), shipped=())) as client:
+            assert [one["id"] for one in client.get(f"/api/v1/events{query}").json()["items"]] == shown
+            assert client.get("/api/v1/events/r1-1").json()["status"] == "tentative"
+
+
+def test_an_occurrence_recognised_anew_is_another_event(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    record(path, occurrence("tentative"), occurrence("retracted"), occurrence("tentative"), occurrence("confirmed"))
+    assert [(one.id, one.revises) for one in read_all(str(path))] == [("r1-7", "r1-5"), ("r1-8", "r1-6")]
