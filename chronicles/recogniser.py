@@ -10,7 +10,7 @@ Events may rest on hypotheses that are confirmed or refuted later; see `executio
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any  # Any: checkpoints are plain nested data
 
 from chronicles.chronicle_set import ChronicleSet
@@ -80,13 +80,13 @@ class Recogniser:
         self._engine = self._make_engine()
         self._revision: Revision | None = None
 
-    def observe(self, event: Event) -> list[Occurrence]:
+    def observe(self, event: Event) -> Sequence[Occurrence]:
         """Take an event, and let time advance to it.
 
         Returns
         -------
         What is recognised now, sorted by the time it became certain, then by the chronicle's place in the set, values
-        and times.
+        and times. Occurrences are built when they are looked at, so counting thousands of them costs little.
         """
         if event.t_us < self._engine.watermark_us:
             self.late_count += 1
@@ -98,7 +98,7 @@ class Recogniser:
             return self._revising().observe(event)
         return self._engine.observe(event)
 
-    def advance(self, t_us: int) -> list[Occurrence]:
+    def advance(self, t_us: int) -> Sequence[Occurrence]:
         """Let time pass up to `t_us` without an event; an earlier time than the latest told changes nothing.
 
         Returns

@@ -138,12 +138,13 @@ class EagerExecutor:
         """The programs that were written for the chronicles, as far as events have needed them."""
         return "\n\n".join(code.text for code in self._codes)
 
-    def feed(self, record: Record) -> tuple[list[tuple[int, Instance]], int]:
+    def feed(self, record: Record) -> tuple[list[tuple[int, Sequence[Instance]]], int]:
         """Let an event extend every instance that expects it; events come in the order of time.
 
         Returns
         -------
-        Instances that now have all their events, with the number of their chronicle, and how many rows are new.
+        The number of a chronicle with its instances that now have all their events, which may come more than once, and
+        how many rows are new.
         """
         t_us, sequence, event = record
         extended: list[tuple[_State, _State | None, list[Any]]] = []
@@ -259,13 +260,13 @@ class EagerExecutor:
 
     def _keep(
         self, extended: Sequence[tuple[_State, _State | None, list[Any]]], t_us: int
-    ) -> tuple[list[tuple[int, Instance]], int]:
-        complete: list[tuple[int, Instance]] = []
+    ) -> tuple[list[tuple[int, Sequence[Instance]]], int]:
+        complete: list[tuple[int, Sequence[Instance]]] = []
         created = 0
         for before, after, made in extended:
             number, log = before.chronicle.number, before.chronicle.timed_out
             if after is None:
-                complete += [(number, instance) for instance in made]
+                complete.append((number, made))
             else:
                 if not after.is_open:
                     self._open(after)

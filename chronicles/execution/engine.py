@@ -6,6 +6,7 @@ to later stages. It knows nothing of late events or of events taken back: `recog
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from heapq import heappush
 from typing import Any  # states are plain nested data
 
@@ -15,6 +16,7 @@ from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.events import Event, Occurrence, PartialInstance, TimedOut
 from chronicles.execution.executors import MakeExecutor
 from chronicles.execution.occurrences import Finding
+from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage
 
 BEFORE_ALL_US = -UNBOUNDED_US
@@ -37,21 +39,25 @@ class Engine:
         self._sequence = 0
         self._stages = _stages(chronicles, make_executor)
         self._stages_of: dict[str, list[Stage]] = {}
+        # Without lateness, and emitted events to wait for, nothing can come before an event: it needs no buffer.
+        self._direct = self._stages[0] if len(self._stages) == 1 and lateness_us == 0 else None
         for stage in self._stages:
             for name in stage.names:
                 self._stages_of.setdefault(name, []).append(stage)
 
-    def observe(self, event: Event) -> list[Occurrence]:
+    def observe(self, event: Event) -> Sequence[Occurrence]:
         """Take an event that is not before the watermark, and let time advance to it."""
         t_us = event.t_us
         if t_us > self.clock_us:
             self.clock_us = t_us
             self.watermark_us = t_us - self._lateness_us
         if event.name in self._stages_of:
+            if self._direct is not None:
+                return self._take(self._direct, event)
             self._push(event)
         return self._run() if self._due_us <= self.watermark_us else []
 
-    def advance(self, t_us: int) -> list[Occurrence]:
+    def advance(self, t_us: int) -> Sequence[Occurrence]:
         """Let time pass; an earlier time than the latest told changes nothing."""
         if t_us > self.clock_us:
             self.clock_us = t_us
@@ -75,19 +81,26 @@ class Engine:
             heappush(stage.buffer, record)
             self._due_us = min(self._due_us, event.t_us + stage.delay_us)
 
-    def _run(self) -> list[Occurrence]:
+    def _take(self, stage: Stage, event: Event) -> Sequence[Occurrence]:
+        self._sequence += 1
+        findings = stage.take((event.t_us, self._sequence, event))
+        self._due_us = stage.due_us
+        unbuilt = stage.take_unbuilt()
+        return Results(findings, unbuilt) if findings or unbuilt else []
+
+    def _run(self) -> Sequence[Occurrence]:
         findings: list[Finding] = []
+        unbuilt: list[Unbuilt] = []
         for stage in self._stages:
             found = stage.run(self.watermark_us, self.clock_us)
             findings += found
+            unbuilt += stage.take_unbuilt()
             for finding in found:
                 for event in finding.occurrence.emitted:
                     if event.name in self._stages_of:
                         self._push(event)
         self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
-        if len(findings) > 1:
-            findings.sort(key=lambda finding: finding.order)
-        return [finding.occurrence for finding in findings]
+        return Results(findings, unbuilt) if findings or unbuilt else []
 
     # ---- checkpoints
 

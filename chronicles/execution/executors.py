@@ -8,7 +8,7 @@ how often its events come. All of them find the same instances.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol  # Any: the state of an executor is its own affair
 
 from chronicles.compilation.plan import Plan
@@ -18,6 +18,8 @@ from chronicles.execution.executor_choice import prefer_lazy
 from chronicles.execution.instances import Instance, Record
 from chronicles.execution.lazy import LazyStore
 
+# Numbers of chronicles, each with instances that have all their events; a chronicle may come more than once.
+Completed = list[tuple[int, Sequence[Instance]]]
 MakeExecutor = Callable[[Mapping[int, Plan]], "Executor"]
 
 _NAMES = ("auto", "eager", "lazy")
@@ -32,7 +34,7 @@ class Executor(Protocol):
     def names(self) -> frozenset[str]:
         """Names of the events that instances expect."""
 
-    def feed(self, record: Record) -> tuple[list[tuple[int, Instance]], int]:
+    def feed(self, record: Record) -> tuple[Completed, int]:
         """Take an event, in the order of time; give the instances it completes and the number of others it made."""
 
     def sweep(self, now_us: int) -> int:
@@ -87,13 +89,13 @@ class LazyExecutor:
                 self._stores_of.setdefault(name, []).append((number, store))
         self.names = frozenset(self._stores_of)
 
-    def feed(self, record: Record) -> tuple[list[tuple[int, Instance]], int]:
+    def feed(self, record: Record) -> tuple[Completed, int]:
         """Keep an event, and find the instances that it completes; nothing else is made."""
-        complete: list[tuple[int, Instance]] = []
+        complete: Completed = []
         for number, store in self._stores_of[record[2].name]:
             found, _ = store.feed(record)
             if found:
-                complete += [(number, instance) for instance in found]
+                complete.append((number, found))
         return complete, 0
 
     def sweep(self, now_us: int) -> int:
@@ -133,10 +135,10 @@ class AutomaticExecutor:
         self._use(frozenset(plans))
         self.names = self._lazy.names
 
-    def feed(self, record: Record) -> tuple[list[tuple[int, Instance]], int]:
+    def feed(self, record: Record) -> tuple[Completed, int]:
         """Take an event; give the instances that it completes and the number of others it made."""
         name, created = record[2].name, 0
-        complete: list[tuple[int, Instance]] = []
+        complete: Completed = []
         if name in self._eager.names:
             complete, created = self._eager.feed(record)
         if name in self._lazy.names:

@@ -66,7 +66,7 @@ class InstanceStore:
         Instances that now have all their events, and the number of other new instances.
         """
         complete, created = self._executor.feed(record)
-        return [instance for _, instance in complete], created
+        return [instance for _, instances in complete for instance in instances], created
 
     def sweep(self, now_us: int) -> int:
         """Drop instances past their deadline, a limited number at a time; give the number left."""

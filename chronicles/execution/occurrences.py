@@ -70,6 +70,11 @@ class OccurrenceBuilder:
         anchor = instance[self._layout.records + plan.selection.anchor][1] if plan.selection.anchor >= 0 else -1
         return Finding((certain_us, self._rank, values, sub_events, sequence, anchor), occurrence, self, solution.past)
 
+    def plain_finding(self, instance: Instance, past: AttributeHistory, certain_us: int, clock_us: int) -> Finding:
+        """Build the occurrence of an instance of a chronicle without obligations."""
+        values = tuple(instance[self._layout.slots : self._layout.records])
+        return self.finding(instance, Solution(values, (), past), certain_us, clock_us)
+
     def is_new(self, finding: Finding) -> bool:
         """Say whether a finding is told; asked once for each, in the order of results.
 

@@ -19,6 +19,7 @@ from chronicles.execution.executors import MakeExecutor
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Record
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
+from chronicles.execution.results import Unbuilt, is_told_at_once
 
 _FIRST_SWEEP = 1024
 
@@ -47,6 +48,7 @@ class Stage:
         self._readers: dict[str, _Readers] = {}
         self._pending: list[tuple[int, int, int, Instance]] = []
         self._pending_count = 0
+        self._unbuilt: list[Unbuilt] = []
         self._grown = 0
         self._next_sweep = _FIRST_SWEEP
         for name in watched:
@@ -71,7 +73,7 @@ class Stage:
         return first + self.delay_us
 
     def run(self, watermark_us: int, clock_us: int) -> list[Finding]:
-        """Do everything that is certain at the watermark."""
+        """Do everything that is certain at the watermark; what is told at once waits for `take_unbuilt`."""
         now_us = watermark_us - self.delay_us
         buffer, pending = self.buffer, self._pending
         findings: list[Finding] = []
@@ -79,12 +81,29 @@ class Stage:
             record = heappop(buffer)
             if pending and pending[0][0] <= record[0]:
                 findings += self._conclude(record[0], clock_us)
-            self._feed(record)
+            self._feed(record, clock_us)
         if pending and pending[0][0] <= now_us:
             findings += self._conclude(now_us, clock_us)
         if self._grown >= self._next_sweep:
             self._sweep(now_us)
         return findings
+
+    def take(self, record: Record) -> list[Finding]:
+        """Do everything that is certain with an event before which nothing can come: `run` without a buffer."""
+        now_us = record[0]
+        pending = self._pending
+        findings = self._conclude(now_us, now_us) if pending and pending[0][0] <= now_us else []
+        self._feed(record, now_us)
+        if pending and pending[0][0] <= now_us:
+            findings += self._conclude(now_us, now_us)
+        if self._grown >= self._next_sweep:
+            self._sweep(now_us)
+        return findings
+
+    def take_unbuilt(self) -> list[Unbuilt]:
+        """Give what was told at once since the last call."""
+        taken, self._unbuilt = self._unbuilt, []
+        return taken
 
     def partial_instances(self, watermark_us: int) -> Iterator[PartialInstance]:
         """Give what is under way, in no special order."""
@@ -109,7 +128,7 @@ class Stage:
     def _reader(self, name: str) -> _Readers:
         return self._readers.setdefault(name, _Readers())
 
-    def _feed(self, record: Record) -> None:
+    def _feed(self, record: Record, clock_us: int) -> None:
         event = record[2]
         readers = self._readers[event.name]
         for history in readers.histories:
@@ -121,10 +140,17 @@ class Stage:
             return
         complete, created = self._executor.feed(record)
         self._grown += created
-        for number, instance in complete:
-            self._pending_count += 1
-            closes_us = self._matchers[number].conclusions.closes_us(instance)
-            heappush(self._pending, (closes_us, self._pending_count, number, instance))
+        for number, instances in complete:
+            matcher = self._matchers[number]
+            if matcher.is_told_at_once:
+                # They close with this event, and nothing earlier can come any more.
+                certain_us = record[0] + self.delay_us
+                self._unbuilt.append(Unbuilt(matcher.builder, instances, certain_us, clock_us, self._history))
+                continue
+            for instance in instances:
+                self._pending_count += 1
+                closes_us = matcher.conclusions.closes_us(instance)
+                heappush(self._pending, (closes_us, self._pending_count, number, instance))
 
     def _conclude(self, now_us: int, clock_us: int) -> list[Finding]:
         """Conclude the instances that close by `now_us`; among those of one time the order is by what they are."""
@@ -180,10 +206,11 @@ class Stage:
 class _Matcher:
     """The parts that work for one chronicle."""
 
-    __slots__ = ("builder", "conclusions", "partials", "plan")
+    __slots__ = ("builder", "conclusions", "is_told_at_once", "partials", "plan")
 
     def __init__(self, plan: Plan, rank: int, history: AttributeHistory) -> None:
         self.plan = plan
+        self.is_told_at_once = is_told_at_once(plan)
         self.conclusions = Conclusions(plan, history)
         self.builder = OccurrenceBuilder(plan, rank)
         self.partials = PartialBuilder(plan)

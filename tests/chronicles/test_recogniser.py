@@ -164,7 +164,7 @@ def test_instances_that_came_to_nothing_are_told_from_a_share_of_their_events_on
 
 @pytest.mark.parametrize(("executor", "share"), [("lazy", 0.5), ("eager", 1.5), ("auto", -0.1)])
 def test_timeouts_that_cannot_be_told_are_refused(executor: str, share: float) -> None:
-    with pytest.raises(ChronicleError, match="recogniser: expected .*timeouts_from"):
+    with pytest.raises(ChronicleError, match=r"recogniser: expected .*timeouts_from"):
         Recogniser(load(RACE), executor=executor, timeouts_from=share)
 
 

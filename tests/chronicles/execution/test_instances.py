@@ -225,7 +225,7 @@ def test_executor_of_many_plans_equals_one_store_for_each() -> None:
         for record in records:
             if record[2].name not in executor.names:
                 continue
-            got = sorted(executor.feed(record)[0])
+            got = sorted((number, one) for number, made in executor.feed(record)[0] for one in made)
             separate = [store.feed(record)[0] if record[2].name in store.names else [] for store in stores]
             assert got == sorted((number, one) for number, ones in enumerate(separate) for one in ones)
             found += len(got)

@@ -1,0 +1,92 @@
+"""What does a recogniser tell in one step, without building it before somebody looks?
+
+An instance of a chronicle without obligations, actions, selection and symmetry is told as soon as it has its events,
+whatever else is told. Listing thousands of them as objects would cost more than finding them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import overload
+
+from chronicles.compilation.plan import Plan
+from chronicles.events import Occurrence
+from chronicles.execution.history import AttributeHistory
+from chronicles.execution.instances import Instance
+from chronicles.execution.occurrences import Finding, OccurrenceBuilder
+
+
+def is_told_at_once(plan: Plan) -> bool:
+    """Say whether an instance with all its events is an occurrence, and nothing depends on the order of results."""
+    return not (plan.counts or plan.persistences or plan.emissions or plan.is_symmetric or plan.selection.kind != "all")
+
+
+@dataclass(slots=True, eq=False)
+class Unbuilt:
+    """Complete instances of one chronicle that are told together."""
+
+    builder: OccurrenceBuilder
+    instances: Sequence[Instance]
+    certain_us: int
+    clock_us: int
+    past: AttributeHistory
+
+    def findings(self) -> Iterator[Finding]:
+        """Build them."""
+        for instance in self.instances:
+            yield self.builder.plain_finding(instance, self.past, self.certain_us, self.clock_us)
+
+
+class Results(Sequence[Occurrence]):
+    """The occurrences of one step in the order of results; equal to any sequence of equal occurrences.
+
+    They are built when they are first looked at; their number is known before. Adding gives a list.
+    """
+
+    __slots__ = ("_built", "_length", "_unbuilt")
+
+    def __init__(self, findings: list[Finding], unbuilt: list[Unbuilt]) -> None:
+        self._built = findings
+        self._unbuilt: list[Unbuilt] | None = unbuilt  # None: all built and in order
+        self._length = len(findings) + sum([len(one.instances) for one in unbuilt])
+
+    def __len__(self) -> int:
+        return self._length
+
+    def __iter__(self) -> Iterator[Occurrence]:
+        return (finding.occurrence for finding in self._ordered())
+
+    @overload
+    def __getitem__(self, index: int) -> Occurrence: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Occurrence]: ...
+
+    def __getitem__(self, index: int | slice) -> Occurrence | list[Occurrence]:
+        if isinstance(index, slice):
+            return [finding.occurrence for finding in self._ordered()[index]]
+        return self._ordered()[index].occurrence
+
+    def __add__(self, other: Iterable[Occurrence]) -> list[Occurrence]:
+        return [*self, *other]
+
+    def __radd__(self, other: Iterable[Occurrence]) -> list[Occurrence]:
+        return [*other, *self]
+
+    def __eq__(self, other: object) -> bool:
+        return list(self) == list(other) if isinstance(other, Sequence) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # like a list
+
+    def __repr__(self) -> str:
+        return repr(list(self))
+
+    def _ordered(self) -> list[Finding]:
+        if self._unbuilt is not None:
+            for one in self._unbuilt:
+                self._built += one.findings()
+            self._unbuilt = None
+            self._built.sort(key=attrgetter("order"))
+        return self._built
