@@ -34,6 +34,7 @@ check: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks.check_executors --cases 10000
 
 serve: $(VENV)/installed
 	$(BIN)/dyknow serve sqlite:///$(OUT)/log.db

@@ -45,14 +45,19 @@ class OccurrenceBuilder:
         self._selector = Selector(plan)
         self._reported: dict[tuple[Values, frozenset[int]], int] = {}
         self._is_plain = not (plan.is_symmetric or plan.asserts or plan.selection.kind != "all")
+        # Looked up once: thousands of occurrences may be built in one step.
+        self._points = [(1 + anchor.position, anchor.offset_us, name) for name, anchor in plan.points]
 
     def finding(self, instance: Instance, solution: Solution, certain_us: int, clock_us: int) -> Finding:
         """Build the occurrence of a concluded instance."""
         plan, values = self._plan, solution.values
-        records: list[Record] = sorted(instance[self._layout.records :])
+        records: list[Record] = instance[self._layout.records :]
+        records.sort()
         events = tuple([record[2] for record in records])
         hypotheses = _hypotheses(events, solution.hypotheses)
-        sub_events = _sub_events([(_time(instance, anchor), name) for name, anchor in plan.points])
+        points = [(instance[index] + offset_us, name) for index, offset_us, name in self._points]
+        points.sort()
+        sub_events = tuple([(name, t_us) for t_us, name in points])
         occurrence = Occurrence(
             chronicle=plan.name,
             version=plan.version,
@@ -188,7 +193,11 @@ class PartialBuilder:
 
 
 def _hypotheses(events: Iterable[Event], others: Iterable[str] = ()) -> tuple[str, ...]:
-    return tuple(sorted({label for event in events for label in event.hypotheses}.union(others)))
+    found = {*others}
+    for event in events:
+        if event.hypotheses:  # rare, and building nothing is what costs
+            found.update(event.hypotheses)
+    return tuple(sorted(found)) if found else ()
 
 
 def _sub_events(times: list[tuple[int, str]]) -> tuple[tuple[str, int], ...]:
