@@ -32,7 +32,7 @@ class ChronicleSet:
     `plans` stand in an order in which every chronicle comes after those whose emitted events it looks at; `defaults`
     gives the value of an attribute before its first change where that is not "unknown"; `texts` the canonical text of
     each chronicle; `warnings` what the check found besides errors; `examples` the examples of the texts, with constants
-    replaced by their values.
+    replaced by their values; `statement_places` file and line of each statement of each chronicle.
     """
 
     plans: tuple[Plan, ...]
@@ -40,6 +40,7 @@ class ChronicleSet:
     texts: tuple[tuple[str, str], ...]
     warnings: tuple[Diagnostic, ...]
     examples: tuple[model.Example, ...] = ()
+    statement_places: tuple[tuple[str, tuple[tuple[str, int], ...]], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -120,6 +121,13 @@ def check_texts(texts: Sequence[tuple[str, str]], produced: Collection[str] | No
 def _read(
     texts: Sequence[tuple[str, str]], produced: Collection[str] | None = None
 ) -> tuple[ChronicleSet | None, tuple[Diagnostic, ...]]:
+    for name, text in texts:
+        if not isinstance(text, str):
+            raise ChronicleError(f"{name}: expected a chronicle text, got {type(text).__name__} {text!r:.50}")
+    names = [name for name, _ in texts]
+    doubled = [name for name in set(names) if names.count(name) > 1]
+    if doubled:  # messages tell places by the name of the text
+        raise ChronicleError(f"chronicle texts: expected names that differ, got {min(doubled)!r} twice")
     reporter = Reporter(dict(texts))
     files = [parse(text, name, reporter) for name, text in texts]
     symbols = collect_symbols(files, reporter)
@@ -141,7 +149,8 @@ def _read(
     if reporter.errors:
         return None, found
     texts_of = tuple((plan.name, canonical[plan.name]) for plan in ordered)
-    return ChronicleSet(ordered, _defaults(symbols), texts_of, found, examples), found
+    statement_places = tuple((one.name, _statement_places(one)) for one in chronicles)
+    return ChronicleSet(ordered, _defaults(symbols), texts_of, found, examples, statement_places), found
 
 
 def _chronicles(files: Iterable[model.ChronicleFile], reporter: Reporter) -> list[model.Chronicle]:
@@ -157,6 +166,10 @@ def _chronicles(files: Iterable[model.ChronicleFile], reporter: Reporter) -> lis
                 reporter.error("C0206", message, one.name_span, "choose another name", related=related)
             found.setdefault(one.name, one)
     return list(found.values())
+
+
+def _statement_places(chronicle: model.Chronicle) -> tuple[tuple[str, int], ...]:
+    return tuple((one.span.file, one.span.line) for one in chronicle.statements)
 
 
 def _digest(text: str) -> str:

@@ -5,6 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from chronicles.errors import ChronicleError
+
+# Sums of two such times, and differences to any bound, still fit into 64 bits.
+LARGEST_US = 2**60
+
 Status = Literal["recognised", "tentative", "confirmed", "retracted"]
 
 
@@ -15,6 +20,12 @@ class Event:
     Without `old` and `new` it is a message. With them it is a change of the attribute `name[args]`, whose value is
     `old` before `t_us` and `new` from `t_us` on; values are texts such as "true", "false", "unknown".
     `hypotheses` are labels of the assumptions it rests on, such as identities of the things.
+
+    Raises
+    ------
+    ChronicleError
+        If the time is no whole number of microseconds within some 36,000 years, if the arguments are no tuple, or if
+        there is an old value without a new one.
     """
 
     name: str
@@ -23,6 +34,15 @@ class Event:
     old: str | None = None
     new: str | None = None
     hypotheses: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        # Every executor computes with these, some in 64 bits: refused here, they are the same everywhere.
+        if type(self.t_us) is not int or not -LARGEST_US <= self.t_us <= LARGEST_US:
+            raise ChronicleError(f"event {self.name!r}: expected t_us, a whole number of us, got {self.t_us!r}")
+        if type(self.args) is not tuple:
+            raise ChronicleError(f"event {self.name!r}: expected a tuple of texts as args, got {self.args!r}")
+        if self.new is None and self.old is not None:
+            raise ChronicleError(f"event {self.name!r}: expected a new value with the old one {self.old!r}, got none")
 
 
 OccurrenceKey = tuple[str, tuple[tuple[str, str], ...], tuple[tuple[str, int], ...], tuple[Event, ...]]

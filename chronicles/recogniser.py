@@ -9,6 +9,8 @@ Events may rest on hypotheses that are confirmed or refuted later; see `executio
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any  # Any: checkpoints are plain nested data
@@ -64,7 +66,7 @@ class Recogniser:
         executor: str = "auto",
         timeouts_from: float | None = None,
     ) -> None:
-        if lateness_us < 0:
+        if type(lateness_us) is not int or lateness_us < 0:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
         self._late: deque[Event] = deque(maxlen=_LATE_KEPT)
@@ -196,17 +198,15 @@ class Recogniser:
         >>> len(second.observe(Event("leave", (), 1_000_000)))
         1
         """
-        return {
-            **self._setup,
-            "late_count": self.late_count,
-            "state": to_plain(
-                {
-                    "late": list(self._late),
-                    "engine": self._engine.state(),
-                    "revision": None if self._revision is None else self._revision.state(),
-                }
-            ),
-        }
+        state = to_plain(
+            {
+                "late_count": self.late_count,
+                "late": list(self._late),
+                "engine": self._engine.state(),
+                "revision": None if self._revision is None else self._revision.state(),
+            }
+        )
+        return {**self._setup, "state": state, "digest": _digest(state)}
 
     def restore(self, checkpoint: dict[str, Any]) -> None:  # Any: plain nested data
         """Take up where a checkpoint was made, forgetting everything else.
@@ -216,24 +216,24 @@ class Recogniser:
         ChronicleError
             If the checkpoint is of other chronicles, of other settings, or no checkpoint at all.
         """
+        if not isinstance(checkpoint, dict) or checkpoint.get("digest") != _digest(checkpoint.get("state")):
+            raise ChronicleError("checkpoint: expected one that a recogniser gave, got another or a damaged one")
         for key, wanted in self._setup.items():
             if checkpoint.get(key) != wanted:
                 raise ChronicleError(f"checkpoint: expected {key} {wanted!r}, got {checkpoint.get(key)!r}")
-        engine = self._make_engine()
-        revision = Revision(engine, self._make_engine)
-        try:
-            state = from_plain(checkpoint["state"])
-            engine.restore(state["engine"])
-            if state["revision"] is not None:
-                revision.restore(state["revision"])
-            late = [*state["late"]]
-        except (KeyError, IndexError, TypeError, ValueError) as error:
-            raise ChronicleError(f"checkpoint: expected one that a recogniser gave, got another ({error!r})") from error
-        self.late_count = checkpoint["late_count"]
-        self._late = deque(late, maxlen=_LATE_KEPT)
-        self._engine = engine
-        self._revision = None if state["revision"] is None else revision
+        state = from_plain(checkpoint["state"])
+        self.late_count = state["late_count"]
+        self._late = deque(state["late"], maxlen=_LATE_KEPT)
+        self._engine, self._revision = self._make_engine(), None
+        if state["revision"] is not None:  # made while the engine is new: what is restored into must be empty
+            self._revising().restore(state["revision"])
+        self._engine.restore(state["engine"])
 
 
 def _versions(chronicles: ChronicleSet) -> list[list[str]]:
     return [[plan.name, plan.version] for plan in chronicles.plans]
+
+
+def _digest(state: object) -> str:
+    """Tell a state from every other one: what is damaged would be noticed much later, or never."""
+    return hashlib.sha256(json.dumps(state, sort_keys=True).encode()).hexdigest()

@@ -50,7 +50,7 @@ def recognise(
     Raises
     ------
     ChronicleError
-        If there is no such executor.
+        If there is no such executor, or `until_us` is no whole number.
 
     Examples
     --------
@@ -66,6 +66,8 @@ def recognise(
     """
     if executor not in EXECUTORS:
         raise ChronicleError(f"recognise: expected an executor among {list(EXECUTORS)}, got {executor!r}")
+    if until_us is not None and type(until_us) is not int:
+        raise ChronicleError(f"recognise: expected until_us, a whole number of us, got {until_us!r}")
     if executor in ("auto", "backfill"):
         columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events, keep=True)
         return recognise_columns(chronicles, columns, until_us=until_us)

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from chronicles.compilation.obligations import (
     CountStatement,
     ObligationBuilder,
     count_range,
-    different_fields,
     event_test,
 )
 from chronicles.compilation.patterns import Cell, Cells
@@ -69,10 +68,13 @@ class Assembly:
         self._slot_of = {name: slot for slot, name in enumerate(self._slots)}
         self._events = sorted(resolved.events, key=lambda pair: (print_pattern(pair[0].pattern), pair[0].point.name))
         self._position_of = {one.point.name: index for index, (one, _) in reversed([*enumerate(self._events)])}
-        self._build_obligations(resolved, reporter)
+        names = [one.point.name for one, _ in self._events]
+        self._distance_us = tuple(tuple(timing.most_us(name, other) for other in names) for name in names)
+        self._build_obligations()
 
-    def _build_obligations(self, resolved: Resolved, reporter: Reporter) -> None:
-        builder = ObligationBuilder(self._variables, self._slots, self._event_slot_count, reporter)
+    def _build_obligations(self) -> None:
+        resolved = self._resolved
+        builder = ObligationBuilder(self._variables, self._slots, self._event_slot_count, self._reporter)
         counts = [builder.count(one, cells, *self._window(one.interval)) for one, cells in resolved.counts]
         holds = [builder.candidate(one, cells, *self._window(one.interval)) for one, cells in resolved.holds]
         asserts = [builder.assumption(one, cells, *self._window(one.interval)) for one, cells in resolved.asserts]
@@ -101,9 +103,7 @@ class Assembly:
             name=chronicle.name,
             version=version,
             positions=positions,
-            distance_us=tuple(
-                tuple(timing.most_us(one.label, other.label) for other in positions) for one in positions
-            ),
+            distance_us=self._distance_us,
             slots=self._slots,
             event_slot_count=self._event_slot_count,
             different=self._different_slots(),
@@ -151,9 +151,7 @@ class Assembly:
         return Selection(one.kind, reach_us=max(0, *map(self._after_us, extremes)))
 
     def _position(self, one: model.EventStatement, cells: Cells) -> Position:
-        test = event_test(cells, self._variables, self._slot_of)
-        test = replace(test, different=different_fields(cells, self._variables))
-        return Position(one.point.name, test, print_pattern(one.pattern))
+        return Position(one.point.name, event_test(cells, self._variables, self._slot_of), print_pattern(one.pattern))
 
     def _different_slots(self) -> tuple[tuple[int, int], ...]:
         slots = self._slots[: self._event_slot_count]
@@ -211,8 +209,7 @@ class Assembly:
         return max(self._between_us(start, end) for end in self._ends) + self._settling_us
 
     def _between_us(self, start: Anchor, end: Anchor) -> int:
-        labels = [self._events[anchor.position][0].point.name for anchor in (start, end)]
-        return self._timing.most_us(labels[0], labels[1]) + end.offset_us - start.offset_us
+        return self._distance_us[start.position][end.position] + end.offset_us - start.offset_us
 
     def _report(self, one: model.Report) -> tuple[ReportPart, ...]:
         known = {*self._slot_of, *self._variables.constants}

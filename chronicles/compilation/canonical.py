@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from chronicles.language import model
@@ -38,16 +38,16 @@ def canonical_texts(printed: Collection[Printed]) -> dict[str, str]:
     -------
     By name of the chronicle; of several of one name the first.
     """
-    others = {
-        one.declaration.name: one
-        for one in printed
-        if not isinstance(one.declaration, model.Chronicle | model.TimeUnit | model.Example)
-    }
+    others: dict[str, dict[str, Printed]] = {}  # by name and text: a message and its domain may have one name
+    for one in printed:
+        if not isinstance(one.declaration, model.Chronicle | model.TimeUnit | model.Example):
+            others.setdefault(one.declaration.name, {})[one.text] = one
     unit_of = {one.declaration.span.file: one.text for one in printed if isinstance(one.declaration, model.TimeUnit)}
     found: dict[str, str] = {}
     for one in printed:
         if isinstance(one.declaration, model.Chronicle) and one.declaration.name not in found:
-            used = [others[name] for name in sorted(_reached(one.names, others))]
+            reached = sorted(_reached(one.names, others))
+            used = [declared for name in reached for _, declared in sorted(others[name].items())]
             # Durations are printed with their unit, but a constant without one counts in that of the text that uses it.
             unit = unit_of.get(one.declaration.span.file, "")
             head = [unit] if unit and any(_is_bare_number(other.declaration) for other in used) else []
@@ -58,10 +58,10 @@ def canonical_texts(printed: Collection[Printed]) -> dict[str, str]:
 def _is_bare_number(declaration: model.Declaration) -> bool:
     if not isinstance(declaration, model.Constant) or isinstance(declaration.value, model.Duration):
         return False
-    return not declaration.value.quoted and declaration.value.text.isdigit()
+    return declaration.value.is_whole_number
 
 
-def _reached(names: Iterable[str], others: dict[str, Printed]) -> set[str]:
+def _reached(names: Iterable[str], others: Mapping[str, Mapping[str, Printed]]) -> set[str]:
     """Give the declarations that some names mention, directly or by way of others."""
     reached: set[str] = set()
     pending = [name for name in names if name in others]
@@ -69,5 +69,5 @@ def _reached(names: Iterable[str], others: dict[str, Printed]) -> set[str]:
         name = pending.pop()
         if name not in reached:
             reached.add(name)
-            pending += [further for further in others[name].names if further in others]
+            pending += [further for one in others[name].values() for further in one.names if further in others]
     return reached

@@ -31,7 +31,7 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
     -------
     None if an error was reported for this chronicle.
     """
-    before = len(reporter.errors)
+    before = reporter.error_count
     # Where statements are missing, only what each of the others says by itself can be judged.
     is_whole = not reporter.has_syntax_error_in(chronicle.span)
     resolved = _resolve(chronicle, symbols, reporter)
@@ -40,17 +40,17 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
     variables = resolve_variables(chronicle, resolved.binding, resolved.testing, symbols, reporter)
     if not resolved.events:
         message = f"expected at least one event in chronicle {chronicle.name!r}, got none"
-        reporter.error("C0802", message, chronicle.name_span)
+        reporter.error("C0802", message, chronicle.name_span, "add event(name[...], t1)")
         return None
     _check_bound(resolved, variables, reporter)
     _check_asserts(resolved, variables, reporter)
     _check_ranges(resolved, reporter)
     _check_selection(resolved, reporter)
     timing = resolve_timing(chronicle, symbols, reporter)
-    if timing is None or len(reporter.errors) > before:
+    if timing is None or reporter.error_count > before:
         return None
     plan = Assembly(resolved, variables, timing, symbols, reporter).plan(version)
-    return plan if len(reporter.errors) == before else None
+    return plan if reporter.error_count == before else None
 
 
 def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -> Resolved:
@@ -110,7 +110,8 @@ def _check_bound(resolved: Resolved, variables: Variables, reporter: Reporter) -
             if cell.variable:
                 check(cell.variable, cell.span, "C0804")
             elif cell.constant is None:
-                reporter.error("C0804", f"expected a variable or a value in {where}, got '?'", cell.span)
+                message = f"expected a variable or a value in {where}, got '?'"
+                reporter.error("C0804", message, cell.span, "write a variable of an event or hold, or a value")
 
 
 def _check_asserts(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from chronicles.compilation.patterns import PatternResolver
+from chronicles.compilation.patterns import Cell, PatternResolver
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, suggest
@@ -54,19 +54,10 @@ class _ExampleChecker:
         )
 
     def _event(self, event: model.ExampleEvent) -> model.ExampleEvent:
-        pattern = event.pattern
-        self._resolver.event(pattern)
-        arguments = tuple(map(self._resolved, pattern.arguments))
-        change = (
-            None if pattern.change is None else (self._resolved(pattern.change[0]), self._resolved(pattern.change[1]))
-        )
-        return replace(event, pattern=replace(pattern, arguments=arguments, change=change))
-
-    def _resolved(self, term: model.Term) -> model.Term:
-        return self._value(term) if isinstance(term, model.Literal) else term
-
-    def _value(self, literal: model.Literal) -> model.Literal:
-        return model.Literal(self._symbols.value_of(literal, self._reporter), True, literal.span)
+        cells = self._resolver.event(event.pattern)
+        arguments, values = (tuple(map(_literal, part)) for part in (cells.arguments, cells.values))
+        change = (values[0], values[1]) if values else None
+        return replace(event, pattern=replace(event.pattern, arguments=arguments, change=change))
 
     def _expected(self, one: model.ExpectedOccurrence) -> model.ExpectedOccurrence:
         chronicle = self._chronicles.get(one.chronicle)
@@ -77,6 +68,9 @@ class _ExampleChecker:
             self._check_roles(one, [parameter.name for parameter in chronicle.parameters])
         fillings = tuple(replace(role, value=self._value(role.value)) for role in one.fillings)
         return replace(one, fillings=fillings)
+
+    def _value(self, literal: model.Literal) -> model.Literal:
+        return model.Literal(self._symbols.value_of(literal, self._reporter), True, literal.span)
 
     def _check_roles(self, one: model.ExpectedOccurrence, known: list[str]) -> None:
         names = [role.name for role in one.fillings]
@@ -95,3 +89,8 @@ class _ExampleChecker:
             message = f"expected all roles of {one.chronicle!r}, got none for {missing[0]!r}"
             listed = ", ".join(f"{name}=..." for name in known)
             self._reporter.error("C0208", message, one.name_span, f"write {one.chronicle}[{listed}]")
+
+
+def _literal(cell: Cell) -> model.Literal:
+    # What has no constant was reported by the parser: events of examples have values only.
+    return model.Literal(cell.constant or "", True, cell.span)

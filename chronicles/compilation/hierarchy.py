@@ -7,10 +7,14 @@ it, and see what each other set.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 from chronicles.compilation.plan import Emission, Plan
 from chronicles.language.diagnostics import Reporter, Span
+
+# A chronicle that must run before another one, and those of its emissions that the other one waits for.
+Source = tuple[Plan, list[Emission]]
 
 
 def order_by_emission(plans: Sequence[Plan], places: Mapping[str, Span], reporter: Reporter) -> tuple[Plan, ...]:
@@ -22,26 +26,32 @@ def order_by_emission(plans: Sequence[Plan], places: Mapping[str, Span], reporte
     places : where each chronicle is named, for messages.
     reporter : receives cycles.
     """
-    sources = {name: [plan for plan, _ in found] for name, found in _sources(plans).items()}
-    ordered: list[Plan] = []
-
-    def append(plan: Plan, path: tuple[str, ...]) -> None:
-        """Put a plan behind all plans whose events it looks at."""
-        if plan.name in path:
-            cycle = " -> ".join([*path[path.index(plan.name) :], plan.name])
-            message = f"expected chronicles that do not feed each other in a circle, got {cycle}"
-            hint = "an emitted event may only be used by other chronicles"
-            reporter.error("C1101", message, places[plan.name], hint)
-            return
-        if plan not in ordered:
-            for source in sources[plan.name]:
-                append(source, (*path, plan.name))
-        if plan not in ordered:
-            ordered.append(plan)
-
+    sources = _sources(plans)
+    plan_of = {plan.name: plan for plan in plans}
+    ordered: dict[str, Plan] = {}
     for plan in plans:
-        append(plan, ())
-    return tuple(ordered)
+        # Each chronicle on the path looks at what the next one emits; an iterator gives what is left to look at.
+        path = {} if plan.name in ordered else {plan.name: iter(sources[plan.name])}
+        while path:
+            name = next(reversed(path))
+            source, _ = next(path[name], (None, []))
+            if source is None:
+                path.popitem()
+                ordered[name] = plan_of[name]
+            elif source.name in path:
+                circle = [*path]
+                _report_circle(circle[circle.index(source.name) :], places, reporter)
+            elif source.name not in ordered:
+                path[source.name] = iter(sources[source.name])
+    return tuple(ordered.values())
+
+
+def _report_circle(names: Sequence[str], places: Mapping[str, Span], reporter: Reporter) -> None:
+    """Report chronicles each of which looks at what the next one emits, and the last at what the first one does."""
+    message = f"expected chronicles that do not feed each other in a circle, got {' -> '.join([*names, names[0]])}"
+    related = [(places[fed_by], f"feeds {name!r}") for name, fed_by in pairwise(names)]
+    hint = "an emitted event may only be used by other chronicles"
+    reporter.error("C1101", message, places[names[0]], hint, related=related)
 
 
 def levels(plans: Sequence[Plan]) -> dict[str, tuple[int, int]]:
@@ -61,39 +71,50 @@ def levels(plans: Sequence[Plan]) -> dict[str, tuple[int, int]]:
     for plan in plans:
         level_of[plan.name] = max((level_of[source.name] + 1 for source, _ in sources[plan.name]), default=0)
     # A level runs as one, as late as its latest chronicle, and so do the events it emits.
+    by_level: dict[int, list[Source]] = {}
+    for name, level in level_of.items():
+        by_level.setdefault(level, []).extend(sources[name])
     delays_us: list[int] = []
-    for level in range(1 + max(level_of.values(), default=-1)):
-        heard = [pair for plan in plans if level_of[plan.name] == level for pair in sources[plan.name]]
+    for _, heard in sorted(by_level.items()):
         delay_us = [delays_us[level_of[source.name]] + emission.delay_us for source, used in heard for emission in used]
         delays_us.append(max(delay_us, default=0))
     return {name: (level, delays_us[level]) for name, level in level_of.items()}
 
 
-def _sources(plans: Sequence[Plan]) -> dict[str, list[tuple[Plan, list[Emission]]]]:
-    """Give, for each chronicle, those that must run before it and which of their emissions it waits for."""
-    emitters = [plan for plan in plans if plan.emissions]
-    found: dict[str, list[tuple[Plan, list[Emission]]]] = {}
-    for plan in plans:
-        allies = _allies(plan, emitters)
+def _sources(plans: Sequence[Plan]) -> dict[str, list[Source]]:
+    """Give, for each chronicle, those that must run before it, in the order of the texts."""
+    emitted: dict[str, list[tuple[int, Emission]]] = {}
+    for index, plan in enumerate(plans):
+        for emission in plan.emissions:
+            emitted.setdefault(emission.name, []).append((index, emission))
+    found: dict[str, list[Source]] = {}
+    for allies in _allies(plans):
         consumed = frozenset[str]().union(*(one.consumes for one in allies))
         asserted = frozenset[str]().union(*(one.asserts for one in allies))
-        found[plan.name] = [
-            (source, used)
-            for source in emitters
-            if (
-                used := [
-                    one
-                    for one in source.emissions
-                    if one.name in consumed or (one.name in asserted and not one.is_assertion)
-                ]
-            )
-        ]
+        used: dict[int, list[Emission]] = {}
+        for name in consumed | asserted:
+            for index, emission in emitted.get(name, ()):
+                if name in consumed or not emission.is_assertion:
+                    used.setdefault(index, []).append(emission)
+        sources = [(plans[index], used[index]) for index in sorted(used)]
+        found |= {one.name: sources for one in allies}
     return found
 
 
-def _allies(plan: Plan, emitters: Sequence[Plan]) -> list[Plan]:
-    """List a chronicle and those that set an attribute with it, directly or by way of others."""
-    allies = [plan]
-    for one in allies:
-        allies += [other for other in emitters if other not in allies and not other.asserts.isdisjoint(one.asserts)]
-    return allies
+def _allies(plans: Sequence[Plan]) -> Iterator[list[Plan]]:
+    """Group chronicles that set an attribute together, directly or by way of others; most are alone."""
+    setters: dict[str, list[Plan]] = {}
+    for plan in plans:
+        for name in plan.asserts:
+            setters.setdefault(name, []).append(plan)
+    placed: set[str] = set()
+    for plan in plans:
+        if plan.name in placed:
+            continue
+        allies = [plan]
+        for one in allies:  # the list grows while it is read
+            placed.add(one.name)
+            others = {other.name: other for name in one.asserts for other in setters.pop(name, ())}
+            allies += [other for other in others.values() if other.name not in placed]
+            placed |= others.keys()
+        yield allies

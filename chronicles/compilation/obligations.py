@@ -58,11 +58,12 @@ def event_test(cells: Cells, variables: Variables, slot_of: Mapping[str, int]) -
             (index, variables.allowed[name]) for name, index in first.items() if _is_limited(name, variables)
         ),
         equal=tuple(equal),
+        different=_different_fields(cells, variables),
         variables=tuple(sorted((index, slot_of[name]) for name, index in first.items() if name in slot_of)),
     )
 
 
-def different_fields(cells: Cells, variables: Variables) -> tuple[tuple[int, int], ...]:
+def _different_fields(cells: Cells, variables: Variables) -> tuple[tuple[int, int], ...]:
     """List the pairs of fields whose variables must differ."""
     first = _first_fields(cells, variables)
     names = list(first)
@@ -96,7 +97,6 @@ class ObligationBuilder:
             for slot, other in enumerate(self._slots)
             if self._variables.must_differ(name, other)
         )
-        test = replace(test, different=different_fields(cells, self._variables))
         least, most = count_range(one)
         return Count(test, start, end, different, print_statement(one), least, most)
 

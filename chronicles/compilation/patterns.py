@@ -50,7 +50,8 @@ class PatternResolver:
             old, new = cells.values
             if old.constant == new.constant:
                 message = f"expected a change between two values, got {old.constant!r} twice"
-                self._reporter.error("C0306", message, new.span)
+                hint = "the two differ; in a chronicle one of them may be ?"
+                self._reporter.error("C0306", message, new.span, hint)
         return cells
 
     def fluent(self, fluent: model.Fluent) -> Cells:
@@ -99,8 +100,10 @@ class PatternResolver:
         if (signature.value is None) != is_message:
             self._report_kind(named, is_message=is_message)
         if len(signature.arguments) != count:
-            message = f"expected {_arguments(len(signature.arguments))} for {named.name!r}, got {count}"
-            self._reporter.error("C0301", message, named.span)
+            wanted = _arguments(len(signature.arguments))
+            message = f"expected {wanted} for {named.name!r}, got {count}"
+            hint = f"write {named.name} with {wanted}; in a chronicle ? stands for anything"
+            self._reporter.error("C0301", message, named.span, hint)
             return undeclared
         return signature.arguments, signature.value or UNDECLARED_FIELD
 

@@ -13,17 +13,8 @@ from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, Span
 from chronicles.language.printer import format_duration
 
-_Constraint = model.Comparison | model.Range
 # Events are left out: two alike ask for two events.
-_ONCE_IS_ENOUGH = (
-    model.NoEventStatement
-    | model.OccursStatement
-    | model.HoldStatement
-    | model.AssertStatement
-    | model.Equality
-    | model.Membership
-    | model.Allowance
-)
+_ONCE_IS_ENOUGH = model.Obligation | model.Equality | model.Membership | model.Allowance
 
 
 def warn_repeated(chronicle: model.Chronicle, reporter: Reporter) -> None:
@@ -46,7 +37,7 @@ def warn_implied(chronicle: model.Chronicle, points: Sequence[str], edges: Seque
         `hold` implies may well be written out.
     reporter : receives the warnings.
     """
-    constraints = [one for one in chronicle.statements if isinstance(one, _Constraint)]
+    constraints = [one for one in chronicle.statements if isinstance(one, model.TimeConstraint)]
     stated = {one.span: [edge for edge in edges if edge.span == one.span] for one in constraints}
     if _is_forest([own for own in stated.values() if own]) and all(stated.values()):
         return
@@ -79,7 +70,7 @@ def _is_forest(constraints: Sequence[Sequence[Edge]]) -> bool:
     return True
 
 
-def _report(one: _Constraint, points: Sequence[str], reasons: Sequence[Edge], reporter: Reporter) -> None:
+def _report(one: model.TimeConstraint, points: Sequence[str], reasons: Sequence[Edge], reporter: Reporter) -> None:
     if not reasons:
         message = "expected a constraint that bounds a time, got one that leaves it open on both sides"
         reporter.warning("C0601", message, one.span, "leave it out")

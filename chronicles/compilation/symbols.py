@@ -96,8 +96,8 @@ class Symbols:
         value = None if constant is None else constant.value
         if isinstance(value, model.Duration):
             return value.us
-        if value is not None and value.text.isdigit():
-            return int(value.text) * self.timeunits.get(duration.span.file, 1)
+        if value is not None and value.is_whole_number:
+            return self._counted_us(duration, value.text, reporter)
         if value is None:
             message = f"expected a duration or a constant, got the unknown name {duration.constant!r}"
             hint = suggest(duration.constant, list(self.constants))
@@ -109,6 +109,15 @@ class Symbols:
             reporter.error(
                 "C0305", message, duration.span, f"write constant {duration.constant} = 5s, or the duration itself"
             )
+        return 0
+
+    def _counted_us(self, duration: model.Duration, digits: str, reporter: Reporter) -> int:
+        """Give how long so many units of the text that uses a constant are."""
+        unit_us = self.timeunits.get(duration.span.file, 1)
+        if len(digits) <= model.LONGEST_NUMBER and (us := int(digits) * unit_us) <= model.LARGEST_US:
+            return us
+        message = f"expected at most 35 years, got {duration.constant!r}, which counts more times {unit_us} us"
+        reporter.error("C0105", message, duration.span, f"write constant {duration.constant} = 5s")
         return 0
 
 

@@ -31,10 +31,6 @@ class Timing:
         """Bound `end - start` from above; `UNBOUNDED_US` or more means no bound."""
         return self.least_us[self.points.index(start)][self.points.index(end)]
 
-    def most_between_us(self, start: tuple[str, int], end: tuple[str, int]) -> int:
-        """Bound the difference of two moved points from above."""
-        return self.most_us(start[0], end[0]) + end[1] - start[1]
-
 
 def resolve_timing(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -> Timing | None:
     """Make the minimal network of a chronicle, or report why there is none.
@@ -82,6 +78,28 @@ def offset_us(offset: model.Bound | None, symbols: Symbols, reporter: Reporter) 
     return symbols.duration_of(offset.duration, reporter) * (-1 if offset.negative else 1)
 
 
+def difference(one: model.TimeConstraint) -> tuple[str, str]:
+    """Give the names of the later and the earlier time point, whose difference a constraint bounds."""
+    points = (one.later, one.earlier) if isinstance(one, model.Range) else (one.left, one.right)
+    return points[0].name, points[1].name
+
+
+def closed_bounds_us(one: model.TimeConstraint, symbols: Symbols, reporter: Reporter) -> tuple[int | None, int | None]:
+    """Give the least and the greatest difference that a constraint allows, None where it is unbounded.
+
+    Open ends move inwards by the one tick that time has.
+    """
+    if isinstance(one, model.Range):
+        low, high = (
+            None if bound.duration is None else offset_us(bound, symbols, reporter) for bound in (one.low, one.high)
+        )
+        return None if low is None else low + one.low_open, None if high is None else high - one.high_open
+    offset = offset_us(one.offset, symbols, reporter)
+    low = offset + (one.comparator == ">") if one.comparator in (">", ">=", "=") else None
+    high = offset - (one.comparator == "<") if one.comparator in ("<", "<=", "=") else None
+    return low, high
+
+
 def _mentioned(chronicle: model.Chronicle) -> dict[str, model.TimePoint]:
     found: list[model.TimePoint] = []
     for one in chronicle.statements:
@@ -115,10 +133,8 @@ class _EdgeBuilder:
         """Collect the edges of all statements, in the order of the text."""
         for one in chronicle.statements:
             match one:
-                case model.Comparison():
-                    self._comparison(one)
-                case model.Range():
-                    self._range(one)
+                case model.Comparison() | model.Range():
+                    self._constraint(one)
                 case model.HoldStatement(_, interval, span):
                     self._interval(interval, span, needs_time=True)
                 case model.OccursStatement(least, _, _, interval, span):
@@ -129,33 +145,27 @@ class _EdgeBuilder:
                     pass
         return self._edges
 
-    def _comparison(self, one: model.Comparison) -> None:
-        if self._is_same(one.left, one.right, one.span):
-            return
-        offset = offset_us(one.offset, self._symbols, self._reporter)
-        if one.comparator in ("<", "<=", "="):
-            self._at_most(one.right.name, one.left.name, offset - (one.comparator == "<"), one.span)
-        if one.comparator in (">", ">=", "="):
-            self._at_most(one.left.name, one.right.name, -offset - (one.comparator == ">"), one.span)
-
-    def _range(self, one: model.Range) -> None:
-        if self._is_same(one.later, one.earlier, one.span):
+    def _constraint(self, one: model.TimeConstraint) -> None:
+        later, earlier = difference(one)
+        if later == earlier:
+            message = f"expected two time points, got {later} twice"
+            self._reporter.error("C0404", message, one.span, "name the other time point, or leave the constraint out")
             return
         before = self._reporter.error_count
-        low, high = self._bound(one.low, is_low=True), self._bound(one.high, is_low=False)
+        if isinstance(one, model.Range):
+            self._check_infinity(one.low, is_low=True)
+            self._check_infinity(one.high, is_low=False)
+        low, high = closed_bounds_us(one, self._symbols, self._reporter)
         if self._reporter.error_count > before:
             return
-        # Open ends move inwards by the one tick that time has.
-        low = low if low is None else low + one.low_open
-        high = high if high is None else high - one.high_open
-        if low is not None and high is not None and low > high:
+        if isinstance(one, model.Range) and low is not None and high is not None and low > high:
             message = f"expected bounds with a time between them, got {format_duration(low)} to {format_duration(high)}"
             self._reporter.error("C0401", message, one.low.span.to(one.high.span), _swapped(one))
             return
         if high is not None:
-            self._at_most(one.earlier.name, one.later.name, high, one.span)
+            self._at_most(earlier, later, high, one.span)
         if low is not None:
-            self._at_most(one.later.name, one.earlier.name, -low, one.span)
+            self._at_most(later, earlier, -low, one.span)
 
     def _interval(self, interval: model.Interval, span: Span, *, needs_time: bool) -> None:
         start = moved(interval.start, self._symbols, self._reporter)
@@ -168,21 +178,12 @@ class _EdgeBuilder:
             # Nothing holds "throughout" no time at all, and nothing happens in it: the start is before the end.
             self._at_most(end[0], start[0], end[1] - start[1] - 1, span)
 
-    def _bound(self, bound: model.Bound, *, is_low: bool) -> int | None:
-        if bound.duration is not None:
-            return self._symbols.duration_of(bound.duration, self._reporter) * (-1 if bound.negative else 1)
-        if bound.negative != is_low:
+    def _check_infinity(self, bound: model.Bound, *, is_low: bool) -> None:
+        if bound.duration is None and bound.negative != is_low:
             wanted = "-oo or a duration as the lower bound" if is_low else "oo or a duration as the upper bound"
             came, mended = ("-oo", "oo") if bound.negative else ("oo", "-oo")
             hint = Hint(f"no bound on this side is written {mended}", mended)
             self._reporter.error("C0401", f"expected {wanted}, got {came}", bound.span, hint)
-        return None
-
-    def _is_same(self, left: model.TimePoint, right: model.TimePoint, span: Span) -> bool:
-        if left.name == right.name:
-            message = f"expected two time points, got {left.name} twice"
-            self._reporter.error("C0404", message, span, "name the other time point, or leave the constraint out")
-        return left.name == right.name
 
     def _at_most(self, source: str, target: str, weight_us: int, span: Span) -> None:
         self._edges.append(Edge(self._index[source], self._index[target], weight_us, span))
@@ -272,7 +273,8 @@ def _warn_turned(chronicle: model.Chronicle, timing: Timing, symbols: Symbols, r
         if isinstance(one, model.NoEventStatement | model.AssertStatement):
             start, end = (moved(time, symbols, reporter) for time in (one.interval.start, one.interval.end))
             # (t1 + 1us, t2) leaves the first event out, and is meant to be empty where both come at once.
-            if timing.most_us(end[0], start[0]) > 0 and timing.most_between_us(end, start) > 0:
+            most_us = timing.most_us(end[0], start[0])
+            if most_us > 0 and most_us + start[1] - end[1] > 0:
                 message = "expected an interval whose start is before its end, got one that may be turned round"
                 hint = f"it is empty then and forbids nothing; add {start[0]} <= {end[0]}"
                 reporter.warning("C0409", message, one.interval.span, hint)

@@ -26,7 +26,7 @@ class Variables:
     `class_of` maps each variable to its class, `constants` a class to its value, `allowed` a class to its values;
     `different` holds sorted pairs of classes that must differ; where a class with a constant is bound, the constant is
     excluded from the values of the other class instead. `bound` are the classes that events or holds give values to;
-    the others live inside a `noevent`.
+    the others live inside a `noevent` or `occurs`.
     """
 
     class_of: Mapping[str, str]
@@ -62,7 +62,7 @@ class _Constraints:
 def resolve_variables(
     chronicle: model.Chronicle,
     binding: Iterable[Cells],
-    forbidding: Iterable[Cells],
+    testing: Iterable[Cells],
     symbols: Symbols,
     reporter: Reporter,
 ) -> Variables:
@@ -72,12 +72,12 @@ def resolve_variables(
     ----------
     chronicle : its constraints on values are read.
     binding : the fields of its events and holds, which give variables their values.
-    forbidding : the fields of its noevents.
+    testing : the fields of its noevents, occurs and asserts, which give none.
     symbols : the name space, for constants and domains.
     reporter : receives what is wrong.
     """
     binding = list(binding)
-    flat = [cell for group in [*binding, *forbidding] for cell in group.all if cell.variable]
+    flat = [cell for group in [*binding, *testing] for cell in group.all if cell.variable]
     constraints = _constraints(chronicle)
     names = sorted({cell.variable for cell in flat})
     _check_known(constraints, names, reporter)

@@ -95,17 +95,10 @@ class EventColumns:
         ----------
         events : whatever happened.
         keep : whether to keep the events, so that occurrences are made of the very same objects; takes memory.
-
-        Raises
-        ------
-        ChronicleError
-            If an event tells an old value but no new one.
         """
         ordered = sorted(events, key=attrgetter("t_us"))
         places: dict[Kind, list[int]] = {}
         for place, event in enumerate(ordered):
-            if event.new is None and event.old is not None:
-                raise ChronicleError(f"event columns: expected a new value with an old one, got {event!r}")
             places.setdefault((event.name, len(event.args), event.new is not None), []).append(place)
         code_of: dict[str | None, int] = {None: NO_TEXT}
         tables = {kind: _table(kind, [ordered[one] for one in where], where, code_of) for kind, where in places.items()}

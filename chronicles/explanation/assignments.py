@@ -9,11 +9,14 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event
 from chronicles.execution.event_tests import event_matcher
 from chronicles.explanation.event_log import EventLog
+
+_time = attrgetter("t_us")
 
 Distances = Sequence[Sequence[int]]
 Values = tuple[str | None, ...]
@@ -169,9 +172,7 @@ class AssignmentSearch:
     def _fitting(self, assignment: Assignment, position: int, distance_us: Distances) -> Sequence[Row]:
         rows = self.rows[position].having(assignment.values)
         window = self.window(assignment, position, distance_us)
-        if window is None:
-            return rows
-        return rows[bisect_left(rows, window[0], key=_time) : bisect_right(rows, window[1], key=_time)]
+        return rows if window is None else rows_within(rows, window)
 
     def _with(self, values: Values, position: int, row: Row) -> Values:
         slots = self.rows[position].slots
@@ -183,10 +184,11 @@ class AssignmentSearch:
         return tuple(extended)
 
 
+def rows_within(rows: Sequence[Row], window: tuple[int, int]) -> Sequence[Row]:
+    """Give the rows, sorted by time, that lie in a closed window."""
+    return rows[bisect_left(rows, window[0], key=_time) : bisect_right(rows, window[1], key=_time)]
+
+
 def equal_pairs(plan: Plan, values: Values) -> list[tuple[int, int]]:
     """List the slots that must differ and have equal values."""
     return [(one, two) for one, two in plan.different if values[one] is not None and values[one] == values[two]]
-
-
-def _time(row: Row) -> int:
-    return row.t_us

@@ -14,9 +14,8 @@ from typing import Literal
 from chronicles.chronicle_set import load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.explanation.assignments import Values
 from chronicles.explanation.candidates import Candidate
-from chronicles.explanation.case import Case
+from chronicles.explanation.case import Case, role_values
 from chronicles.explanation.explanations import BoundChange, CountReading, ObligationReading
 from chronicles.explanation.obligation_readings import ObligationReader
 from chronicles.language import model
@@ -80,7 +79,7 @@ def _is_recognised(case: Case, candidate: Candidate, changed: str) -> bool:
         return False  # the changed bound makes no chronicle, such as an interval that is always empty
     wanted = Counter(row.event for row in candidate.assignment.rows if row is not None)
     found = recognise(chronicles, _evidence(case, candidate), until_us=case.until_us)
-    roles = {name: _value(case, candidate.readings.values, name) for name, _ in case.plan.roles}
+    roles = {role.name: role.value for role in role_values(case.plan, candidate.readings.values)}
     return any(Counter(one.events) == wanted and one.roles == roles for one in found)
 
 
@@ -92,8 +91,3 @@ def _evidence(case: Case, candidate: Candidate) -> list[Event]:
         chosen = [row.event for row in candidate.assignment.rows if row is not None]
         chosen += ObligationReader(case.plan, case.text, case.log).evidence(candidate.readings.values)
     return list({id(event): event for event in chosen if event.t_us <= case.until_us}.values())
-
-
-def _value(case: Case, values: Values, role: str) -> str:
-    filling = dict(case.plan.roles)[role]
-    return filling.constant if filling.slot < 0 else values[filling.slot] or ""

@@ -22,11 +22,10 @@ from chronicles.errors import ChronicleError
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
 from chronicles.explanation.case import Case
 from chronicles.explanation.chronicle_text import End, WrittenConstraint
-from chronicles.explanation.intervals import NO_COST, Cost, add
+from chronicles.explanation.intervals import ANY_COST, NO_COST, Cost, add
 from chronicles.explanation.loosened_bounds import LoosenedBound
 from chronicles.explanation.obligation_readings import ObligationReader, Readings
 
-_NO_LIMIT: Cost = (1_000_000, 0, 0)
 _UNDECIDED: Cost = (1, 1, 0)
 _SHELLS = 8
 _KEPT_PER_WANTED = 4
@@ -81,7 +80,7 @@ class Ranking:
     @property
     def limit(self) -> Cost:
         """What a candidate must cost less than to get in."""
-        return self._found[-1].cost if len(self._found) >= self._kept else _NO_LIMIT
+        return self._found[-1].cost if len(self._found) >= self._kept else ANY_COST
 
     def insert(self, candidate: Candidate) -> None:
         """Take a candidate in, and drop the last if there are too many."""

@@ -1,25 +1,24 @@
 """What does the text of a chronicle say about time, and how does it read with one bound changed?
 
-The plan keeps only the minimal network. What people wrote is read from the canonical text that `ChronicleSet` keeps;
-lines count in that text.
+The plan keeps only the minimal network. What people wrote is read from the canonical text that `ChronicleSet` keeps; it
+has the same statements in the same order as the text that was loaded, in which lines count.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.compilation.symbols import Symbols, collect_symbols
-from chronicles.compilation.timing import offset_us
+from chronicles.compilation.plan import Plan, Position
+from chronicles.compilation.symbols import collect_symbols
+from chronicles.compilation.timing import closed_bounds_us, difference, offset_us
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, Span
 from chronicles.language.parser import parse
-from chronicles.language.printer import print_file, print_statement
+from chronicles.language.printer import print_file, print_pattern, print_statement
 
-Bounded = model.Range | model.Comparison
-Obligation = model.NoEventStatement | model.OccursStatement | model.HoldStatement | model.AssertStatement
 End = Literal["low", "high"]
 
 
@@ -41,6 +40,15 @@ class WrittenConstraint:
         assert bound_us is not None, f"{self.text!r} has no {end} bound"
         return bound_us
 
+    def value_us(self, plan: Plan, times: Sequence[int | None]) -> int | None:
+        """Give what `later - earlier` is with these times of the positions, None where an event is missing."""
+        points = dict(plan.points)
+        later, earlier = points[self.later], points[self.earlier]
+        later_us, earlier_us = times[later.position], times[earlier.position]
+        if later_us is None or earlier_us is None:
+            return None
+        return later_us + later.offset_us - earlier_us - earlier.offset_us
+
 
 class ChronicleText:
     """The canonical text of one chronicle as a tree.
@@ -55,7 +63,8 @@ class ChronicleText:
         text = dict(chronicles.texts)[name]
         self._reporter = Reporter({name: text})
         self._file = parse(text, name, self._reporter)
-        self._symbols: Symbols = collect_symbols([self._file], self._reporter)
+        self._symbols = collect_symbols([self._file], self._reporter)
+        self._lines = [line for _, line in dict(chronicles.statement_places)[name]]
         last = self._file.declarations[-1]
         assert isinstance(last, model.Chronicle), "the canonical text ends with its chronicle"
         self.chronicle = last
@@ -67,8 +76,13 @@ class ChronicleText:
         return next(place for place, one in enumerate(self.chronicle.statements) if print_statement(one) == text)
 
     def line_of(self, place: int) -> int:
-        """Give the line of a statement."""
-        return self.chronicle.statements[place].span.line
+        """Give the line of a statement in the text that was loaded."""
+        return self._lines[place]
+
+    def pattern_of(self, position: Position) -> model.Pattern:
+        """Find the pattern of an event by its canonical text."""
+        patterns = (one.pattern for one in self.chronicle.statements if isinstance(one, model.EventStatement))
+        return next(one for one in patterns if print_pattern(one) == position.pattern)
 
     def with_statement(self, place: int, statement: model.Statement) -> str:
         """Write the whole text with another statement at a place."""
@@ -98,7 +112,7 @@ class ChronicleText:
     def with_shift(self, place: int, *, is_start: bool, by_us: int) -> model.Statement:
         """Write an obligation with one end of its interval moved."""
         one = self.chronicle.statements[place]
-        assert isinstance(one, Obligation)
+        assert isinstance(one, model.Obligation)
         time = one.interval.start if is_start else one.interval.end
         offset = offset_us(time.offset, self._symbols, self._reporter) + by_us
         moved = replace(time, offset=_bound(offset, time.span) if offset else None)
@@ -108,32 +122,19 @@ class ChronicleText:
     def is_about_one_point(self, place: int) -> bool:
         """Say whether both ends of an obligation's interval hang on one time point."""
         one = self.chronicle.statements[place]
-        assert isinstance(one, Obligation)
+        assert isinstance(one, model.Obligation)
         return one.interval.start.point == one.interval.end.point
 
-    def _bounded(self, constraint: WrittenConstraint) -> Bounded:
+    def _bounded(self, constraint: WrittenConstraint) -> model.TimeConstraint:
         one = self.chronicle.statements[constraint.place]
-        assert isinstance(one, Bounded)
+        assert isinstance(one, model.TimeConstraint)
         return one
 
     def _constraints(self) -> Iterator[WrittenConstraint]:
         for place, one in enumerate(self.chronicle.statements):
-            if isinstance(one, model.Range):
-                low, high = self._us(one.low), self._us(one.high)
-                low = low if low is None else low + one.low_open
-                high = high if high is None else high - one.high_open
-                names = one.later.name, one.earlier.name
-            elif isinstance(one, model.Comparison):
-                offset = offset_us(one.offset, self._symbols, self._reporter)
-                low = offset + (one.comparator == ">") if one.comparator in (">", ">=", "=") else None
-                high = offset - (one.comparator == "<") if one.comparator in ("<", "<=", "=") else None
-                names = one.left.name, one.right.name
-            else:
-                continue
-            yield WrittenConstraint(place, one.span.line, print_statement(one), *names, low, high)
-
-    def _us(self, bound: model.Bound) -> int | None:
-        return None if bound.duration is None else offset_us(bound, self._symbols, self._reporter)
+            if isinstance(one, model.TimeConstraint):
+                bounds = closed_bounds_us(one, self._symbols, self._reporter)
+                yield WrittenConstraint(place, self._lines[place], print_statement(one), *difference(one), *bounds)
 
 
 def _bound(us: int, span: Span) -> model.Bound:

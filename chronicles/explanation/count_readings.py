@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
+from operator import attrgetter
 
 from chronicles.compilation.plan import Count
 from chronicles.events import Event
+from chronicles.explanation.assignments import Values
 from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import CountReading, ObligationKind, Outcome, Shift
-from chronicles.explanation.intervals import Place, Times, Values, Window, least, smallest_first, window_of
+from chronicles.explanation.intervals import Place, Times, Window, least, smallest_first, window_of
+
+_time = attrgetter("t_us")
 
 
 class CountReader:
@@ -26,11 +30,10 @@ class CountReader:
         one = self._one
         window = window_of(one.start, one.end, times)
         kind: ObligationKind = "noevent" if one.text.startswith("noevent") else "occurs"
-        known = ["" if text is None else text for text in values]
         if window is None or any(values[slot] is None for slot in self._events.slots):
             return CountReading(kind, one.text, self._place.line, "not asked", one.least, one.most)
         start_us, end_us = window
-        events = self._events.fitting(known)
+        events = self.evidence(values)
         first = bisect_left(events, start_us, key=_time)
         last = max(first, bisect_left(events, end_us, key=_time))
         before, inside, after = events[:first], events[first:last], events[last:]
@@ -106,7 +109,3 @@ class CountReader:
 def _moved(window: Window, shift: Shift) -> Window:
     start_us, end_us = window
     return (start_us + shift.by_us, end_us) if shift.side == "start" else (start_us, end_us + shift.by_us)
-
-
-def _time(event: Event) -> int:
-    return event.t_us

@@ -8,6 +8,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
 from itertools import groupby
+from operator import attrgetter
 
 from chronicles.compilation.plan import Count, EventTest
 from chronicles.compilation.symbols import UNKNOWN
@@ -16,8 +17,10 @@ from chronicles.execution.event_tests import event_matcher
 from chronicles.execution.history import value_after
 from chronicles.explanation.explanations import ValueSpan
 
+_time = attrgetter("t_us")
+
 Args = tuple[str, ...]
-Values = tuple[str, ...]
+Texts = tuple[str, ...]
 
 
 class Timeline:
@@ -70,7 +73,7 @@ class EventLog:
         self._counted: dict[tuple[EventTest, tuple[tuple[int, int], ...]], CountedEvents] = {}
         self._changes: dict[str, dict[Args, list[Event]]] = {}
         self._timelines: dict[tuple[str, Args], Timeline] = {}
-        self._fluents: dict[tuple[str, tuple[int, ...]], dict[Values, list[Args]]] = {}
+        self._fluents: dict[tuple[str, tuple[int, ...]], dict[Texts, list[Args]]] = {}
 
     def named(self, name: str) -> list[Event]:
         """Give all events of a name."""
@@ -132,7 +135,7 @@ class CountedEvents:
         self._others = tuple(slot for _, slot in count.different)
         fields = [field for field, _ in bound] + [field for field, _ in count.different]
         matcher = event_matcher(count.test, fields)
-        self._found: dict[Values, list[tuple[Event, Values]]] = {}
+        self._found: dict[Texts, list[tuple[Event, Texts]]] = {}
         for event in events:
             values = matcher(event)
             if values is not None:
@@ -151,12 +154,8 @@ class CountedEvents:
         return [event for event, own in found if all(a != b for a, b in zip(own, others, strict=True))]
 
 
-def fields_of(event: Event, test: EventTest) -> Values | None:
+def fields_of(event: Event, test: EventTest) -> Texts | None:
     """Give the fields of an event of the right name and shape: arguments, then old and new value; None for others."""
     if len(event.args) != test.arity or (event.new is not None) != test.is_change:
         return None
     return (*event.args, event.old or UNKNOWN, event.new or UNKNOWN) if test.is_change else event.args
-
-
-def _time(event: Event) -> int:
-    return event.t_us

@@ -71,7 +71,8 @@ class MissingEvent:
 class ConstraintReading:
     """A time constraint of the text and what `later - earlier` was.
 
-    `line` counts in the canonical text of the chronicle (`ChronicleSet.texts`); bounds are closed, None is unbounded.
+    `text` is the statement in the canonical text (`ChronicleSet.texts`), `line` its line in the text that was loaded.
+    Bounds are closed, None is unbounded.
     """
 
     text: str
@@ -239,8 +240,8 @@ class Failure:
 class BoundChange:
     """A change of one bound with which the near miss is recognised; this was tried, not only calculated.
 
-    `before` and `after` are the statement in the canonical text (`line` there) as it is and as it would have to be;
-    `size` counts microseconds, or events where `unit` is "events".
+    `before` and `after` are the statement as it is and as it would have to be, `line` as in `ConstraintReading`; `size`
+    counts microseconds, or events where `unit` is "events".
     """
 
     line: int

@@ -11,9 +11,10 @@ from dataclasses import replace
 from chronicles.compilation.plan import Persistence
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
+from chronicles.explanation.assignments import Values
 from chronicles.explanation.event_log import Args, EventLog
 from chronicles.explanation.explanations import HoldReading, Outcome, Shift, ValueSpan
-from chronicles.explanation.intervals import Place, Times, Values, Window, cost_of, least, smallest_first, window_of
+from chronicles.explanation.intervals import Place, Times, Window, cost_of, least, smallest_first, window_of
 
 
 class HoldReader:

@@ -1,4 +1,4 @@
-"""Where does the interval of an obligation lie in an instance, and how far are things from its ends?"""
+"""Where does the interval of an obligation lie in an instance, and what does it cost if it is not met?"""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from chronicles.explanation.explanations import ObligationReading, Shift
 # Statements not met, those among them that no time would mend, and by how much time the others miss.
 Cost = tuple[int, int, int]
 NO_COST: Cost = (0, 0, 0)
+ANY_COST: Cost = (1_000_000, 0, 0)
 Times = Sequence[int | None]
-Values = tuple[str | None, ...]
 Window = tuple[int, int]
 
 

@@ -47,12 +47,8 @@ class LoosenedBound:
 
     def broken_by_us(self, assignment: Assignment) -> int:
         """Say by how much an instance breaks the bound."""
-        points, times = dict(self.plan.points), assignment.times
-        later, earlier = points[self.constraint.later], points[self.constraint.earlier]
-        later_us, earlier_us = times[later.position], times[earlier.position]
-        assert later_us is not None
-        assert earlier_us is not None
-        value_us = later_us + later.offset_us - earlier_us - earlier.offset_us
+        value_us = self.constraint.value_us(self.plan, assignment.times)
+        assert value_us is not None, "all events of the instance are there"
         return abs(value_us - self.constraint.bound_us(self.end))
 
     def _shell(self, nearer_us: int, farther_us: int) -> tuple[int, int]:

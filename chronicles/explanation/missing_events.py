@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from dataclasses import replace
+from operator import attrgetter
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.plan import EventTest
 from chronicles.events import Event
-from chronicles.explanation.assignments import Assignment, AssignmentSearch, Row, Values
-from chronicles.explanation.case import Case, with_values
+from chronicles.explanation.assignments import Assignment, AssignmentSearch, Row, Values, rows_within
+from chronicles.explanation.case import Case
 from chronicles.explanation.event_log import fields_of
 from chronicles.explanation.explanations import Mismatch, MissingEvent
+from chronicles.language import model
+from chronicles.language.printer import print_pattern
+
+_time = attrgetter("t_us")
 
 
 class MissingEventReader:
@@ -38,7 +44,7 @@ class MissingEventReader:
         other, mismatches = self._other(rows, place, values, window)
         return MissingEvent(
             label=position.label,
-            pattern=with_values(position.pattern, plan, values),
+            pattern=_with_values(self._case.text.pattern_of(position), position.test, values),
             earliest_us=None if window is None else window[0],
             latest_us=None if window is None else window[1],
             outside=outside,
@@ -54,7 +60,7 @@ class MissingEventReader:
         """Find an event inside the window that is wrong in one value, or only equals where it must differ."""
         start_us, end_us = self._window
         if window is not None:
-            inside = _inside(rows, window)
+            inside = rows_within(rows, window)
             if inside:
                 return inside[0].event, ()
             start_us, end_us = max(window[0], start_us), min(window[1] + 1, end_us)
@@ -81,9 +87,7 @@ def mismatches_of(event: Event, test: EventTest, values: Values) -> tuple[Mismat
     fields = fields_of(event, test)
     if fields is None or (test.is_change and fields[-1] == fields[-2]):
         return None
-    wanted = dict(test.constants) | {
-        field: value for field, slot in test.variables if (value := values[slot]) is not None
-    }
+    wanted = _wanted(test, values)
     found = [
         Mismatch(_field_name(field, test), text, fields[field])
         for field, text in wanted.items()
@@ -102,14 +106,30 @@ def mismatches_of(event: Event, test: EventTest, values: Values) -> tuple[Mismat
     return tuple(found) if len(found) < len(wanted) + len(test.filters) + len(test.equal) or not found else None
 
 
+def _wanted(test: EventTest, values: Values) -> dict[int, str]:
+    """Give the fields that must have one value: constants, and variables whose value is known."""
+    known = {field: value for field, slot in test.variables if (value := values[slot]) is not None}
+    return dict(test.constants) | known
+
+
+def _with_values(pattern: model.Pattern, test: EventTest, values: Values) -> str:
+    """Write a pattern with the known values in place of its variables."""
+    wanted = _wanted(test, values)
+    wanted |= {second: wanted[first] for first, second in test.equal if first in wanted}
+    terms = [
+        model.Literal(wanted[field], False, term.span) if field in wanted else term
+        for field, term in enumerate((*pattern.arguments, *(pattern.change or ())))
+    ]
+    arguments, change = terms[: test.arity], terms[test.arity :]
+    return print_pattern(
+        replace(pattern, arguments=tuple(arguments), change=(change[0], change[1]) if change else None)
+    )
+
+
 def _field_name(field: int, test: EventTest) -> str:
     if field < test.arity:
         return f"argument {field + 1}"
     return "old value" if field == test.arity else "new value"
-
-
-def _inside(rows: Sequence[Row], window: tuple[int, int]) -> Sequence[Row]:
-    return rows[bisect_left(rows, window[0], key=_time) : bisect_right(rows, window[1], key=_time)]
 
 
 def _nearest_outside(rows: Sequence[Row], window: tuple[int, int]) -> tuple[Event | None, int]:
@@ -122,7 +142,3 @@ def _nearest_outside(rows: Sequence[Row], window: tuple[int, int]) -> tuple[Even
         return None, 0
     row, by_us = min(choices, key=lambda pair: abs(pair[1]))
     return row.event, by_us
-
-
-def _time(row: Row) -> int:
-    return row.t_us

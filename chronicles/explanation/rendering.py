@@ -43,8 +43,8 @@ def render(explanation: Explanation | WhyNot) -> str:
     <BLANKLINE>
     1. car=a: 1 statement is not met, by 0.500 s
        first: t2 - t1 was 9.500 s, allowed 0.000 s to 9.000 s: 0.500 s too long
-         (line 4: t2 - t1 in [0s, 9s])
-       it would match with t2 - t1 in [0s, 9500ms] instead of t2 - t1 in [0s, 9s] (line 4): a change of 0.500 s
+         (line 1: t2 - t1 in [0s, 9s])
+       it would match with t2 - t1 in [0s, 9500ms] instead of t2 - t1 in [0s, 9s] (line 1): a change of 0.500 s
        time from 0.000 s to 9.500 s
        t1 |^...............................................| 0.000 s  enter[a]
        t2 |...............................................^| 9.500 s  left[a]

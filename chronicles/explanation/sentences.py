@@ -178,11 +178,9 @@ def _clipped(one: ValueSpan, start_us: int, end_us: int) -> str:
 
 
 def _instead(alternatives: Sequence[str]) -> str:
-    return (
-        f"; throughout that time there was {_joined(alternatives[:_TOLD_AT_MOST], len(alternatives))}"
-        if alternatives
-        else ""
-    )
+    if not alternatives:
+        return ""
+    return f"; throughout that time there was {_joined(alternatives[:_TOLD_AT_MOST], len(alternatives))}"
 
 
 def _events(events: Sequence[Event]) -> str:

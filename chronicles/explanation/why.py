@@ -15,10 +15,9 @@ from chronicles.events import Event, Occurrence
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, Values
 from chronicles.explanation.case import Case, constraint_readings, fixed_values, open_case, role_values, tightness
 from chronicles.explanation.explanations import Explanation, MatchedEvent
-from chronicles.explanation.intervals import NO_COST, Cost
+from chronicles.explanation.intervals import ANY_COST, NO_COST
 from chronicles.explanation.obligation_readings import ObligationReader, Readings
 
-_ANY_COST: Cost = (1_000_000, 0, 0)
 _LARGEST_SEARCH = 1_000_000
 
 
@@ -87,7 +86,7 @@ def _matched(case: Case, occurrence: Occurrence) -> tuple[Assignment, Readings]:
     fixed = fixed_values(case.plan, occurrence.roles)
     best: tuple[Assignment, Readings] | None = None
     for assignment in _candidates(case, occurrence, fixed):
-        limit = _ANY_COST if best is None else best[1].cost
+        limit = ANY_COST if best is None else best[1].cost
         readings = reader.best(assignment.times, assignment.values, base=NO_COST, limit=limit)
         if readings is not None:
             best = assignment, readings

@@ -40,7 +40,8 @@ class Reduction:
         found: list[Any] = []
         for index in self.picks:
             if index in self.lists:
-                found += parts[index]
+                # A list that grows by one is handed on: to copy it each time takes long for thousands of values.
+                found = [*found, *parts[index]] if found else parts[index]
             else:
                 found.append(parts[index] if index >= 0 else None)
         return found

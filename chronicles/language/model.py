@@ -13,6 +13,9 @@ from chronicles.language.diagnostics import Span
 
 Comparator = OneOf["<", "<=", "=", ">=", ">"]
 
+LARGEST_US = 2**50  # 35 years: sums of bounds stay far inside 64 bits
+LONGEST_NUMBER = 30  # in characters; Python converts no text of thousands of digits
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:
@@ -36,6 +39,11 @@ class Literal:
     text: str
     quoted: bool
     span: Span = field(compare=False, repr=False)
+
+    @property
+    def is_whole_number(self) -> bool:
+        """Whether it is a number without sign and point: as a duration it counts the unit of the text that uses it."""
+        return not self.quoted and self.text.isdigit()
 
 
 Term = Variable | Anything | Literal
@@ -229,6 +237,11 @@ Statement = (
     | Membership
     | SelectStatement
 )
+
+
+TimeConstraint = Comparison | Range
+# What is asked of an interval once all events are there.
+Obligation = NoEventStatement | OccursStatement | HoldStatement | AssertStatement
 
 
 @dataclass(frozen=True, slots=True)

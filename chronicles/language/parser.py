@@ -150,9 +150,16 @@ class _Attempt:
                     self.tree = values[-1]
                     return True
             else:
-                self.failed_at = index
+                self._stop(words, index)
                 return False
         raise AssertionError("the end of the words either fits or does not")
+
+    def _stop(self, words: list[Word], index: int) -> None:
+        """Note which word did not fit: a name that starts a statement and is no bound of a chain was one too many."""
+        self.failed_at = index
+        if index and self.statement_at == index - 1 and words[index - 1].kind == "NAME":
+            self.failed_at -= 1
+            self._states.pop()
 
     @property
     def expected(self) -> frozenset[str]:

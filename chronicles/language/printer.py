@@ -13,7 +13,7 @@ from typing import Any  # the table of printers maps each class to a function of
 from chronicles.language import model
 from chronicles.language.syntax_errors import ACTION_WORDS, DECLARATION_WORDS, EXAMPLE_WORDS, STATEMENT_WORDS
 
-_UNITS = ((3_600_000_000, "h"), (60_000_000, "min"), (1_000_000, "s"), (1_000, "ms"), (1, "us"))
+US_PER_UNIT = {"h": 3_600_000_000, "min": 60_000_000, "s": 1_000_000, "ms": 1_000, "us": 1}
 _OTHER_WORDS = ("in", "value", "default", "symbol", "oo", "recognised", "recognized", "at")
 _WORDS = frozenset((*DECLARATION_WORDS, *STATEMENT_WORDS, *ACTION_WORDS, *EXAMPLE_WORDS, *_OTHER_WORDS))
 _PLAIN = re.compile(r"(?!t[0-9])[A-Za-z_][A-Za-z0-9_]*|-?[0-9]+(\.[0-9]+)?")
@@ -57,7 +57,7 @@ def format_duration(us: int) -> str:
     """
     if us == 0:
         return "0s"
-    size, unit = next(pair for pair in _UNITS if us % pair[0] == 0)
+    unit, size = next(pair for pair in US_PER_UNIT.items() if us % pair[1] == 0)
     return f"{us // size}{unit}"
 
 
@@ -164,7 +164,7 @@ def _select(statement: model.SelectStatement) -> str:
 
 def _block(head: str, items: Iterable[str]) -> str:
     lines = [f"  {line}" for item in items for line in item.split("\n")]
-    return "\n".join([f"{head} {{", *lines, "}"]) if lines else head
+    return "\n".join([f"{head} {{", *lines, "}"])
 
 
 def _parameter_domain(item: model.ParameterDomain) -> str:
@@ -181,12 +181,13 @@ def _attribute(declaration: model.Attribute) -> str:
         items.append(f"value in {print_domain(declaration.value_domain)}")
     if declaration.default is not None:
         items.append(f"default {print_term(declaration.default)}")
-    return _block(f"attribute {declaration.name}{_parameters(declaration.parameters)}", items)
+    head = f"attribute {declaration.name}{_parameters(declaration.parameters)}"
+    return _block(head, items) if items else head
 
 
 def _message(declaration: model.Message) -> str:
     head = f"message {declaration.name}{_parameters(declaration.parameters)}"
-    return _block(head, map(_parameter_domain, declaration.domains))
+    return _block(head, map(_parameter_domain, declaration.domains)) if declaration.domains else head
 
 
 def _constant(declaration: model.Constant) -> str:
@@ -205,8 +206,7 @@ def _chronicle(declaration: model.Chronicle) -> str:
             lines[index - 1] += ";"
     if declaration.actions:
         lines.append(_block("when recognised", (_PRINTERS[type(action)](action) for action in declaration.actions)))
-    head = f"chronicle {declaration.name}{parameters}({points})"
-    return _block(head, lines) if lines else head + " {\n}"
+    return _block(f"chronicle {declaration.name}{parameters}({points})", lines)
 
 
 def _example(declaration: model.Example) -> str:
@@ -214,8 +214,7 @@ def _example(declaration: model.Example) -> str:
     if declaration.until_us is not None:
         lines.append(f"until {format_duration(declaration.until_us)}")
     lines += map(_expectation, declaration.expected)
-    head = f"example {_quoted(declaration.title)}"
-    return _block(head, lines) if lines else head + " {\n}"
+    return _block(f"example {_quoted(declaration.title)}", lines)
 
 
 def _expectation(one: model.ExpectedOccurrence) -> str:

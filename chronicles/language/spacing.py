@@ -9,7 +9,7 @@ from chronicles.language.words import COMMENT, Word
 _SIGNS = frozenset({"POSITIVE", "NEGATIVE"})
 _BRACKETS = frozenset({"OPENING", "CLOSING"})
 _GLUED = frozenset({"COMMA", "RPAR", "COLON", "RANGE", "_END"})  # to the word before
-_GLUING = frozenset({"LPAR", "COLON", "RANGE", "QMARK"})  # the word after
+_GLUING = frozenset({"LPAR", "COLON", "RANGE"})  # the word after
 _BEFORE_VALUES = frozenset({"COMMA", "EQUAL", "IN", "VBAR", "TILDE"})
 
 
@@ -35,7 +35,7 @@ class _Spacing:
     def before(self, word: Word) -> str:
         """Give what stands before the next word."""
         kind = word.kind
-        glued, glues = kind in _GLUED, kind in _GLUING and kind != "QMARK"
+        glued, glues = kind in _GLUED, kind in _GLUING
         if kind in _BRACKETS:
             # ]0s, 3s[ is a range too: the first bracket opens, whichever it is.
             glued = self._in_brackets or self._previous not in _BEFORE_VALUES

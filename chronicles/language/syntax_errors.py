@@ -16,7 +16,6 @@ STATEMENT_WORDS = ("event", "noevent", "occurs", "hold", "assert", "allow", "sel
 ACTION_WORDS = ("emit", "report", "assert")
 EXAMPLE_WORDS = ("expect", "until")
 SELECTIONS = ("all", "first", "non_overlapping")
-TIME_UNITS = ("us", "ms", "s", "min", "h")
 
 _KINDS = {
     "VARIABLE": "a variable such as ?car",
@@ -109,6 +108,8 @@ def _hint(word: Word, expected: Collection[str]) -> Hint:
         return Hint("time points are compared with '=', variables with '=='", "=")
     if word.kind == "EQUAL" and "SAME" in expected:
         return Hint("variables are compared with '==' and '!=', time points with '='", "==")
+    if word.kind == "INFINITE":
+        return Hint("'oo' is the end of a range without a bound, such as t2 - t1 in [0s, oo]")
     if word.kind == "NAME":
         return _name_hint(word, expected)
     if word.kind == "TIME_POINT" and "NAME" in expected and "TIME_POINT" not in expected:

@@ -8,18 +8,16 @@ never rounded.
 from __future__ import annotations
 
 import re
-from fractions import Fraction
 from typing import Any, Literal, NamedTuple, cast  # Any: the parts of a rule are words, or what other rules built
 
 from chronicles.language import model
 from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
-from chronicles.language.printer import format_duration
-from chronicles.language.syntax_errors import SELECTIONS, TIME_UNITS
+from chronicles.language.printer import US_PER_UNIT, format_duration
+from chronicles.language.syntax_errors import SELECTIONS
 from chronicles.language.words import Word
 
-_US_PER_UNIT = {"us": 1, "ms": 1_000, "s": 1_000_000, "min": 60_000_000, "h": 3_600_000_000}
-_LARGEST_US = 2**50  # 35 years: sums of bounds stay far inside 64 bits
-_DURATION = re.compile(r"([0-9.]+)([A-Za-z]*)")
+_DURATION = re.compile(r"([0-9.]+)(.*)")
+_EXPONENT = re.compile(r"[eE][-+]?[0-9]")
 _ESCAPED = re.compile(r"\\(.)")
 _UNIT_HINT = "a bare number counts microseconds here; put a unit such as 'timeunit 1s' into the text"
 Parts = list[Any]
@@ -291,7 +289,7 @@ class TreeBuilder:
             length = model.Duration(0, length.text, self._span(length)) if length.kind == "NAME" else None
         return model.Bound(sign == "-", length, span)
 
-    offset = chain_bound = bound
+    offset = bound
 
     # ---- examples
 
@@ -350,23 +348,38 @@ class TreeBuilder:
 
     def _microseconds(self, word: Word, bare_us: int) -> int:
         digits, unit = cast(re.Match[str], _DURATION.fullmatch(word.text)).groups()
-        if unit and unit not in _US_PER_UNIT:
-            hint = suggest(unit, TIME_UNITS)
+        if _EXPONENT.match(unit):
+            message = f"expected a number without an exponent, got {word.text!r}"
+            self._reporter.error("C0105", message, self._span(word), "write it out, such as 0.00001s or 10us")
+            return 0
+        if unit and unit not in US_PER_UNIT:
+            hint = suggest(unit, list(US_PER_UNIT))
             self._reporter.error("C0104", f"expected a unit of time, got {unit!r}", self._span(word), hint)
             return 0
-        us = Fraction(digits) * (_US_PER_UNIT[unit] if unit else bare_us)
-        if us.denominator != 1 or us > _LARGEST_US:
-            wanted = "a whole number of microseconds" if us.denominator != 1 else "at most 35 years"
-            mend = "time counts in whole microseconds" if unit or us.denominator == 1 else _UNIT_HINT
+        if self._is_too_long(word):
+            return 0
+        whole, _, decimals = digits.partition(".")
+        scale: int = 10 ** len(decimals)
+        us, rest = divmod(int(whole + decimals) * (US_PER_UNIT[unit] if unit else bare_us), scale)
+        if rest or us > model.LARGEST_US:
+            wanted = "a whole number of microseconds" if rest else "at most 35 years"
+            mend = "time counts in whole microseconds" if unit or not rest else _UNIT_HINT
             self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), mend)
             return 0
-        return int(us)
+        return us
 
     def _whole(self, word: Word) -> int:
         if not word.text.isdigit():
             self._reporter.error("C0105", f"expected a whole number, got {word.text!r}", self._span(word))
             return 0
-        return int(word.text)
+        return 0 if self._is_too_long(word) else int(word.text)
+
+    def _is_too_long(self, word: Word) -> bool:
+        length = len(word.text)
+        if length > model.LONGEST_NUMBER:
+            message = f"expected a number of at most {model.LONGEST_NUMBER} characters, got one of {length}"
+            self._reporter.error("C0105", message, self._span(word))
+        return length > model.LONGEST_NUMBER
 
     # ---- words
 

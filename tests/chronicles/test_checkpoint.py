@@ -1,6 +1,7 @@
 """What a checkpoint brings back, and which are refused; the random cases of `case_runner.py` restart too."""
 
 import json
+from typing import Any  # what a checkpoint is not
 
 import pytest
 
@@ -49,8 +50,15 @@ def test_checkpoint_of_another_lateness_is_refused() -> None:
         Recogniser(load(RACE)).restore(checkpoint)
 
 
-def test_damaged_checkpoint_is_refused() -> None:
+@pytest.mark.parametrize("key", ["state", "digest"])
+def test_damaged_checkpoint_is_refused(key: str) -> None:
     checkpoint = Recogniser(load(RACE)).checkpoint()
-    checkpoint["state"] = {"events": [], "value": ["event", 3]}
+    checkpoint[key] = {"events": [], "value": ["event", 3]}
     with pytest.raises(ChronicleError, match="checkpoint: expected one that a recogniser gave"):
         Recogniser(load(RACE)).restore(checkpoint)
+
+
+@pytest.mark.parametrize("other", [None, {}, "text", 3])
+def test_what_is_no_checkpoint_is_refused(other: Any) -> None:
+    with pytest.raises(ChronicleError, match="checkpoint: expected one that a recogniser gave"):
+        Recogniser(load(RACE)).restore(other)

@@ -1,5 +1,7 @@
 """What a recogniser tells: occurrences, their evidence, and what is under way."""
 
+from typing import Any  # what an event must not be
+
 import pytest
 
 from chronicles.chronicle_set import load
@@ -137,6 +139,23 @@ def test_unknown_executor_is_refused() -> None:
         recognise(load(RACE), [], executor="fast")
     with pytest.raises(ChronicleError, match=r"recogniser: expected an executor among \['auto', .*\], got 'backfill'"):
         Recogniser(load(RACE), executor="backfill")
+
+
+@pytest.mark.parametrize("t_us", [1.5, float("nan"), 2**61, "1", None])
+def test_event_without_a_usable_time_is_refused(t_us: Any) -> None:
+    with pytest.raises(ChronicleError, match="event 'start': expected t_us, a whole number of us, got"):
+        Event("start", ("u",), t_us)
+
+
+def test_event_with_an_old_value_alone_is_refused() -> None:
+    with pytest.raises(ChronicleError, match="event 'p': expected a new value with the old one 'on', got none"):
+        Event("p", ("u",), 0, "on")
+
+
+@pytest.mark.parametrize("lateness_us", [1.5, None, float("nan")])
+def test_lateness_that_is_no_number_of_microseconds_is_refused(lateness_us: Any) -> None:
+    with pytest.raises(ChronicleError, match="recogniser: expected a lateness >= 0 us"):
+        Recogniser(load(RACE), lateness_us)
 
 
 def test_late_events_are_counted_and_can_be_taken_once() -> None:

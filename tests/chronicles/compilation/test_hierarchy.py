@@ -2,7 +2,7 @@
 
 import pytest
 
-from chronicles.chronicle_set import load
+from chronicles.chronicle_set import check_texts, load
 from chronicles.compilation.hierarchy import levels
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
@@ -48,6 +48,41 @@ def test_what_emits_changes_of_an_attribute_runs_before_what_asserts_it() -> Non
 def test_chronicle_that_looks_at_what_it_asserts_is_refused(statement: str) -> None:
     with pytest.raises(ChronicleError, match="got one -> one"):
         load(SET.format(name="one", seen="x").replace("when", f"{statement} when"))
+
+
+def test_circle_names_each_chronicle_and_whom_it_feeds() -> None:
+    text = "".join(
+        f"chronicle {name}(t1) {{ event({seen}[], t1) when recognised {{ emit {given}[] }} }}\n"
+        for name, seen, given in (("one", "a", "c"), ("two", "b", "a"), ("three", "c", "b"))
+    )
+    [found] = check_texts([("text", text)])
+    assert found.message.endswith("got one -> two -> three -> one")
+    assert [(one.line, one.label) for one in found.related] == [(2, "feeds 'one'"), (3, "feeds 'two'")]
+
+
+def test_chain_of_more_chronicles_than_python_nests_calls_is_ordered() -> None:
+    text = "\n".join(
+        f"chronicle c{number}(t1) {{ event(e{number}[], t1) when recognised {{ emit e{number + 1}[] }} }}"
+        for number in reversed(range(1100))
+    )
+    chronicles = load(text)
+    assert chronicles.names == tuple(f"c{number}" for number in range(1100))
+    assert levels(chronicles.plans)["c1099"] == (1099, 0)
+
+
+def test_chronicles_that_set_attributes_by_way_of_others_run_together() -> None:
+    text = "".join(
+        f"chronicle {name}(t1) {{ event({name}_seen[], t1) when recognised {{ {actions} }} }}\n"
+        for name, actions in (
+            ("left", "assert(p[]:on, t1)"),
+            ("alone", "assert(r[]:on, t1)"),
+            ("between", "assert(p[]:off, t1) assert(q[]:off, t1)"),
+            ("right", "assert(q[]:on, t1)"),
+        )
+    )
+    text += "chronicle source(t1) { event(y[], t1) when recognised { emit right_seen[] } }"
+    of = {name: level for name, (level, _) in levels(load(text).plans).items()}
+    assert of == {"source": 0, "left": 1, "between": 1, "right": 1, "alone": 0}
 
 
 def test_level_is_as_late_as_its_latest_chronicle_and_so_is_what_comes_after() -> None:

@@ -58,11 +58,6 @@ def test_no_events_make_empty_columns() -> None:
     assert len(EventColumns.from_arrays({}, [])) == 0
 
 
-def test_an_old_value_without_a_new_one_is_refused() -> None:
-    with pytest.raises(ChronicleError, match="expected a new value with an old one"):
-        EventColumns.from_events([Event("near", (), 1, "true")])
-
-
 def test_arrays_in_any_order_of_time_become_the_same_columns() -> None:
     arrays = {
         ("enter", 1, False): (np.array([7, 5]), np.array([[1], [0]])),

@@ -81,6 +81,14 @@ def test_event_with_another_value_is_told() -> None:
     assert [(one.field, one.wanted, one.got) for one in missing.mismatches] == [("old value", "off", "unknown")]
 
 
+def test_pattern_of_a_missing_event_has_all_known_values() -> None:
+    text = """chronicle on[?x](t1, t2) {
+      event(a[?x], t1)  event(lit[?y, ?kind, ?, "?x"]:(?, ?y), t2)  t2 - t1 in [0s, 5s]  ?y == ?x  ?kind == lamp
+    }"""
+    [missing] = nearest(text, "1s a[x]\n60s a[z]", x="x").missing
+    assert missing.pattern == 'lit[x, lamp, ?, "?x"]:(?, x)'
+
+
 def test_values_that_must_differ_are_told() -> None:
     text = (
         GIVEN + "chronicle given[?a, ?b](t1) { event(gives[?a, ?c], t1) event(gives[?c, ?b], t2) t2 - t1 in [0s, 5s] }"

@@ -11,7 +11,7 @@ chronicle all_of_it[?a, ?b](t0, t1, t2x) {
   hold(p[?a, 4]:?v, (t0, t1 + 1h))  assert(q[]:"a \\"b\\" \\\\c", (t1, t1 + 90min))
   t1 - t0 in [1s, 1s]  t2x - t1 in ]-oo, oo[  t2x - t1 in [-gap, many[  t1 < t2x  t1 <= t2x + 5  t1 = t3 - 500us
   t2x >= t1 + gap  t3 > t1;
-  -2s < t3 - t1 <= oo;  +1 <= t3 - t1 < 5
+  -2s < t3 - t1 <= oo;  +1 <= t3 - t1 < 5  many <= t3 - t1 < gap;  -gap <= t3 - t1 <= +gap
   ?a == ?b  ?a != car1  ?b in Car | {x}  allow ?a == ?v
   when recognized { emit event(m[?a], t1 + 1s); emit m[?b] emit m[?b] at t3 report "?a was # here" assert(q[]:on, t1) }
 }

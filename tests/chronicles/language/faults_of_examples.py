@@ -76,7 +76,7 @@ EXAMPLES = {
         "C0301",
         example("1s <<enter[]>>"),
         "expected 1 argument for 'enter', got 0",
-        "",
+        "write enter with 1 argument",
         example("1s enter[a]"),
     ),
     "a value outside its domain in an example": Case(

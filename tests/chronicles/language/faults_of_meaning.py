@@ -7,7 +7,7 @@ MEANING = {
         "C0301",
         body("event(<<enter[?b, north]>>, t1)"),
         "expected 1 argument for 'enter', got 2",
-        "",
+        "write enter with 1 argument; in a chronicle ? stands for anything",
         body("event(enter[?b], t1)"),
     ),
     "an attribute without values": Case(
@@ -59,11 +59,32 @@ MEANING = {
         "",
         "constant fast = 5s " + body(TWO + "t2 - t1 in [0s, fast]"),
     ),
+    "a quoted number as a duration": Case(
+        "C0305",
+        'timeunit 1s constant gap = "5" ' + body(TWO + "t2 - t1 in [0s, <<gap>>]"),
+        "expected a duration, got the constant 'gap', which is '5'",
+        "write constant gap = 5s",
+        "timeunit 1s constant gap = 5 " + body(TWO + "t2 - t1 in [0s, gap]"),
+    ),
+    "a constant that counts too many units": Case(
+        "C0105",
+        "timeunit 1h constant gap = 99999999999999999999 " + body(TWO + "t2 - t1 in [0s, <<gap>>]"),
+        "expected at most 35 years, got 'gap', which counts more times 3600000000 us",
+        "write constant gap = 5s",
+        "timeunit 1h constant gap = 24 " + body(TWO + "t2 - t1 in [0s, gap]"),
+    ),
+    "an unknown constant in a chain": Case(
+        "C0204",
+        "constant gap = 5s " + body(TWO + "0s <= t2 - t1 <= <<gab>>"),
+        "expected a duration or a constant, got the unknown name 'gab'",
+        "did you mean 'gap'?",
+        "constant gap = 5s " + body(TWO + "0s <= t2 - t1 <= gap"),
+    ),
     "a change that is none": Case(
         "C0306",
         body("event(on[?a, ?]:(true, <<true>>), t1)"),
         "expected a change between two values, got 'true' twice",
-        "",
+        "the two differ; in a chronicle one of them may be ?",
         body("event(on[?a, ?]:(false, true), t1)"),
     ),
     "two values for one variable": Case(
@@ -194,7 +215,7 @@ MEANING = {
         "C0802",
         "chronicle <<one>> { }",
         "expected at least one event in chronicle 'one', got none",
-        "",
+        "add event(name[...], t1)",
         "chronicle one { event(a[], t1) }",
     ),
     "a constraint on an unknown variable": Case(
@@ -222,7 +243,7 @@ MEANING = {
         "C0804",
         HEAD + "message e[?x] chronicle one[?a](t1) { event(enter[?a], t1) when recognised { emit e[<<?>>] } }",
         "expected a variable or a value in an emitted event, got '?'",
-        "",
+        "write a variable of an event or hold, or a value",
         HEAD + "message e[?x] chronicle one[?a](t1) { event(enter[?a], t1) when recognised { emit e[?a] } }",
     ),
     "chronicles in a circle": Case(

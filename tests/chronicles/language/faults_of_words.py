@@ -103,6 +103,13 @@ WORDS = {
     "= between variables": Case(
         "C0102", body(TWO + "t2 = t1 ?a <<=>> ?b"), "got '='", "'==' and '!='", body(TWO + "t2 = t1 ?a == ?b")
     ),
+    "an infinite offset": Case(
+        "C0102",
+        body(TWO + "t2 <= t1 + <<oo>>"),
+        "expected a duration such as 5s, a name or a number after '+', got 'oo'",
+        "'oo' is the end of a range without a bound",
+        body(TWO + "t2 = t1"),
+    ),
     "an unknown action": Case(
         "C0102",
         body("when recognised { <<emt>> enter[?a] }"),
@@ -133,6 +140,37 @@ WORDS = {
     ),
     "more than 35 years": Case(
         "C0105", body("hold(on[?a, ?]:true, (t1, t1 + <<400000h>>))"), "expected at most 35 years", "", body("")
+    ),
+    "a number with an exponent": Case(
+        "C0105",
+        body(TWO + "t2 - t1 in [<<1e-05>>, 5s]"),
+        "expected a number without an exponent, got '1e-05'",
+        "write it out, such as 0.00001s or 10us",
+        body(TWO + "t2 - t1 in [0.00001s, 5s]"),
+    ),
+    "a duration too long to read": Case(
+        "C0105",
+        body("hold(on[?a, ?]:true, (t1, t1 + <<" + "9" * 5000 + "s>>))"),
+        "expected a number of at most 30 characters, got one of 500",
+        "",
+        body("hold(on[?a, ?]:true, (t1, t1 + 9s))"),
+    ),
+    "a count too long to read": Case(
+        "C0105",
+        body("occurs((0, <<" + "9" * 5000 + ">>), enter[?], (t1, t1 + 1s))"),
+        "expected a number of at most 30 characters, got one of 500",
+        "",
+        body("occurs((0, 9), enter[?], (t1, t1 + 1s))"),
+    ),
+    "a name where a statement starts": Case(
+        "C0102",
+        body("event(enter[?b], t1)\n<<gap>> >= t2 - t1"),
+        "expected a statement after ')', got 'gap'",
+        "",
+        body("event(enter[?b], t1)"),
+    ),
+    "a misspelled statement at the end": Case(
+        "C0102", body("<<evnt>>"), "expected a statement after ')', got 'evnt'", "did you mean 'event'?", body("")
     ),
     "an unknown event": Case(
         "C0201",
