@@ -11,3 +11,11 @@ class PolicyError(DyKnowError):
 
 class StreamError(DyKnowError):
     """An unknown label, a label given twice, or a use after closing."""
+
+
+class ProcessError(DyKnowError):
+    """A process that cannot be created, removed, or fed what came."""
+
+
+class RegistryError(DyKnowError):
+    """A name that no source or unit has, or that two of them claim."""

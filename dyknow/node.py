@@ -1,40 +1,37 @@
-"""What runs here? A node: the labelled streams and processes of one place, created by name and open to inspection."""
+"""What runs here? A node: the labelled streams and processes of one place, created by name and open to inspection.
 
-from dataclasses import dataclass
+Processes may come and go while samples flow, also by the hand of a process that is being served. The graph has no
+cycles: a process reads what was there before it, and a mediation is refused what depends on itself.
+"""
 
-from dyknow.errors import StreamError
-from dyknow.policy import Consumer, Policy
-from dyknow.process import Clock, ComputationalUnit, Refinement
-from dyknow.stream import StreamGenerator, Subscription
+from collections.abc import Callable, Hashable
+from itertools import repeat
+from typing import Any
 
+from dyknow.configuration import Configuration, Wanted
+from dyknow.errors import ProcessError, StreamError
+from dyknow.mediation import Mediation, MediationKind
+from dyknow.policy import Policy
+from dyknow.process import Clock, ComputationalUnit, JoiningUnit, Process, Refinement
+from dyknow.process_order import depends_on, inputs_first
+from dyknow.registry import Registry
+from dyknow.stream import EVERYTHING, Consumer, StreamGenerator, Subscription
+from dyknow.stream_report import StreamReport, report_on
 
-@dataclass(frozen=True, slots=True)
-class StreamReport:
-    """Say what one stream has done so far.
+__all__ = ["Node", "StreamReport"]
 
-    Attributes
-    ----------
-    published, dropped : samples offered, and samples refused by some subscriber's policy, by cause.
-    updates, busy_ns : calls of the producing unit and the time spent in it; zero for a source.
-    """
-
-    label: str
-    inputs: tuple[str, ...]
-    published: int
-    dropped: dict[str, int]
-    subscribers: int
-    last_valid_us: int | None
-    updates: int
-    busy_ns: int
+Labels = str | tuple[str, ...]
+Policies = Policy | tuple[Policy, ...]
 
 
 class Node:
-    """Create streams and processes by label, and report on them.
+    """Create and remove streams and processes by label, and report on them.
 
     Parameters
     ----------
     clock : nanoseconds, for the cost of each process only; the default stands still, so costs read zero. No result
         ever depends on it.
+    registry : where units are looked up that are given by name.
 
     Examples
     --------
@@ -54,11 +51,22 @@ class Node:
     [42]
     """
 
-    def __init__(self, clock: Clock = lambda: 0) -> None:
+    def __init__(self, clock: Clock = lambda: 0, registry: Registry | None = None) -> None:
+        self.registry = registry if registry is not None else Registry()
         self._clock = clock
-        self._generators: dict[str, StreamGenerator] = {}
-        self._refinements: dict[str, Refinement] = {}
-        self._inputs: dict[str, tuple[str, ...]] = {}
+        self._processes: dict[str, Process] = {}
+        self._mediations: dict[str, Mediation] = {}
+        self._order: tuple[Process, ...] | None = None
+        self._being_built: list[list[str]] = []  # labels created by the configurations that are at work, innermost last
+
+    def __contains__(self, label: object) -> bool:
+        """Tell whether a process or stream has this label."""
+        return label in self._processes
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Return all labels, in the order of creation."""
+        return tuple(self._processes)
 
     def add_source(self, label: str) -> StreamGenerator:
         """Create a stream that the host publishes to.
@@ -68,72 +76,228 @@ class Node:
         StreamError
             If the label is taken.
         """
-        if label in self._generators:
-            raise StreamError(f"stream {label!r}: expected a new label, got one that is in use")
-        generator = StreamGenerator(label)
-        self._generators[label] = generator
-        self._inputs[label] = ()
-        return generator
+        source = Process(self._new_stream(label))
+        self._begin(source, lambda: None)
+        return source.output
 
     def add_refinement(
+        self, label: str, unit: ComputationalUnit | JoiningUnit | str, *, of: Labels, policy: Policies = EVERYTHING
+    ) -> Refinement:
+        """Create a process that refines the streams ``of``, each under its policy, into the stream ``label``.
+
+        Parameters
+        ----------
+        unit : with ``update(sample)`` for one stream, ``update(index, sample)`` for several; or the name of a
+            registered unit, of which a new one is made.
+        policy : one for all inputs, or one for each.
+
+        Raises
+        ------
+        StreamError
+            If a label in ``of`` is unknown or ``label`` is taken.
+        ProcessError
+            If there are not as many policies, or not as many inputs as the registered unit takes.
+        RegistryError
+            If no unit has the name.
+        """
+        labels = (of,) if isinstance(of, str) else of
+        policies = tuple(repeat(policy, len(labels))) if isinstance(policy, Policy) else policy
+        if not labels or len(labels) != len(policies):
+            raise ProcessError(
+                f"refinement {label!r}: expected one input or more with a policy each, got {labels!r} and {policies!r}"
+            )
+        streams = [self.stream(one) for one in labels]
+        output = self._new_stream(label)
+        made = self._unit(label, unit, len(labels)) if isinstance(unit, str) else unit
+        refinement = Refinement(output, made, self._clock)
+        self._begin(refinement, lambda: refinement.follow(list(zip(streams, policies, strict=True))))
+        return refinement
+
+    def add_mediation(
+        self, label: str, kind: str | MediationKind, *, control: str, policy: Policy = EVERYTHING
+    ) -> Mediation:
+        """Create a process that passes on the streams whose labels the stream ``control`` names, under ``policy``.
+
+        Parameters
+        ----------
+        kind : ``selection`` passes on at most one stream as it is; ``collection`` merges any number of streams into
+            one of `Collected` values.
+
+        Raises
+        ------
+        StreamError
+            If ``control`` is unknown or ``label`` is taken.
+        ProcessError
+            If ``kind`` is another word.
+        """
+        known = {one.value: one for one in MediationKind}
+        chosen = kind if isinstance(kind, MediationKind) else known.get(kind)
+        if chosen is None:
+            raise ProcessError(f"mediation {label!r}: expected one of {', '.join(known)}, got {kind!r}")
+        stream = self.stream(control)
+        output = self._new_stream(label)
+        mediation = Mediation(
+            output, chosen, control=control, policy=policy, find=lambda wanted: self._independent(wanted, label)
+        )
+        self._mediations[label] = mediation
+        self._begin(mediation, lambda: mediation.follow(stream))
+        return mediation
+
+    def add_configuration(
         self,
         label: str,
-        unit: ComputationalUnit,
         *,
         of: str,
-        policy: Policy = Policy(),  # noqa: B008 - frozen value
-    ) -> Refinement:
-        """Create a process that refines the stream ``of`` under ``policy`` into the stream ``label``.
+        wanted: Wanted,
+        build: Callable[["Node", Any], object],  # Any: the keys are whatever `wanted` gives
+        policy: Policy = EVERYTHING,
+    ) -> Configuration:
+        """Create a process that creates and removes processes in response to the stream ``of``.
+
+        Parameters
+        ----------
+        wanted : gives the keys for which processes should exist now, from a value of the stream.
+        build : adds the processes for one key to the node. They are removed when the key is not wanted any more, and
+            with the configuration.
 
         Raises
         ------
         StreamError
             If ``of`` is unknown or ``label`` is taken.
         """
-        source = self._generator(of)
-        refinement = Refinement(self.add_source(label), unit, self._clock)
-        source.subscribe(refinement.consume, policy)
-        self._refinements[label] = refinement
-        self._inputs[label] = (of,)
-        return refinement
+        stream = self.stream(of)
+        output = self._new_stream(label)
+        configuration = Configuration(
+            output, wanted=wanted, build=lambda key: self._build(build, key), tear_down=self._remove_if_there
+        )
+        self._begin(configuration, lambda: configuration.follow(stream, policy))
+        return configuration
 
-    def subscribe(
-        self,
-        label: str,
-        consumer: Consumer,
-        policy: Policy = Policy(),  # noqa: B008 - frozen value
-    ) -> Subscription:
+    def remove(self, label: str) -> None:
+        """Remove a process with its stream, after what it holds back; also while samples flow.
+
+        Subscribers from outside the node get nothing more; mediations go on without it.
+
+        Raises
+        ------
+        StreamError
+            If the label is unknown.
+        ProcessError
+            If another process reads the stream.
+        """
+        process = self._process(label)
+        readers = {one.reader for one in process.output.subscriptions if one.reader is not None}
+        mediations = [self._mediations[one] for one in sorted(readers & self._mediations.keys())]
+        passing_on = {one.label for one in mediations if one.control != label}
+        if readers - passing_on:
+            raise ProcessError(
+                f"process {label!r}: expected no reader in the node, got {sorted(readers - passing_on)!r}"
+            )
+        # Gone from here on: whoever answers its last words by removing it, or by creating another, finds no such label.
+        del self._processes[label]
+        self._mediations.pop(label, None)
+        self._order = None
+        try:
+            process.close()
+        finally:  # also when the code of the process fails while it is flushed
+            for mediation in mediations:
+                mediation.disconnect(label)
+            process.output.close()
+
+    def stream(self, label: str) -> StreamGenerator:
+        """Give the stream of a label.
+
+        Raises
+        ------
+        StreamError
+            If the label is unknown.
+        """
+        return self._process(label).output
+
+    def subscribe(self, label: str, consumer: Consumer, policy: Policy = EVERYTHING) -> Subscription:
         """Call ``consumer`` with the samples of a stream; see `StreamGenerator.subscribe`."""
-        return self._generator(label).subscribe(consumer, policy)
+        return self.stream(label).subscribe(consumer, policy)
+
+    def advance(self, available_us: int) -> None:
+        """Let time pass everywhere: nothing that became available before this time will be published to a source.
+
+        Inputs come before what reads them. Sampled values, synchronised states and timed units need this where the
+        sources fall silent; as long as samples come, these tell the time themselves.
+        """
+        for process in self._inputs_first():
+            if self._processes.get(process.label) is process:  # else a process before it has removed it
+                process.advance(available_us)
+                process.output.advance(available_us)
 
     def finish(self) -> None:
-        """Flush every process, in the order in which they were created: inputs before what refines them."""
-        for refinement in self._refinements.values():
-            refinement.finish()
+        """Flush every process, inputs before what reads them."""
+        for process in self._inputs_first():
+            if self._processes.get(process.label) is process:
+                process.finish()
+                process.output.finish()
 
     def report(self) -> tuple[StreamReport, ...]:
-        """Describe every stream, in the order of creation."""
-        return tuple(self._report_one(label, generator) for label, generator in self._generators.items())
+        """Describe every process and its stream, in the order of creation."""
+        return tuple(map(report_on, self._processes.values()))
 
-    def _report_one(self, label: str, generator: StreamGenerator) -> StreamReport:
-        refinement = self._refinements.get(label)
-        dropped: dict[str, int] = {}
-        for subscription in generator.subscriptions:
-            for cause, count in subscription.filter.dropped.items():
-                dropped[cause] = dropped.get(cause, 0) + count
-        return StreamReport(
-            label=label,
-            inputs=self._inputs[label],
-            published=generator.published,
-            dropped=dropped,
-            subscribers=len(generator.subscriptions),
-            last_valid_us=generator.last_valid_us,
-            updates=refinement.updates if refinement else 0,
-            busy_ns=refinement.busy_ns if refinement else 0,
-        )
+    def _new_stream(self, label: str) -> StreamGenerator:
+        if label in self._processes:
+            raise StreamError(f"stream {label!r}: expected a new label, got one that is in use")
+        return StreamGenerator(label)
 
-    def _generator(self, label: str) -> StreamGenerator:
-        if label not in self._generators:
-            known = ", ".join(sorted(self._generators)) or "none"
+    def _begin(self, process: Process, start: Callable[[], None]) -> None:
+        self._processes[process.label] = process
+        self._order = None
+        try:
+            start()
+            for mediation in tuple(self._mediations.values()):
+                mediation.connect(process.label)
+        except BaseException:
+            self._remove_if_there(process.label)
+            raise
+        if self._being_built:
+            self._being_built[-1].append(process.label)
+
+    def _unit(self, label: str, name: str, count: int) -> Any:  # Any: see `UnitFactory`
+        expected = len(self.registry.unit_named(name).inputs)
+        if count != expected:
+            raise ProcessError(f"refinement {label!r}: unit {name!r} expected {expected} inputs, got {count!r}")
+        return self.registry.create(name)
+
+    def _build(self, build: Callable[["Node", Any], object], key: Hashable) -> tuple[str, ...]:
+        """Let a host function add processes, and remember which."""
+        created: list[str] = []
+        self._being_built.append(created)
+        try:
+            build(self, key)
+        except BaseException:
+            for label in reversed(created):
+                self._remove_if_there(label)
+            raise
+        finally:
+            self._being_built.pop()
+        return tuple(created)
+
+    def _remove_if_there(self, label: str) -> None:
+        if label in self._processes:
+            self.remove(label)
+
+    def _independent(self, label: str, reader: str) -> StreamGenerator | None:
+        """Give a stream for ``reader`` to read, None if it is not there; refuse it if it depends on the reader."""
+        if label not in self._processes:
+            return None
+        if depends_on(self._processes, label, reader):
+            raise ProcessError(f"mediation {reader!r}: expected streams that do not depend on it, got {label!r}")
+        self._order = None
+        return self._processes[label].output
+
+    def _inputs_first(self) -> tuple[Process, ...]:
+        if self._order is None:
+            self._order = inputs_first(self._processes)
+        return self._order
+
+    def _process(self, label: str) -> Process:
+        if label not in self._processes:
+            known = ", ".join(sorted(self._processes)) or "none"
             raise StreamError(f"stream {label!r}: expected one of the declared streams ({known})")
-        return self._generators[label]
+        return self._processes[label]

@@ -1,23 +1,62 @@
 """Which samples does a subscriber want? A policy: declarative constraints on the stream it receives.
 
-Each subscriber states its own policy, so two subscribers to one generator may see different streams. A policy is a
-pure function of the samples offered so far; the three steps always run in the order *order, cause, delay*.
+Each subscriber states its own policy, so two subscribers to one generator may see different streams. There are five
+families of constraints, after Heintz (2009), chapter 4 (cause, approximation, delay, duration, order); what they do
+to samples, and in which order, is `dyknow.policy_pipeline`.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
+from dyknow.durations import format_duration
 from dyknow.errors import PolicyError
-from dyknow.sample import Sample
 
 
-class Cause(Enum):
-    """Name what makes a sample worth delivering."""
+@dataclass(frozen=True, slots=True)
+class AnyUpdate:
+    """Deliver a sample for every sample that comes."""
 
-    ANY_UPDATE = "any update"
-    ANY_CHANGE = "any change"
+    def __str__(self) -> str:
+        return "any update"
+
+
+@dataclass(frozen=True, slots=True)
+class AnyChange:
+    """Deliver a sample only when its value differs from the last one delivered; the first always counts."""
+
+    def __str__(self) -> str:
+        return "any change"
+
+
+@dataclass(frozen=True, slots=True)
+class SampleEvery:
+    """Deliver the value at regular valid times, taken by the policy's approximation.
+
+    Raises
+    ------
+    PolicyError
+        If the period is not positive.
+    """
+
+    period_us: int
+
+    def __post_init__(self) -> None:
+        if self.period_us <= 0:
+            raise PolicyError(f"policy: the period of 'sample every' must be > 0 us, got {self.period_us!r}")
+
+    def __str__(self) -> str:
+        return f"sample every {format_duration(self.period_us)}"
+
+
+Cause = AnyUpdate | AnyChange | SampleEvery
+
+
+class Approximation(Enum):
+    """Name the value of a fluent at a time for which there is no sample: unknown, the last one, or in between."""
+
+    NONE = "no approximation"
+    MOST_RECENT = "use most recent"
+    LINEAR = "linear interpolation"
 
 
 class Order(Enum):
@@ -34,70 +73,66 @@ class Policy:
 
     Attributes
     ----------
-    cause : every sample, or only those whose value differs from the last one delivered.
+    cause : what makes a sample worth delivering.
+    approximation : the value at sampled times; read by `SampleEvery` and by a synchroniser.
+    max_delay_us : no sample is delivered later than this after its valid time; None accepts any delay.
+    from_us, to_us : the first and the last valid time of interest, both included; None does not limit.
+    oldest_us : on subscription, also deliver stored samples whose valid time is at most this long ago.
     order : late samples are dropped, never reordered; ``STRICT`` also drops a repeated valid time.
-    max_delay_us : samples that arrive later than this after their valid time are dropped; None accepts any delay.
 
     Raises
     ------
     PolicyError
-        If ``max_delay_us`` is negative.
-    """
-
-    cause: Cause = Cause.ANY_UPDATE
-    order: Order = Order.ANY
-    max_delay_us: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.max_delay_us is not None and self.max_delay_us < 0:
-            raise PolicyError(f"policy: max_delay_us must be None or >= 0 us, got {self.max_delay_us!r}")
-
-
-class PolicyFilter:
-    """Decide sample by sample what one subscriber receives, and count why the rest was dropped.
+        If a duration is negative, if ``from_us`` is after ``to_us``, or if no sample could ever be delivered: the
+        value at a sampled time is settled by what comes after it in order, or by its delay; without order and with
+        any delay it never is.
 
     Examples
     --------
-    >>> strict = PolicyFilter(Policy(order=Order.STRICT))
-    >>> [strict.admits(Sample(t, t, "x")) for t in (10, 20, 20, 15, 30)]
-    [True, True, False, False, True]
-    >>> strict.dropped
-    {'order': 2}
+    >>> print(Policy(SampleEvery(200_000), Approximation.MOST_RECENT, max_delay_us=400_000, order=Order.STRICT))
+    sample every 200ms, use most recent, max delay 400ms, strict order
+    >>> print(Policy())
+    any update
     """
 
-    __slots__ = ("_last_valid_us", "_last_value", "dropped", "policy")
+    cause: Cause = AnyUpdate()
+    approximation: Approximation = Approximation.NONE
+    max_delay_us: int | None = None
+    from_us: int | None = None
+    to_us: int | None = None
+    oldest_us: int | None = None
+    order: Order = Order.ANY
 
-    def __init__(self, policy: Policy) -> None:
-        self.policy = policy
-        self.dropped: dict[str, int] = {}
-        self._last_valid_us: int | None = None
-        self._last_value: object = _NOTHING
+    def __post_init__(self) -> None:
+        for name, us in (("max_delay_us", self.max_delay_us), ("oldest_us", self.oldest_us)):
+            if us is not None and us < 0:
+                raise PolicyError(f"policy: {name} must be None or >= 0 us, got {us!r}")
+        if self.from_us is not None and self.to_us is not None and self.from_us > self.to_us:
+            raise PolicyError(f"policy: from_us must be <= to_us, got {self.from_us!r} and {self.to_us!r}")
+        if isinstance(self.cause, SampleEvery) and self.order is Order.ANY and self.max_delay_us is None:
+            raise PolicyError(
+                f"policy: {self.cause} must have a max delay or an order to settle its values, got neither"
+            )
 
-    def admits(self, sample: Sample[Any]) -> bool:  # Any: a stream may carry any value
-        """Tell whether the subscriber receives this sample; remember it if so."""
-        cause = self._first_objection(sample)
-        if cause is not None:
-            self.dropped[cause] = self.dropped.get(cause, 0) + 1
-            return False
-        self._last_valid_us = sample.valid_us
-        self._last_value = sample.value
-        return True
+    def __str__(self) -> str:
+        """Write the policy in the words of KPL, without what is the default; never empty."""
+        constraints = [str(self.cause)]
+        if self.approximation is not Approximation.NONE:
+            constraints.append(self.approximation.value)
+        if self.max_delay_us is not None:
+            constraints.append(f"max delay {format_duration(self.max_delay_us)}")
+        limits = (("from", self.from_us), ("to", self.to_us))
+        duration = " ".join(f"{word} {format_duration(us)}" for word, us in limits if us is not None)
+        if duration:
+            constraints.append(duration)
+        if self.oldest_us is not None:
+            constraints.append(f"oldest {format_duration(self.oldest_us)}")
+        if self.order is not Order.ANY:
+            constraints.append(self.order.value)
+        return ", ".join(constraints)
 
-    def _first_objection(self, sample: Sample[Any]) -> str | None:
-        policy, last_us = self.policy, self._last_valid_us
-        if policy.order is not Order.ANY and last_us is not None and _is_out_of_order(policy, last_us, sample.valid_us):
-            return "order"
-        if policy.cause is Cause.ANY_CHANGE and self._last_value is not _NOTHING and self._last_value == sample.value:
-            return "no change"
-        if policy.max_delay_us is not None and sample.delay_us > policy.max_delay_us:
-            return "delay"
-        return None
-
-
-def _is_out_of_order(policy: Policy, last_us: int, valid_us: int) -> bool:
-    return valid_us < last_us or (policy.order is Order.STRICT and valid_us == last_us)
-
-
-_NOTHING = object()
-
-Consumer = Callable[[Sample[Any]], None]
+    @property
+    def delivers_everything(self) -> bool:
+        """Tell whether every sample passes unchanged, so that no state need be kept."""
+        limits = (self.max_delay_us, self.from_us, self.to_us)
+        return isinstance(self.cause, AnyUpdate) and self.order is Order.ANY and limits == (None, None, None)

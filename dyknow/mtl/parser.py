@@ -14,7 +14,8 @@ from typing import Any  # lark leaves the children of a tree untyped
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
-from dyknow.mtl.diagnostics import Reporter, Span
+from dyknow.diagnostics import Reporter, Span
+from dyknow.mtl.diagnostics import FormulaError
 from dyknow.mtl.formula import Formula, Monitor
 from dyknow.mtl.signature import Signature
 from dyknow.mtl.syntax_errors import describe_unexpected
@@ -52,7 +53,7 @@ def parse_formula(
     1 | always[2s, 1s] green
       |            ^^
     """
-    reporter = Reporter(text, name)
+    reporter = Reporter(text, name, FormulaError)
     words = _read_words(text, reporter)
     reporter.raise_if_any()
     tree = _parse(words, "formula", reporter)
@@ -87,7 +88,7 @@ def parse_monitors(text: str, *, name: str = "monitors", signature: Signature | 
     >>> [(one.name, one.subjects) for one in parse_monitors(text)]
     [('careful', (Subject(variable=Variable(name='c'), sort='Car'),))]
     """
-    reporter = Reporter(text, name)
+    reporter = Reporter(text, name, FormulaError)
     builder = TreeBuilder(reporter, signature)
     trees = [_parse(piece, "monitor", reporter) for piece in _pieces(_read_words(text, reporter))]
     monitors = [builder.monitor(tree) for tree in trees if tree is not None]

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable
 from decimal import Decimal
 
+from dyknow.durations import format_duration
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Term
-from dyknow.mtl.units import format_duration
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _OPERATOR_WORDS = ("not", "and", "or", "implies", "iff", "until", "always", "eventually", "next", "tolerate")

@@ -10,7 +10,7 @@ from collections.abc import Collection
 
 from lark import Token
 
-from dyknow.mtl.diagnostics import suggest
+from dyknow.diagnostics import suggest
 from dyknow.mtl.units import UNITS
 
 _OPERATORS = ("and", "or", "implies", "iff", "until")

@@ -13,12 +13,12 @@ from typing import Any, TypeAlias, cast  # Any: lark leaves the children of a tr
 
 from lark import Token, Tree
 
+from dyknow.diagnostics import Reporter, Span, suggest
+from dyknow.durations import LARGEST_US, US_PER_UNIT, format_duration, to_us
 from dyknow.mtl import formula as model
-from dyknow.mtl.diagnostics import Reporter, Span, suggest
 from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.signature import Signature
 from dyknow.mtl.structure import free_variables
-from dyknow.mtl.units import LARGEST_US, US_PER_UNIT, format_duration, to_us
 
 _Node: TypeAlias = Any  # a Tree, whose children lark types as trees or anything
 Scope = Mapping[str, "str | None"]

@@ -1,0 +1,205 @@
+"""What does a KPL text say? Its statements as plain values.
+
+Two models are equal when they say the same in the same order; the places in the text, kept for messages, do not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from dyknow.diagnostics import Span
+
+_NOWHERE = Span(1, 1, 1, 2)
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """Hold one name and where it stands."""
+
+    text: str
+    span: Span = field(default=_NOWHERE, compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True, slots=True)
+class NamedType:
+    """Name a type: a basic one or a sort."""
+
+    name: Name
+
+    def __str__(self) -> str:
+        return self.name.text
+
+
+@dataclass(frozen=True, slots=True)
+class TupleType:
+    """Describe tuples of a fixed length."""
+
+    parts: tuple[Type, ...]
+
+    def __str__(self) -> str:
+        return f"<{', '.join(map(str, self.parts))}>"
+
+
+@dataclass(frozen=True, slots=True)
+class SetType:
+    """Describe sets whose elements are of one type."""
+
+    element: Type
+
+    def __str__(self) -> str:
+        return f"set({self.element})"
+
+
+Type = NamedType | TupleType | SetType
+
+
+class ConstraintKind(Enum):
+    """Name the forms of constraints by their words; each belongs to one `family`."""
+
+    ANY_UPDATE = "any update"
+    ANY_CHANGE = "any change"
+    SAMPLE_EVERY = "sample every"
+    NO_APPROXIMATION = "no approximation"
+    MOST_RECENT = "use most recent"
+    LINEAR = "linear interpolation"
+    MAX_DELAY = "max delay"
+    FROM = "from"
+    TO = "to"
+    OLDEST = "oldest"
+    ANY_ORDER = "any order"
+    MONOTONE_ORDER = "monotone order"
+    STRICT_ORDER = "strict order"
+
+    @property
+    def family(self) -> str:
+        """Return what the constraint speaks of; a policy has at most one constraint of each family."""
+        return _FAMILIES.get(self, self.value)
+
+
+_FAMILIES = {
+    ConstraintKind.ANY_UPDATE: "cause",
+    ConstraintKind.ANY_CHANGE: "cause",
+    ConstraintKind.SAMPLE_EVERY: "cause",
+    ConstraintKind.NO_APPROXIMATION: "approximation",
+    ConstraintKind.MOST_RECENT: "approximation",
+    ConstraintKind.LINEAR: "approximation",
+    ConstraintKind.ANY_ORDER: "order",
+    ConstraintKind.MONOTONE_ORDER: "order",
+    ConstraintKind.STRICT_ORDER: "order",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Constraint:
+    """State one thing that a reader wants of a stream.
+
+    Attributes
+    ----------
+    us : the duration or time of the forms that have one; None stands for `now` after `from`, and for `oo` after `to`
+        and `max delay`.
+    """
+
+    kind: ConstraintKind
+    us: int | None = None
+    span: Span = field(default=_NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Name the stream of a process: a name, or a feature of objects such as `on_road[car1]`."""
+
+    name: Name
+    arguments: tuple[Name, ...] = ()
+    span: Span = field(default=_NOWHERE, compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return f"{self.name}[{', '.join(map(str, self.arguments))}]" if self.arguments else self.name.text
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """Read the stream of a process under constraints; those not written take their defaults."""
+
+    label: Label
+    constraints: tuple[Constraint, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SortDeclaration:
+    """Name a type, or with None a kind of values that only the host knows."""
+
+    name: Name
+    type: Type | None
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectDeclaration:
+    """Name the objects of a sort."""
+
+    sort: Name
+    names: tuple[Name, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureDeclaration:
+    """Name a property of objects or a relation between them, with the type of its value."""
+
+    type: Type
+    name: Name
+    sorts: tuple[Name, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SourceDeclaration:
+    """Name a source of the host and the type of its samples."""
+
+    type: Type
+    name: Name
+
+
+@dataclass(frozen=True, slots=True)
+class UnitDeclaration:
+    """Name a computational unit of the host, the type of its output and those of its inputs."""
+
+    type: Type
+    name: Name
+    inputs: tuple[Type, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GeneratorDeclaration:
+    """Create a process: `function` names a source if there are no inputs, a unit otherwise."""
+
+    label: Label
+    function: Name
+    inputs: tuple[Term, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StreamDeclaration:
+    """Name a stream that the host reads."""
+
+    name: Name
+    term: Term
+
+
+Statement = (
+    SortDeclaration
+    | ObjectDeclaration
+    | FeatureDeclaration
+    | SourceDeclaration
+    | UnitDeclaration
+    | GeneratorDeclaration
+    | StreamDeclaration
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Specification:
+    """Hold the statements of one text in their order."""
+
+    statements: tuple[Statement, ...]

@@ -1,0 +1,165 @@
+"""Which names does a specification declare, and as what?
+
+There are five kinds of names: sorts, objects, features, host code (sources and units), and labels (of processes and of
+streams). One name may be of several kinds, but is declared only once in each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TypeVar
+
+from dyknow.diagnostics import Reporter, suggest
+from dyknow.kpl import model
+from dyknow.kpl.model import Label, Name
+
+BASIC_TYPES = ("bool", "int", "float", "string", "time", "object")
+_NUMERIC = ("float", "int")
+
+Function = model.SourceDeclaration | model.UnitDeclaration
+_Value = TypeVar("_Value")
+
+
+class Vocabulary:
+    """Keeps what the statements of one text declare; reports what is declared twice.
+
+    Parameters
+    ----------
+    specification : the statements.
+    reporter : takes the errors.
+    doubtful : names that malformed statements may declare; it is no error to use those.
+    """
+
+    def __init__(
+        self, specification: model.Specification, reporter: Reporter, doubtful: frozenset[str] = frozenset()
+    ) -> None:
+        self.sorts: dict[str, model.SortDeclaration] = {}
+        self.objects: dict[str, Name] = {}  # each with the name of its sort
+        self.features: dict[str, model.FeatureDeclaration] = {}
+        self.functions: dict[str, Function] = {}
+        self.processes: dict[str, model.GeneratorDeclaration] = {}
+        self.streams: dict[str, model.StreamDeclaration] = {}
+        self._reporter = reporter
+        self._doubtful = doubtful
+        self._declared: dict[tuple[str, str], Name | Label] = {}
+        for statement in specification.statements:
+            self._enter(statement)
+
+    def knows(self, table: Mapping[str, object], kind: str, name: Name | Label, *, hint: str = "") -> bool:
+        """Tell whether a table has a name; report it if not.
+
+        Parameters
+        ----------
+        table : one of the tables of this vocabulary.
+        kind : what it is a table of, for the message.
+        hint : said instead of the nearest known name.
+        """
+        text = str(name)
+        if text in table:
+            return True
+        stem = name.name.text if isinstance(name, Label) else text
+        if stem not in self._doubtful:
+            message = f"expected a declared {kind}, got {text!r}"
+            self._reporter.error("K0202", message, name.span, hint or suggest(text, table))
+        return False
+
+    def meaning(self, type_: model.Type) -> model.Type:
+        """Follow the names of sorts to the type that they stand for, but not into its parts."""
+        followed: set[str] = set()
+        while isinstance(type_, model.NamedType) and type_.name.text not in followed:
+            followed.add(type_.name.text)
+            sort = self.sorts.get(type_.name.text)
+            type_ = sort.type if sort is not None and sort.type is not None else type_
+        return type_
+
+    def are_same(self, one: model.Type, other: model.Type) -> bool:
+        """Tell whether two types are the same when all sorts are replaced by what they stand for.
+
+        Each pair is compared once: written out, a few sorts of sorts may be longer than any memory.
+        """
+        waiting, seen = [(one, other)], set[tuple[model.Type, model.Type]]()
+        while waiting:
+            pair = waiting.pop()
+            if pair in seen:
+                continue
+            seen.add(pair)
+            match self.meaning(pair[0]), self.meaning(pair[1]):
+                case model.TupleType(parts), model.TupleType(others) if len(parts) == len(others):
+                    waiting += zip(parts, others, strict=True)
+                case model.SetType(element), model.SetType(other_element):
+                    waiting.append((element, other_element))
+                case model.NamedType(name), model.NamedType(other_name) if name == other_name:
+                    pass
+                case _:
+                    return False
+        return True
+
+    def is_numeric(self, type_: model.Type) -> bool:
+        """Tell whether values of a type are numbers or tuples of numbers."""
+        return all(
+            isinstance(leaf, model.TupleType) or (isinstance(leaf, model.NamedType) and leaf.name.text in _NUMERIC)
+            for leaf in map(self.meaning, self._tuple_parts(type_))
+        )
+
+    def is_made_of_itself(self, name: Name) -> bool:
+        """Tell whether a sort occurs in what it stands for."""
+        waiting, seen = [name.text], set[str]()
+        while waiting:
+            sort = self.sorts.get(waiting.pop())
+            for inner in names_in(sort.type) if sort is not None and sort.type is not None else ():
+                if inner == name:
+                    return True
+                if inner.text not in seen:
+                    seen.add(inner.text)
+                    waiting.append(inner.text)
+        return False
+
+    def _tuple_parts(self, type_: model.Type) -> set[model.Type]:
+        """Give a type and everything inside it that is reached through tuples alone."""
+        waiting, seen = [type_], set[model.Type]()
+        while waiting:
+            one = waiting.pop()
+            if one not in seen:
+                seen.add(one)
+                inside = self.meaning(one)
+                waiting += inside.parts if isinstance(inside, model.TupleType) else ()
+        return seen
+
+    def _enter(self, statement: model.Statement) -> None:
+        match statement:
+            case model.SortDeclaration(name):
+                self._declare(self.sorts, "sort", name, statement)
+            case model.ObjectDeclaration(sort, names):
+                for name in names:
+                    self._declare(self.objects, "object", name, sort)
+            case model.FeatureDeclaration(_, name):
+                self._declare(self.features, "feature", name, statement)
+            case model.SourceDeclaration(_, name) | model.UnitDeclaration(_, name):
+                self._declare(self.functions, "source or unit", name, statement)
+            case model.GeneratorDeclaration(label):
+                self._declare(self.processes, "label", label, statement)
+            case model.StreamDeclaration(name):
+                self._declare(self.streams, "label", name, statement)
+
+    def _declare(self, table: dict[str, _Value], kind: str, name: Name | Label, value: _Value) -> None:
+        text = str(name)
+        earlier = self._declared.setdefault((kind, text), name)
+        if kind == "sort" and text in BASIC_TYPES:
+            self._reporter.error("K0203", f"expected a new name for a sort, got the basic type {text!r}", name.span)
+        elif earlier is not name:
+            message = f"expected a new {kind}, got {text!r}, declared in line {earlier.span.line}"
+            self._reporter.error("K0201", message, name.span)
+        else:
+            table[text] = value
+
+
+def names_in(type_: model.Type) -> Iterator[Name]:
+    """Give the names that are written in a type."""
+    match type_:
+        case model.NamedType(name):
+            yield name
+        case model.TupleType(parts):
+            for part in parts:
+                yield from names_in(part)
+        case model.SetType(element):
+            yield from names_in(element)

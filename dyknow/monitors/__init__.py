@@ -1,0 +1,1 @@
+"""Which objects broke, or kept, what named formulas ask of them? Formulas run for every object of a sort."""

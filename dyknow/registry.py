@@ -1,0 +1,142 @@
+"""Which sources and computational units does the host offer, and what do they take and give?
+
+A declaration in text names its sources and units; the registry binds these names to host code. Units are registered as
+factories: every process gets a unit of its own, whose state nobody shares.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from dyknow.errors import RegistryError
+
+# Any: a unit takes `update(sample)` or `update(index, sample)`, depending on how many inputs it was registered with.
+UnitFactory = Callable[[], Any]
+_Factory = TypeVar("_Factory", bound=UnitFactory)
+
+
+@dataclass(frozen=True, slots=True)
+class SourceSignature:
+    """Name a source and the type of its samples' values."""
+
+    name: str
+    output: str
+
+
+@dataclass(frozen=True, slots=True)
+class UnitSignature:
+    """Name a computational unit, the types of its inputs and of its output, and what makes one."""
+
+    name: str
+    inputs: tuple[str, ...]
+    output: str
+    factory: UnitFactory
+
+
+class Registry:
+    """Hold the sources and units of a host by name.
+
+    Examples
+    --------
+    >>> registry = Registry()
+    >>> registry.source("pos", output="Point")
+    >>> @registry.unit("on_road", inputs=("Point",), output="Truth")
+    ... class OnRoad:
+    ...     def update(self, sample):
+    ...         return ()
+    ...     def finish(self):
+    ...         return ()
+    >>> registry.unit_named("on_road").inputs, registry.source_named("pos").output
+    (('Point',), 'Point')
+    >>> type(registry.create("on_road")).__name__
+    'OnRoad'
+    """
+
+    def __init__(self) -> None:
+        self._sources: dict[str, SourceSignature] = {}
+        self._units: dict[str, UnitSignature] = {}
+
+    @property
+    def sources(self) -> Mapping[str, SourceSignature]:
+        """Return the sources by name, in the order in which they were registered."""
+        return MappingProxyType(self._sources)
+
+    @property
+    def units(self) -> Mapping[str, UnitSignature]:
+        """Return the units by name, in the order in which they were registered."""
+        return MappingProxyType(self._units)
+
+    def source(self, name: str, *, output: str) -> None:
+        """Register a source: the host publishes values of type ``output`` to streams made of it.
+
+        Raises
+        ------
+        RegistryError
+            If a source or unit has this name.
+        """
+        self._refuse_taken(name)
+        self._sources[name] = SourceSignature(name, output)
+
+    def unit(self, name: str, *, inputs: tuple[str, ...], output: str) -> Callable[[_Factory], _Factory]:
+        """Register what makes units of this name: call the answer with it, or use it as a decorator of the class.
+
+        Raises
+        ------
+        RegistryError
+            If a source or unit has this name, or if there is no input.
+        """
+        self._refuse_taken(name)
+        if not inputs:
+            raise RegistryError(f"unit {name!r}: expected the types of one input or more, got {inputs!r}")
+
+        def register(factory: _Factory) -> _Factory:
+            self._refuse_taken(name)
+            self._units[name] = UnitSignature(name, inputs, output, factory)
+            return factory
+
+        return register
+
+    def source_named(self, name: str) -> SourceSignature:
+        """Give the signature of a source.
+
+        Raises
+        ------
+        RegistryError
+            If there is none of this name.
+        """
+        return _find(self._sources, "source", name)
+
+    def unit_named(self, name: str) -> UnitSignature:
+        """Give the signature of a unit.
+
+        Raises
+        ------
+        RegistryError
+            If there is none of this name.
+        """
+        return _find(self._units, "unit", name)
+
+    def create(self, name: str) -> Any:  # Any: see UnitFactory
+        """Make a new unit.
+
+        Raises
+        ------
+        RegistryError
+            If there is none of this name.
+        """
+        return self.unit_named(name).factory()
+
+    def _refuse_taken(self, name: str) -> None:
+        if name in self._sources or name in self._units:
+            raise RegistryError(f"{name!r}: expected a new name for a source or unit, got one that is in use")
+
+
+_Signature = TypeVar("_Signature")
+
+
+def _find(signatures: Mapping[str, _Signature], kind: str, name: str) -> _Signature:
+    if name not in signatures:
+        known = ", ".join(sorted(signatures)) or "none"
+        raise RegistryError(f"{kind} {name!r}: expected one of the registered ones ({known})")
+    return signatures[name]

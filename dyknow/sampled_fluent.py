@@ -1,0 +1,166 @@
+"""What is the value of one fluent at regular times, out of samples that come at any time?
+
+Between two sampled times only few samples can matter: the last one for `use most recent`, the first and the last one
+for `linear interpolation`, and only those at the sampled times themselves for `no approximation`. The rest is dropped
+when it comes, so memory does not depend on how fast the samples come.
+"""
+
+from bisect import bisect_left, bisect_right
+from numbers import Real
+from types import MappingProxyType
+from typing import Any
+
+from dyknow.errors import PolicyError
+from dyknow.policy import Approximation, Order
+from dyknow.sample import NO_VALUE, Sample
+
+_BEFORE_EVERYTHING_US = -(2**80)  # an int, so that times stay ints in every comparison
+
+# How many samples after one sampled time and up to the next can matter; without approximation only an exact one does.
+_NEEDED = MappingProxyType({Approximation.NONE: 0, Approximation.MOST_RECENT: 1, Approximation.LINEAR: 2})
+
+
+class SampledFluent:
+    """Keep the samples of one fluent that sampled times may still need.
+
+    Of several samples with the same valid time the first one counts: a value at a sampled time may have left already
+    when the others come, and it is never revised.
+
+    Parameters
+    ----------
+    start_us, period_us : sampled times are ``start_us + k * period_us`` for every integer k.
+    order : what the samples are known to keep; with ``ANY`` only an exact sample or a promise settles a time.
+
+    Attributes
+    ----------
+    settled_us : nothing that comes later changes the value at or before this time.
+    dropped : samples that no sampled time needs any more or never did, by cause.
+
+    Examples
+    --------
+    >>> height = SampledFluent(Approximation.LINEAR, Order.STRICT, start_us=0, period_us=100)
+    >>> for t_us, value in ((0, 1.0), (20, 8.0), (40, 9.0), (50, 2.0), (150, 4.0)):
+    ...     height.insert(Sample(t_us, t_us, value))
+    >>> height.is_settled(100), height.is_settled(200), height.dropped
+    (True, False, {'not sampled': 1})
+    >>> height.take(0), height.take(100), height.take(200)
+    (1.0, 3.0, no_value)
+    """
+
+    __slots__ = (
+        "_approximation", "_is_ordered", "_needed", "_period_us", "_start_us", "_taken_us", "_times_us", "_values",
+        "dropped", "settled_us",
+    )  # fmt: skip
+
+    def __init__(self, approximation: Approximation, order: Order, *, start_us: int, period_us: int) -> None:
+        self._approximation = approximation
+        self._is_ordered = order is not Order.ANY
+        self._needed = _NEEDED[approximation]
+        self._start_us = start_us
+        self._period_us = period_us
+        self._taken_us = _BEFORE_EVERYTHING_US
+        self._times_us: list[int] = []  # ascending, without repetition; _values goes with it
+        self._values: list[Any] = []  # Any: fluents have values of any type
+        self.settled_us = _BEFORE_EVERYTHING_US
+        self.dropped: dict[str, int] = {}
+
+    def __len__(self) -> int:
+        """Return how many samples are held."""
+        return len(self._times_us)
+
+    def insert(self, sample: Sample[Any]) -> None:
+        """Take a sample in; drop the one that is not needed beside it, if there is such."""
+        valid_us = sample.valid_us
+        if valid_us <= self.settled_us:
+            self._drop("repeated" if self._has(valid_us) else "late")
+            return
+        times_us = self._times_us
+        at = len(times_us) if not times_us or valid_us > times_us[-1] else bisect_left(times_us, valid_us)
+        if at < len(times_us) and times_us[at] == valid_us:
+            self._drop("repeated")
+        else:
+            self._place(at, valid_us, sample.value)
+        if self._is_ordered:
+            self.settled_us = valid_us
+
+    def promise(self, valid_us: int) -> None:
+        """Take the producer's word that it says nothing more about this time or earlier.
+
+        It settles nothing under linear interpolation, which needs to know what comes next.
+        """
+        if self._approximation is not Approximation.LINEAR:
+            self.settled_us = max(self.settled_us, valid_us)
+
+    def is_settled(self, t_us: int) -> bool:
+        """Tell whether nothing that comes later changes the value at a sampled time."""
+        return t_us <= self.settled_us or (not self._is_ordered and self._has(t_us))
+
+    def take(self, t_us: int) -> Any:  # Any: see above
+        """Give the value at a sampled time, and forget what no later time needs; times must increase."""
+        self._taken_us = t_us
+        times_us, values = self._times_us, self._values
+        at = bisect_right(times_us, t_us) - 1  # the most recent sample
+        if at > 0:
+            del times_us[:at], values[:at]
+        if at < 0:
+            return NO_VALUE
+        if times_us[0] == t_us or self._approximation is Approximation.MOST_RECENT:
+            return values[0]
+        if self._approximation is Approximation.NONE or len(times_us) == 1:
+            return NO_VALUE
+        return _between(times_us, values, t_us)
+
+    def _place(self, at: int, valid_us: int, value: Any) -> None:  # Any: see above
+        """Put a sample before position ``at``, or in place of one that it makes useless, or drop it."""
+        after_us, until_us, needed = self._gap(valid_us)
+        first, end = bisect_right(self._times_us, after_us), bisect_right(self._times_us, until_us)
+        if end - first < needed:
+            self._times_us.insert(at, valid_us)
+            self._values.insert(at, value)
+        elif needed and at == end:  # the new last one
+            self._replace(at - 1, valid_us, value)
+        elif needed == 2 and at == first:  # the new first one
+            self._replace(at, valid_us, value)
+        else:
+            self._drop("late" if until_us == self._taken_us else "not sampled")
+
+    def _gap(self, valid_us: int) -> tuple[int, int, int]:
+        """Say after which time and up to which a sample competes with others, and how many of them are needed."""
+        start_us, period_us = self._start_us, self._period_us
+        next_us = start_us - (start_us - valid_us) // period_us * period_us
+        if next_us <= self._taken_us:  # late, but perhaps still the most recent sample
+            return _BEFORE_EVERYTHING_US, self._taken_us, min(self._needed, 1)
+        return next_us - period_us, next_us, max(self._needed, 1) if valid_us == next_us else self._needed
+
+    def _replace(self, at: int, valid_us: int, value: Any) -> None:  # Any: see above
+        if self._times_us[at] > self._taken_us:  # else it served its time
+            self._drop("not sampled")
+        self._times_us[at] = valid_us
+        self._values[at] = value
+
+    def _drop(self, cause: str) -> None:
+        self.dropped[cause] = self.dropped.get(cause, 0) + 1
+
+    def _has(self, valid_us: int) -> bool:
+        at = bisect_left(self._times_us, valid_us)
+        return at < len(self._times_us) and self._times_us[at] == valid_us
+
+
+def _between(times_us: list[int], values: list[Any], t_us: int) -> Any:  # Any: see above
+    """Interpolate between the first two samples."""
+    (before_us, after_us), (before, after) = times_us[:2], values[:2]
+    if before is NO_VALUE or after is NO_VALUE:
+        return NO_VALUE
+    share = (t_us - before_us) / (after_us - before_us)
+    if isinstance(before, tuple) and isinstance(after, tuple) and len(before) == len(after):
+        return tuple(_mix(a, b, share) for a, b in zip(before, after, strict=True))
+    return _mix(before, after, share)
+
+
+def _mix(before: Any, after: Any, share: float) -> Any:  # Any: see above
+    numbers = (before, after)
+    if not all(isinstance(one, Real) and not isinstance(one, bool) for one in numbers):
+        raise PolicyError(
+            f"linear interpolation: expected numbers, or tuples of them of one length, got {before!r} and {after!r}"
+        )
+    return before + (after - before) * share

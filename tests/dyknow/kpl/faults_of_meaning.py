@@ -1,0 +1,232 @@
+"""Texts of KPL with one fault in what they mean each: what is said about it, and how it is mended."""
+
+from tests.dyknow.kpl.faults_of_words import Fault
+
+NAMES = {
+    "a label twice": Fault(
+        "K0201",
+        "strmgen «pos[car1]» = gps;",
+        "expected a new label, got 'pos[car1]', declared in line 13",
+        "",
+        "",
+    ),
+    "a stream named as a label": Fault(
+        "K0201",
+        "strmgen d = gps;\nstream «d» = d;",
+        "expected a new label, got 'd', declared in line 15",
+        "",
+        "strmgen d = gps;\nstream seen_d = d;",
+    ),
+    "a sort twice": Fault("K0201", "sort «Car»;", "expected a new sort, got 'Car', declared in line 2", "", ""),
+    "a unit named as a source": Fault(
+        "K0201",
+        "compunit float «gps»(Point);",
+        "expected a new source or unit, got 'gps', declared in line 9",
+        "",
+        "compunit float heading(Point);",
+    ),
+    "an unknown type": Fault(
+        "K0202",
+        "source «Pont» x;",
+        "expected a declared type, got 'Pont'",
+        "did you mean 'Point'?",
+        "source Point x;",
+    ),
+    "a type that nothing is like": Fault(
+        "K0202",
+        "source «Image» x;",
+        "expected a declared type, got 'Image'",
+        "'sort Image;' declares it",
+        "sort Image; source Image x;",
+    ),
+    "an unknown sort": Fault(
+        "K0202",
+        "object «Cra» car3;",
+        "expected a declared sort, got 'Cra'",
+        "did you mean 'Car'?",
+        "object Car car3;",
+    ),
+    "an unknown object": Fault(
+        "K0202",
+        "strmgen pos[«car3»] = gps;",
+        "expected a declared object, got 'car3'",
+        "did you mean 'car2'?",
+        "object Car car3; strmgen pos[car3] = gps;",
+    ),
+    "an unknown feature": Fault(
+        "K0202",
+        "strmgen «posn»[car1] = gps;",
+        "expected a declared feature, got 'posn'",
+        "did you mean 'pos'?",
+        "feature Point posn(Car); strmgen posn[car1] = gps;",
+    ),
+    "an unknown source": Fault(
+        "K0202",
+        "strmgen d = «gsp»;",
+        "expected a declared source, got 'gsp'",
+        "did you mean 'gps'?",
+        "strmgen d = gps;",
+    ),
+    "an unknown unit": Fault(
+        "K0202",
+        "strmgen d = «distanc»(pos[car1], pos[car2]);",
+        "expected a declared unit, got 'distanc'",
+        "did you mean 'distance'?",
+        "strmgen d = distance(pos[car1], pos[car2]);",
+    ),
+    "an unknown label": Fault(
+        "K0202",
+        "stream a = «pos[car3]»;",
+        "expected a declared label, got 'pos[car3]'",
+        "did you mean 'pos[car2]'?",
+        "stream a = pos[car2];",
+    ),
+    "a stream as an input": Fault(
+        "K0202",
+        "stream a = pos[car1]; stream b = «a»;",
+        "expected a declared label, got 'a'",
+        "a stream is read by the host only; read the label behind it",
+        "stream a = pos[car1]; stream b = pos[car1];",
+    ),
+    "a source as an input": Fault(
+        "K0202",
+        "stream a = «gps»;",
+        "expected a declared label, got 'gps'",
+        "that is host code; 'strmgen' gives its stream a label",
+        "strmgen b = gps; stream a = b;",
+    ),
+    "a label as a source": Fault(
+        "K0202",
+        "strmgen d = gps; strmgen e = «d»;",
+        "expected a declared source, got 'd'",
+        "a stream under a policy is declared by 'stream'",
+        "strmgen d = gps; stream e = d;",
+    ),
+    "a basic type as a sort": Fault(
+        "K0203",
+        "sort «float» = int;",
+        "expected a new name for a sort, got the basic type 'float'",
+        "",
+        "sort Whole = int;",
+    ),
+}
+
+TYPES = {
+    "too few objects": Fault(
+        "K0301",
+        "strmgen «on[car1]» = road_test(pos[car1]);",
+        "expected 2 objects for the feature on, got on[car1]",
+        "",
+        "strmgen on[car1, main] = road_test(pos[car1]);",
+    ),
+    "too few inputs": Fault(
+        "K0302",
+        "strmgen d = «distance»(pos[car1]);",
+        "expected 2 inputs for the unit distance, got 1",
+        "",
+        "strmgen d = distance(pos[car1], pos[car1]);",
+    ),
+    "a unit applied to nothing": Fault(
+        "K0302",
+        "strmgen d = «road_test»;",
+        "expected 1 input for the unit road_test, got none",
+        "",
+        "strmgen d = road_test(pos[car1]);",
+    ),
+    "a source applied to something": Fault(
+        "K0302",
+        "strmgen d = «gps»(pos[car1]);",
+        "expected a unit before '(', got the source 'gps'",
+        "",
+        "strmgen d = gps;",
+    ),
+    "an input of another type": Fault(
+        "K0303",
+        "strmgen n = names; strmgen d = distance(pos[car1], «n» with any change);",
+        "expected an input of type Point for the unit distance, got n of type string",
+        "",
+        "strmgen n = gps; strmgen d = distance(pos[car1], n with any change);",
+    ),
+    "a feature of another type": Fault(
+        "K0303",
+        "strmgen on_road[car1] = «distance»(pos[car1], pos[car2]);",
+        "expected values of type bool for the feature on_road, got float",
+        "",
+        "strmgen on_road[car1] = road_test(pos[car1]);",
+    ),
+    "words interpolated": Fault(
+        "K0304",
+        "strmgen n = names; stream a = n with strict order, sample every 1s, «linear interpolation»;",
+        "expected numbers or tuples of numbers to interpolate, got 'n' of type string",
+        "write 'use most recent'",
+        "strmgen n = names; stream a = n with strict order, sample every 1s, use most recent;",
+    ),
+    "an object of another sort": Fault(
+        "K0305",
+        "strmgen pos[«main»] = gps;",
+        "expected an object of sort Car, got 'main' of sort Road",
+        "",
+        "sort Street = Road; feature Point centre(Street); strmgen centre[main] = gps;",
+    ),
+    "a sort made of itself": Fault(
+        "K0306",
+        "sort «A» = <A, float>;",
+        "expected a sort that is not made of itself, got 'A'",
+        "",
+        "sort A = <int, float>;",
+    ),
+}
+
+POLICIES = {
+    "two causes": Fault(
+        "K0401",
+        "stream a = pos[car1] with any update, «any change»;",
+        "expected one constraint of each kind, got 'any change' besides 'any update'",
+        "",
+        "stream a = pos[car1] with any change;",
+    ),
+    "a period of nothing": Fault(
+        "K0402",
+        "stream a = pos[car1] with «sample every 0s», strict order;",
+        "expected a period longer than 0s, got 0s",
+        "",
+        "stream a = pos[car1] with sample every 1us, strict order;",
+    ),
+    "sampling without any delay": Fault(
+        "K0403",
+        "stream a = pos[car1] with sample every 1s, strict order, «max delay 0»;",
+        "expected a delay that leaves time to settle sampled values, got 0s",
+        "allow a delay of a period of the input or more",
+        "stream a = pos[car1] with sample every 1s, strict order, max delay 1s;",
+    ),
+    "sampling that is never settled": Fault(
+        "K0404",
+        "stream a = pos[car1] with «sample every 1s», use most recent;",
+        "expected 'max delay' or an order, or no sampled value is ever settled, got neither",
+        "add 'strict order', or a delay such as 'max delay 400ms'",
+        "stream a = pos[car1] with sample every 1s, use most recent, monotone order;",
+    ),
+    "sampling that is never settled in so many words": Fault(
+        "K0404",
+        "stream a = pos[car1] with any order, max delay oo, «sample every 1s»;",
+        "expected 'max delay' or an order, or no sampled value is ever settled, got neither",
+        "add 'strict order', or a delay such as 'max delay 400ms'",
+        "stream a = pos[car1] with any order, max delay 1s, sample every 1s;",
+    ),
+    "an end before the start": Fault(
+        "K0405",
+        "stream a = pos[car1] with «from 5s to 1s»;",
+        "expected an end that is not before the start 5s, got 1s",
+        "",
+        "stream a = pos[car1] with from 1s to 1s;",
+    ),
+    "a cycle": Fault(
+        "K0501",
+        "compunit float step(float);\nstrmgen «a» = step(b);\nstrmgen b = step(c);\nstrmgen c = step(a);",
+        "expected a label that does not read itself, got the cycle a -> c -> b -> a",
+        "",
+        "compunit float step(float); source float x; strmgen a = x; strmgen b = step(c); strmgen c = step(a);",
+    ),
+}
+
+MEANING = NAMES | TYPES | POLICIES
