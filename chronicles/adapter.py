@@ -40,8 +40,8 @@ class FrameChanges(Protocol[_Change]):
 class Revisable(Protocol):
     """Describe a recogniser that may be told later what its events rested on."""
 
-    def observe(self, event: Event) -> list[Occurrence]: ...  # noqa: D102
-    def advance(self, t_us: int) -> list[Occurrence]: ...  # noqa: D102
+    def observe(self, event: Event) -> Sequence[Occurrence]: ...  # noqa: D102
+    def advance(self, t_us: int) -> Sequence[Occurrence]: ...  # noqa: D102
     def confirm(self, hypothesis: str) -> list[Occurrence]: ...  # noqa: D102
     def retract(self, hypothesis: str) -> list[Occurrence]: ...  # noqa: D102
 

@@ -12,19 +12,28 @@ from chronicles import library
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from service.errors import InputError
 from service.records import ChronicleRecord, RunRecord, SourceText
+from service.text_streams import Stream, stream_of
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedChronicles:
-    """Hold the chronicles of a run: compiled, one by one as the log lists them, and the texts they come from."""
+    """Hold the chronicles of a run: compiled, one by one as the log lists them, and the texts they come from.
+
+    `stream` is what they were taken to be about.
+    """
 
     merged: ChronicleSet
     records: tuple[ChronicleRecord, ...]
     texts: tuple[SourceText, ...]
+    stream: Stream = "traffic"
 
 
-def load_chronicle_files(paths: Sequence[Path]) -> LoadedChronicles:
+def load_chronicle_files(paths: Sequence[Path], stream: Stream | None = "traffic") -> LoadedChronicles:
     """Read and check chronicle files, all in one name space; no path means the whole library.
+
+    Parameters
+    ----------
+    stream : what they are about; None leaves it to the texts.
 
     Raises
     ------
@@ -33,12 +42,14 @@ def load_chronicle_files(paths: Sequence[Path]) -> LoadedChronicles:
     ChronicleError
         If a text has errors; it carries the diagnostics of all files.
     """
-    texts = with_relations([(str(path), read_text(path)) for path in paths]) if paths else library.texts()
+    own = [(str(path), read_text(path)) for path in paths]
+    stream = stream or (stream_of(own) if own else "traffic")
+    texts = with_relations(own, stream) if own else library.texts()
     merged = load_texts(texts)
     if not merged.plans:
         raise InputError(f"{', '.join(map(str, paths))}: expected at least one chronicle, got none")
     records = tuple(_record(merged, name, text) for name, text in merged.texts)
-    return LoadedChronicles(merged, records, tuple(SourceText(Path(name).name, text) for name, text in texts))
+    return LoadedChronicles(merged, records, tuple(SourceText(Path(name).name, text) for name, text in texts), stream)
 
 
 def chronicles_of(run: RunRecord) -> ChronicleSet:
@@ -46,9 +57,10 @@ def chronicles_of(run: RunRecord) -> ChronicleSet:
     return load_texts([(one.name, one.text) for one in run.texts])
 
 
-def with_relations(texts: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Put the declarations of our relations before texts (name, text), which so need not repeat them."""
-    return [("relations.chronicle", library.relations_text()), *texts]
+def with_relations(texts: Sequence[tuple[str, str]], stream: Stream = "traffic") -> list[tuple[str, str]]:
+    """Put the declarations of our relations before texts (name, text) about traffic, which so need not repeat them."""
+    relations = [("relations.chronicle", library.relations_text())] if stream == "traffic" else []
+    return [*relations, *texts]
 
 
 def read_text(path: Path) -> str:
@@ -62,7 +74,7 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(f"{path}: expected a readable chronicle file, got {error.strerror or error}") from error
+        raise InputError(f"{path}: expected a readable text file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
 

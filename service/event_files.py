@@ -5,8 +5,8 @@ Every error names the file and the line.
 
 import csv
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -20,6 +20,10 @@ EVENT_SUFFIXES = (".jsonl", ".csv")
 
 _TIMES = {"t_us": 1, "t_s": 1_000_000}
 _ARGUMENT = "arg"
+
+# Stricter than int() and float(), which take 1_000 and words such as nan.
+_WHOLE = re.compile(r"[+-]?\d{1,18}", re.ASCII)
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
 class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -68,23 +72,25 @@ def _from_jsonl(path: Path, lines: Iterable[str]) -> Iterator[Event]:
             raise InputError(f"{where}: expected an event as one JSON object, got {line[:80]!r} ({error})") from error
         times = {"t_us": read.t_us, "t_s": read.t_s}
         t_us = _only_time(where, {name: value for name, value in times.items() if value is not None})
-        yield _checked(where, Event(read.name, read.args, t_us, _value(read.old), _value(read.new)))
+        yield _event(where, read.name, read.args, t_us, (_value(read.old), _value(read.new)))
 
 
 def _from_csv(path: Path, lines: Iterable[str]) -> Iterator[Event]:
-    table = csv.reader(lines)
+    table = csv.reader(lines, strict=True)  # else a quote that is never closed swallows the rest of the file
+    first = 1  # line of the row at hand
     try:
         header = [name.strip() for name in next(table, [])]
         row_of = _checked_header(path, header)
+        first = table.line_num + 1
         for fields in table:
+            where, first = f"{path}:{first}", table.line_num + 1
             if not fields:
                 continue
-            where = f"{path}:{table.line_num}"
             if len(fields) != len(header):
                 raise InputError(f"{where}: expected {len(header)} fields, got {len(fields)}")
             yield _from_row(where, row_of(fields))
     except csv.Error as error:
-        raise InputError(f"{path}:{table.line_num}: expected a CSV file, got {error}") from error
+        raise InputError(f"{path}:{first}: expected a row of a CSV file, got {error}") from error
 
 
 def _checked_header(path: Path, header: list[str]) -> Callable[[list[str]], dict[str, str]]:
@@ -95,6 +101,8 @@ def _checked_header(path: Path, header: list[str]) -> Callable[[list[str]], dict
     if wrong or "name" not in header or not set(_TIMES) & set(header):
         wanted = "columns t_us or t_s, name, arg1, arg2, ..., old, new"
         raise InputError(f"{path}:1: expected {wanted}, got {', '.join(header) or 'an empty file'}")
+    if set(arguments) != {f"{_ARGUMENT}{place}" for place in range(1, len(arguments) + 1)}:
+        raise InputError(f"{path}:1: expected arg1, arg2, ... without a gap, got {', '.join(arguments)}")
     return lambda fields: dict(zip(header, (field.strip() for field in fields), strict=True))
 
 
@@ -112,14 +120,13 @@ def _from_row(where: str, row: Mapping[str, str]) -> Event:
     while values and not values[-1]:
         values.pop()  # a shorter list of arguments leaves its last cells empty
     t_us = _only_time(where, times)
-    return _checked(where, Event(row["name"], tuple(values), t_us, row.get("old") or None, row.get("new") or None))
+    return _event(where, row["name"], tuple(values), t_us, (row.get("old") or None, row.get("new") or None))
 
 
 def _number(where: str, name: str, text: str) -> float:
-    try:
-        return int(text) if name == "t_us" else float(text)
-    except ValueError as error:
-        raise InputError(f"{where}: column {name}: expected a number, got {text!r}") from error
+    if not (_WHOLE if name == "t_us" else _DECIMAL).fullmatch(text):
+        raise InputError(f"{where}: column {name}: expected a number, got {text!r}")
+    return int(text) if name == "t_us" else float(text)
 
 
 def _only_time(where: str, times: Mapping[str, float]) -> int:
@@ -135,10 +142,11 @@ def _value(read: bool | str | msgspec.UnsetType | None) -> str | None:
     return None if read is msgspec.UNSET else value_text(read)
 
 
-def _checked(where: str, event: Event) -> Event:
-    if not event.name or "" in event.args:
-        came = f"{event.name!r} of {list(event.args)!r}"
-        raise InputError(f"{where}: expected a name and arguments that are not empty, got {came}")
-    if event.new is None and event.old is not None:
+def _event(where: str, name: str, args: tuple[str, ...], t_us: int, change: tuple[str | None, str | None]) -> Event:
+    """Make an event of what a line says; the old value is unknown where only the new one is given."""
+    old, new = change
+    if not name or "" in args:
+        raise InputError(f"{where}: expected a name and arguments that are not empty, got {name!r} of {list(args)!r}")
+    if new is None and old is not None:
         raise InputError(f"{where}: expected 'new' beside 'old', got 'old' alone")
-    return event if event.new is None or event.old is not None else replace(event, old="unknown")
+    return Event(name, args, t_us, "unknown" if new is not None and old is None else old, new)

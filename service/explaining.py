@@ -4,7 +4,7 @@ The relation changes of the run are read back and handed to `chronicles.explanat
 is added here: by which links each car was taken for the one it is.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # JSON values
@@ -18,12 +18,13 @@ from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
+from chronicles.language.diagnostics import suggest
 from service.chronicle_files import chronicles_of, load_chronicle_files
 from service.errors import FilterError, NotInLogError, QueryError
 from service.queries import decode_event, find_event
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
-from service.stored_events import check_watched, stored_events
+from service.stored_events import StoredEvents, check_watched, stored_events
 from service.times import format_media
 
 Json = dict[str, Any]  # Any: a JSON object
@@ -69,7 +70,7 @@ class AbsenceQuestion:
     ----------
     run : which run; None for the only one of the log.
     roles : values of some roles, to ask about these things only.
-    start_us, end_us : the events of an instance must lie in [start_us, end_us); None is open.
+    start_us, end_us : asks for the instances that overlap [start_us, end_us); None is open.
     limit : how many near misses are wanted at most.
     """
 
@@ -105,9 +106,13 @@ class Explainer:
         if text is None:
             return None
         event = decode_event(text)
+        run = self._log.run(event.run)
+        if event.chronicle.name in (one.name for one in run.monitors):
+            came = f"one of the monitor {event.chronicle.name!r}"
+            raise NotInLogError(f"event {event_id!r}: expected one of a chronicle, got {came}")
         # An event that was taken back rests on refuted links: it is explained by what was believed then.
         stored = stored_events(self._log, event.run, believed=event.hypotheses)
-        explanation = why(self._chronicles(self._log.run(event.run)), _occurrence(event), stored.events)
+        explanation = why(self._chronicles(run), _occurrence(event), stored.events)
         return EventExplanation(event, explanation, _identities(self._log, event))
 
     def explain_absence(self, question: AbsenceQuestion, chronicle_files: Sequence[Path] = ()) -> WhyNot:
@@ -128,11 +133,13 @@ class Explainer:
         """
         run = self._log.run(question.run)
         chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
-        _check(question, run, chronicles)
+        name = _asked_chronicle(question.chronicle, run, chronicles)
+        _check(question, run, chronicles, name)
         stored = stored_events(self._log, run.id)
+        self._check_occur(question, run, stored)
         return why_not(
             chronicles,
-            question.chronicle,
+            name,
             stored.events,
             roles=question.roles,
             start_us=question.start_us,
@@ -141,6 +148,16 @@ class Explainer:
             limit=question.limit,
         )
 
+    def _check_occur(self, question: AbsenceQuestion, run: RunRecord, stored: StoredEvents) -> None:
+        """Refuse things that the run has never heard of: why nothing happened to them is no question."""
+        known = {one.car for one in self._log.cars(run.id)}
+        for event in stored.events:
+            known.update(event.args, (event.old or "", event.new or ""))
+        for role, value in question.roles.items():
+            if value not in known:
+                expected = f"run {run.id!r}: expected something that occurs in it as role {role!r}, got {value!r}"
+                raise NotInLogError(f"{expected}{_hinted(value, known)}")
+
     def _chronicles(self, run: RunRecord) -> ChronicleSet:
         # A run's identifier is a digest of its texts, so what was compiled for it stays right.
         if run.id not in self._compiled:
@@ -148,12 +165,24 @@ class Explainer:
         return self._compiled[run.id]
 
 
-def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet) -> None:
-    if question.chronicle not in chronicles.names:
-        known = ", ".join(sorted(chronicles.names))
-        raise NotInLogError(f"run {run.id!r}: expected one of its chronicles ({known}), got {question.chronicle!r}")
+def _asked_chronicle(name: str, run: RunRecord, chronicles: ChronicleSet) -> str:
+    """Find the chronicle of a name; the name of an event that one chronicle alone emits will do."""
+    if name in chronicles.names:
+        return name
+    emitters = [plan.name for plan in chronicles.plans if name in plan.produces]
+    if len(emitters) == 1:
+        return emitters[0]
+    if emitters:
+        wanted = f"{', '.join(emitters)}, which emit {name!r}"
+        raise NotInLogError(f"run {run.id!r}: expected one of {wanted}, got {name!r}")
+    raise NotInLogError(
+        f"run {run.id!r}: expected one of its chronicles, got {name!r}{_hinted(name, chronicles.names)}"
+    )
+
+
+def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> None:
     check_watched(run, chronicles)
-    roles = [role for role, _ in chronicles.plan(question.chronicle).roles]
+    roles = [role for role, _ in chronicles.plan(name).roles]
     for role in question.roles:
         if role not in roles:
             message = f"role: expected one of {', '.join(roles)}, got {role!r}"
@@ -163,6 +192,12 @@ def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet) 
         raise FilterError(f"from: expected a time before 'to' ({end_us} us), got {start_us} us", parameter="from")
     if not 1 <= question.limit <= MAX_NEAR_MISSES:
         raise QueryError(f"limit: expected 1 to {MAX_NEAR_MISSES}, got {question.limit!r}", parameter="limit")
+
+
+def _hinted(name: str, known: Iterable[str]) -> str:
+    """Say which known name is nearest, or which there are when they are few."""
+    hint = suggest(name, sorted(known)).text
+    return f"; {hint}" if hint else ""
 
 
 def _occurrence(event: EventRecord) -> Occurrence:

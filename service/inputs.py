@@ -13,7 +13,8 @@ from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import RoadNetwork
 from service.errors import InputError
-from service.pipeline import Pipeline, trajectory_pipeline, video_pipeline
+from service.monitor_files import NO_MONITORS, LoadedMonitors
+from service.pipeline import KplText, Pipeline, trajectory_pipeline, video_pipeline
 from service.records import CameraRecord, InputKind
 from service.site import Site
 from service.trajectories import Trajectories, TrajectoryObjects, load_trajectories
@@ -60,14 +61,21 @@ class VideoInput:
         numbers = tuple(self.ground_camera.pixel_from_ground.ravel().tolist())
         return CameraRecord(numbers, self.video.width_px, self.video.height_px)
 
-    def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
-        """Wire vision for this camera in front of the reasoning."""
+    def pipeline(
+        self,
+        chronicle_set: ChronicleSet,
+        monitors: LoadedMonitors = NO_MONITORS,
+        *,
+        kpl: KplText | None = None,
+        clock: Callable[[], int],
+    ) -> Pipeline:
+        """Run vision for this camera in front of the reasoning."""
         size_px = (self.video.width_px, self.video.height_px)
         try:
             vision = FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
         except VisionError as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
-        return video_pipeline(vision, self.network, chronicle_set, clock=clock)
+        return video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
 
     def __iter__(self) -> Iterator[tuple[int, Frame]]:
         """Yield the frames of the video with their times in microseconds."""
@@ -91,9 +99,16 @@ class TrajectoryInput:
         """Return the number of distinct times."""
         return len(self.trajectories.times_us)
 
-    def pipeline(self, chronicle_set: ChronicleSet, *, clock: Callable[[], int]) -> Pipeline:
-        """Wire the reasoning alone."""
-        return trajectory_pipeline(self.network, chronicle_set, clock=clock)
+    def pipeline(
+        self,
+        chronicle_set: ChronicleSet,
+        monitors: LoadedMonitors = NO_MONITORS,
+        *,
+        kpl: KplText | None = None,
+        clock: Callable[[], int],
+    ) -> Pipeline:
+        """Run the reasoning alone."""
+        return trajectory_pipeline(self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
 
     def __iter__(self) -> Iterator[tuple[int, TrajectoryObjects]]:
         """Yield the objects of each time, with the time in microseconds."""

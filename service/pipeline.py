@@ -1,89 +1,161 @@
-"""How do the engines hang together? The only place where they are wired into one stream graph.
+"""How do the engines hang together? Which streams there are is declared in KPL; here its names are bound to engines.
 
 ::
 
     frames ── vision ──> vision_objects ─┐
                                          ├── anchoring ──> cars ── qsr ──> relations ── chronicles ──> occurrences
-    trajectories ────────────────────────┘
+    trajectories ────────────────────────┘                   └── monitoring ──┴──> verdicts ──┘
 
-Each arrow is a DyKnow stream, each name on it a process. A sample carries a whole frame, so the middleware costs a few
-function calls a frame.
+`traffic.kpl` declares this for video, `trajectories.kpl` for the objects of somebody else's tracker; a user may give
+another text. A sample carries a whole frame, so the middleware costs a few function calls a frame.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any  # a sample carries whatever its stream was declared to carry
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
-from chronicles.adapter import RecognitionUnit
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.recogniser import Recogniser
+from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
 from dyknow.node import Node
-from dyknow.policy import Order, Policy
-from dyknow.stream import StreamGenerator
+from dyknow.registry import Registry
+from dyknow.sample import Sample
 from gis.road_network import RoadNetwork
 from gis.turns import turns
 from qsr.adapter import RelationUnit
 from qsr.observer import RelationObserver
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
+from service.errors import InputError
+from service.monitor_files import NO_MONITORS, LoadedMonitors
+from service.monitoring import MonitoredRecognitionUnit, MonitoringUnit
 from vision.adapter import VisionUnit
 from vision.fixed_camera import FixedCameraVision
 
-FRAMES, OBJECTS, CARS, RELATIONS, OCCURRENCES = "frames", "vision_objects", "cars", "relations", "occurrences"
+VIDEO, TRAJECTORIES = "video", "trajectories"
+OBJECTS, CARS, RELATIONS, VERDICT, OCCURRENCE = "VisionObjects", "Cars", "Relations", "Verdict", "Occurrence"
 
-# Every stage sees each time once, in order: a repeated or late frame is dropped and counted at the first hop.
-IN_ORDER = Policy(order=Order.STRICT)
+
+@dataclass(frozen=True, slots=True)
+class KplText:
+    """Hold a text in KPL with the name that messages call it."""
+
+    name: str
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Pipeline:
-    """Hold a wired node and the stream that its host feeds."""
+    """Hold what a KPL text has created in a node, ready to be fed.
 
-    node: Node
-    source: StreamGenerator
+    Attributes
+    ----------
+    source : name of the registered source that the host feeds.
+    output_of : the type that each source and unit gives, by name.
+    """
+
+    kpl: KplText
+    deployment: Deployment
+    source: str
+    output_of: dict[str, str]
+
+    @property
+    def node(self) -> Node:
+        """Return the node that runs the pipeline."""
+        return self.deployment.node
+
+    def publish(self, sample: Sample[Any]) -> None:
+        """Feed one frame to every stream that is made of the source."""
+        for stream in self.deployment.publishers(self.source):
+            stream.publish(sample)
+
+    def stream(self, name: str, value_type: str) -> DeclaredStream | None:
+        """Give a declared stream that carries values of a type; None if the text declares no stream of the name.
+
+        Raises
+        ------
+        InputError
+            If it carries something else.
+        """
+        stream = self.deployment.streams.get(name)
+        if stream is None:
+            return None
+        found = self.output_of[self.deployment.made_of[stream.label]]
+        if found != value_type:
+            raise InputError(f"{self.kpl.name}: stream {name!r}: expected values of type {value_type}, got {found}")
+        return stream
+
+
+def shipped_kpl(source: str) -> KplText:
+    """Give the declaration that comes with the package for a kind of source."""
+    name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
+    return KplText(name, files("service").joinpath(name).read_text(encoding="utf-8"))
 
 
 def video_pipeline(
     vision: FixedCameraVision,
     network: RoadNetwork | None,
     chronicle_set: ChronicleSet,
+    monitors: LoadedMonitors = NO_MONITORS,
     *,
+    kpl: KplText | None = None,
     clock: Callable[[], int],
 ) -> Pipeline:
-    """Wire the whole chain from video frames to occurrences; the source takes `vision.frames.Frame` values."""
-    node = Node(clock)
-    source = node.add_source(FRAMES)
-    node.add_refinement(OBJECTS, VisionUnit(vision), of=FRAMES, policy=IN_ORDER)
-    _wire_reasoning(node, network, chronicle_set)
-    return Pipeline(node, source)
+    """Run a declared pipeline whose source takes `vision.frames.Frame` values."""
+    registry = _reasoning(network, chronicle_set, monitors)
+    registry.source(VIDEO, output="Frame")
+    registry.unit("vision", inputs=("Frame",), output=OBJECTS)(lambda: VisionUnit(vision))
+    return _deploy(VIDEO, registry, kpl, clock)
 
 
 def trajectory_pipeline(
-    network: RoadNetwork | None, chronicle_set: ChronicleSet, *, clock: Callable[[], int]
+    network: RoadNetwork | None,
+    chronicle_set: ChronicleSet,
+    monitors: LoadedMonitors = NO_MONITORS,
+    *,
+    kpl: KplText | None = None,
+    clock: Callable[[], int],
 ) -> Pipeline:
-    """Wire the chain after vision; the source takes `service.trajectories.TrajectoryObjects` values."""
-    node = Node(clock)
-    source = node.add_source(OBJECTS)
-    _wire_reasoning(node, network, chronicle_set)
-    return Pipeline(node, source)
+    """Run a declared pipeline whose source takes `service.trajectories.TrajectoryObjects` values."""
+    registry = _reasoning(network, chronicle_set, monitors)
+    registry.source(TRAJECTORIES, output=OBJECTS)
+    return _deploy(TRAJECTORIES, registry, kpl, clock)
 
 
-def watched_relations(chronicle_set: ChronicleSet) -> tuple[str, ...]:
-    """List the relations that some chronicle looks at, in alphabetical order; no other is computed."""
-    return tuple(sorted(RANK.keys() & frozenset().union(*(plan.consumes for plan in chronicle_set.plans))))
+def watched_relations(chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO_MONITORS) -> tuple[str, ...]:
+    """List the relations that some chronicle or monitor looks at, in alphabetical order; no other is computed."""
+    consumed = monitors.relations.union(*(plan.consumes for plan in chronicle_set.plans))
+    return tuple(sorted(RANK.keys() & consumed))
 
 
-def _wire_reasoning(node: Node, network: RoadNetwork | None, chronicle_set: ChronicleSet) -> None:
+def _deploy(source: str, registry: Registry, kpl: KplText | None, clock: Callable[[], int]) -> Pipeline:
+    text = kpl or shipped_kpl(source)
+    deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
+    if not deployment.publishers(source):
+        raise InputError(f"{text.name}: expected a process made of the source {source!r}, got none")
+    output_of = {name: one.output for one_kind in (registry.sources, registry.units) for name, one in one_kind.items()}
+    return Pipeline(text, deployment, source, output_of)
+
+
+def _reasoning(network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors) -> Registry:
+    """Offer everything after vision."""
     settings = RelationSettings()
-    observer = _observer(network, settings, watched_relations(chronicle_set))
-    # Relations are dated back to the moment they changed, so the recogniser waits that long for late changes.
-    recogniser = Recogniser(chronicle_set, lateness_us=settings.backdate_us)
-    node.add_refinement(CARS, AnchoringUnit(Anchorer(network)), of=OBJECTS, policy=IN_ORDER)
-    node.add_refinement(RELATIONS, RelationUnit(observer), of=CARS, policy=IN_ORDER)
-    node.add_refinement(
-        OCCURRENCES, RecognitionUnit(recogniser, horizon_us=settings.backdate_us), of=RELATIONS, policy=IN_ORDER
+    watched = watched_relations(chronicle_set, monitors)
+    # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
+    wait_us = settings.backdate_us
+    registry = Registry()
+    registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(lambda: AnchoringUnit(Anchorer(network)))
+    registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(lambda: RelationUnit(_observer(network, settings, watched)))
+    registry.unit("monitoring", inputs=(CARS, RELATIONS), output=VERDICT)(
+        lambda: MonitoringUnit(monitors, network, lag_us=wait_us)
     )
+    registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
+        lambda: MonitoredRecognitionUnit(Recogniser(chronicle_set, lateness_us=wait_us), horizon_us=wait_us)
+    )
+    return registry
 
 
 def _observer(network: RoadNetwork | None, settings: RelationSettings, only: Sequence[str]) -> RelationObserver:

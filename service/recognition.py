@@ -3,49 +3,46 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
 from chronicles.recognition import recognise
+from dyknow.monitors.monitors import Outcome
 from service.chronicle_files import load_chronicle_files
+from service.errors import QueryError
 from service.event_files import load_events
+from service.idle_chronicles import idle_in_file, idle_in_log
 from service.store.location import is_log_name
 from service.store.log import open_log
 from service.stored_events import check_watched, stored_events
+from service.text_streams import Stream
 
 
 @dataclass(frozen=True, slots=True)
 class StoredInput:
-    """Hold events in the order in which they came, and the time up to which they are complete (None: the latest)."""
+    """Hold events in the order in which they came, and the time up to which they are complete.
+
+    `warnings` say what the chronicles look for in vain.
+    """
 
     events: Sequence[Event]
-    until_us: int | None
+    until_us: int
+    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Recognised:
-    """Hold what was recognised, and how many events came too late to take part."""
+    """Hold what was recognised, how many events came too late to take part, and doubts about the question.
+
+    `stream` is what the texts were taken to be about.
+    """
 
     occurrences: Sequence[Occurrence]
     late_count: int
-
-
-def read_stored(source: str, chronicles: ChronicleSet, run: str | None = None) -> StoredInput:
-    """Read the events of a run of a log, or of a `.jsonl` or `.csv` file.
-
-    Raises
-    ------
-    LogError, InputError
-        If the source cannot be read, or the run did not watch a relation that the chronicles look at.
-    """
-    if not is_log_name(source):
-        return StoredInput(load_events(Path(source)), None)
-    with open_log(source) as log:
-        record = log.run(run)
-        check_watched(record, chronicles)
-        stored = stored_events(log, record.id)
-    return StoredInput(stored.events, stored.until_us)
+    warnings: tuple[str, ...]
+    stream: Stream
 
 
 def recognise_stored(
@@ -55,6 +52,8 @@ def recognise_stored(
     run: str | None = None,
     executor: str | None = None,
     lateness_us: int | None = None,
+    stream: Stream | None = None,
+    until_us: int | None = None,
 ) -> Recognised:
     """Recognise chronicles in stored events.
 
@@ -66,20 +65,54 @@ def recognise_stored(
     executor : who finds them; all find the same. None is "backfill", or "eager" with a lateness.
     lateness_us : None takes the events as complete and sorts them. A number takes them as they come, one by one in the
         order of the source, as if they happened now; those later than that are left out and counted.
+    stream : what the texts are about, for a file of events; None leaves it to them. A log has DyKnow's relations.
+    until_us : how far time goes on in a file of events; None: to its last event. A log says so itself.
 
     Raises
     ------
+    QueryError
+        If something is asked of a file of events that only a log has, or the other way round.
     LogError, InputError, ChronicleError
         If the source or the chronicles cannot be used, or the executor cannot take events one by one.
     """
-    chronicles = load_chronicle_files(chronicle_files).merged
-    stored = read_stored(source, chronicles, run)
+    is_log = is_log_name(source)
+    if is_log:
+        _refuse("a file of events", "a log", stream=stream, until=until_us)
+    else:
+        _refuse("a log", "a file of events", run=run)
+    loaded = load_chronicle_files(chronicle_files, "traffic" if is_log else stream)
+    chronicles = loaded.merged
+    stored = _read_log(source, chronicles, run) if is_log else _read_file(source, chronicles, until_us)
     if lateness_us is None:
         found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor or "backfill")
-        return Recognised(found, 0)
+        return Recognised(found, 0, stored.warnings, loaded.stream)
     recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
     live = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
-    latest_us = max((event.t_us for event in stored.events), default=0)
-    until_us = latest_us if stored.until_us is None else stored.until_us
-    live += recogniser.advance(until_us + lateness_us)
-    return Recognised(live, recogniser.late_count)
+    live += recogniser.advance(stored.until_us + lateness_us)
+    return Recognised(live, recogniser.late_count, stored.warnings, loaded.stream)
+
+
+def _refuse(expected: str, came: str, **options: object) -> None:
+    """Refuse options that would change nothing."""
+    for name, value in options.items():
+        if value is not None:
+            raise QueryError(f"--{name}: expected {expected} to go with it, got {came}", parameter=name)
+
+
+def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> StoredInput:
+    events = load_events(Path(source))
+    latest_us = max((event.t_us for event in events), default=0)
+    end_us = latest_us if until_us is None else until_us
+    if end_us < latest_us:
+        expected = f"expected a time not before the last event ({latest_us} us)"
+        raise QueryError(f"--until: {expected}, got {end_us} us", parameter="until")
+    return StoredInput(events, end_us, idle_in_file(source, chronicles, events))
+
+
+def _read_log(source: str, chronicles: ChronicleSet, run: str | None) -> StoredInput:
+    with open_log(source) as log:
+        record = log.run(run)
+        check_watched(record, chronicles)
+        stored = stored_events(log, record.id)
+    messages = {f"{one.name}_{outcome}" for one in record.monitors for outcome in get_args(Outcome)}
+    return StoredInput(stored.events, stored.until_us, idle_in_log(source, chronicles, messages))

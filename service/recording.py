@@ -1,8 +1,9 @@
-"""How do streams become rows? Subscribers that write a pipeline's cars, relations and occurrences to the event log."""
+"""How do streams become rows? Subscribers that write what a pipeline finds to the event log."""
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import zip_longest
 
 import numpy as np
@@ -11,13 +12,16 @@ from anchoring.adapter import Anchored
 from anchoring.observations import Cars, LinkChange
 from chronicles.adapter import value_text
 from chronicles.events import Occurrence, OccurrenceKey
+from dyknow.kpl.loader import DeclaredStream
+from dyknow.monitors.monitors import MonitorEvent
 from dyknow.sample import Sample
+from dyknow.stream import Consumer
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from qsr.changes import RelationChange
-from service.pipeline import CARS, OCCURRENCES, RELATIONS, Pipeline
+from service.car_states import CarRows
+from service.pipeline import CARS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.records import (
-    CarState,
     ChronicleRef,
     EventDraft,
     HypothesisRecord,
@@ -29,6 +33,34 @@ from service.records import (
     Verdict,
 )
 from service.store.log import RunWriter
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedStreams:
+    """Hold the streams that a pipeline declares for the log; what it leaves out is None and not recorded."""
+
+    frames: DeclaredStream | None
+    cars: DeclaredStream | None
+    relations: DeclaredStream | None
+    verdicts: DeclaredStream | None
+    occurrences: DeclaredStream | None
+
+    @classmethod
+    def of(cls, pipeline: Pipeline) -> "RecordedStreams":
+        """Find them by their names.
+
+        Raises
+        ------
+        InputError
+            If one of them carries other values than its name says.
+        """
+        return cls(
+            pipeline.deployment.streams.get("recorded_frames"),  # only their times are written, so any type will do
+            pipeline.stream("recorded_cars", CARS),
+            pipeline.stream("recorded_relations", RELATIONS),
+            pipeline.stream("recorded_verdicts", VERDICT),
+            pipeline.stream("recorded_occurrences", OCCURRENCE),
+        )
 
 
 class Recorder:
@@ -44,18 +76,23 @@ class Recorder:
         self.events = 0
         self.cars: set[str] = set()
         self._writer = writer
-        self._roads = [road.id for road in network.roads] if network else []
-        self._lanes = [lane.id for lane in network.lanes] if network else []
+        self._rows = CarRows(network)
         self._history = CarHistory(history_us)
         self._history_us = history_us
         self._told: dict[OccurrenceKey, tuple[int, list[str]]] = {}  # when, and the identifiers of the events written
 
-    def attach(self, pipeline: Pipeline) -> None:
-        """Subscribe to the streams of a pipeline."""
-        pipeline.source.subscribe(self._record_frame)
-        pipeline.node.subscribe(CARS, self._record_cars)
-        pipeline.node.subscribe(RELATIONS, self._record_relations)
-        pipeline.node.subscribe(OCCURRENCES, self._record_occurrence)
+    def attach(self, streams: RecordedStreams) -> None:
+        """Subscribe to the streams that are to be recorded."""
+        pairs: list[tuple[DeclaredStream | None, Consumer]] = [
+            (streams.frames, self._record_frame),
+            (streams.cars, self._record_cars),
+            (streams.relations, self._record_relations),
+            (streams.verdicts, self._record_verdict),
+            (streams.occurrences, self._record_occurrence),
+        ]
+        for stream, consumer in pairs:
+            if stream is not None:
+                stream.subscribe(consumer)
 
     def finish(self, status: RunStatus, reason: str) -> None:
         """Write the rest and say how the run ended."""
@@ -68,7 +105,7 @@ class Recorder:
         cars = sample.value.cars
         self.cars.update(cars.ids)
         self._history.remember(cars)
-        self._writer.append_states(self._states(cars))
+        self._writer.append_states(self._rows.of(cars))
         self._writer.append_links(_link_record(change) for change in sample.value.link_changes)
 
     def _record_relations(self, sample: Sample[FrameRelations]) -> None:
@@ -78,6 +115,23 @@ class Recorder:
             HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels
         )
         self._writer.append_relations(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
+
+    def _record_verdict(self, sample: Sample[MonitorEvent]) -> None:
+        """Write what a monitor told: a moment, with the beginning of the time that was judged as its first part."""
+        event = sample.value
+        roles = dict(event.roles)
+        draft = EventDraft(
+            type=event.name,
+            chronicle=ChronicleRef(event.monitor, event.version),
+            start_us=event.t_us,
+            end_us=event.t_us,
+            roles=roles,
+            recognised_us=sample.available_us,
+            sub_events=(SubEvent("since", event.since_us), SubEvent(event.outcome, event.t_us)),
+            place=self._place(roles, event.t_us),
+        )
+        self._writer.append_events((draft,))
+        self.events += 1
 
     def _record_occurrence(self, sample: Sample[Occurrence]) -> None:
         """Write an occurrence, or its newer state beside the one that was written before."""
@@ -96,44 +150,10 @@ class Recorder:
         while self._told and next(iter(self._told.values()))[0] < t_us:
             del self._told[next(iter(self._told))]
 
-    def _states(self, cars: Cars) -> Iterable[CarState]:
-        positions = cars.positions
-        columns = zip(
-            cars.ids,
-            cars.centre_m.tolist(),
-            cars.heading_rad.tolist(),
-            cars.speed_mps.tolist(),
-            cars.length_m.tolist(),
-            cars.width_m.tolist(),
-            cars.classes,
-            positions.road.tolist(),
-            positions.along_m.tolist(),
-            positions.lane.tolist(),
-            cars.linked.tolist(),
-            cars.vision_ids,
-            strict=True,
-        )
-        for car, (x_m, y_m), heading, speed, length, width, kind, road, along, lane, linked, vision in columns:
-            yield CarState(
-                t_us=cars.t_us,
-                car=car,
-                x_m=x_m,
-                y_m=y_m,
-                heading_rad=heading,
-                speed_mps=speed,
-                length_m=length,
-                width_m=width,
-                car_class=kind,
-                road=self._roads[road] if road >= 0 else "",
-                along_m=along if road >= 0 else None,
-                lane=self._lanes[lane] if lane >= 0 else "",
-                linked=linked,
-                vision_id=vision,
-            )
-
     def _drafts(self, occurrence: Occurrence, told: Sequence[str]) -> list[EventDraft]:
         """Make the events of an occurrence; each revises the one of `told` in the same place."""
-        names = [event.name for event in occurrence.emitted] or [occurrence.chronicle]
+        # What an `assert` sets is a value and no event of its own: only messages name a type.
+        names = [event.name for event in occurrence.emitted if event.new is None] or [occurrence.chronicle]
         return [
             EventDraft(
                 type=name,
@@ -146,18 +166,18 @@ class Recorder:
                 revises=revised,
                 hypotheses=tuple(occurrence.hypotheses),
                 sub_events=tuple(SubEvent(label, t_us) for label, t_us in occurrence.sub_events),
-                place=self._place(occurrence),
+                place=self._place(occurrence.roles, occurrence.start_us),
             )
             for name, revised in zip_longest(names, told)
         ]
 
-    def _place(self, occurrence: Occurrence) -> Place | None:
+    def _place(self, roles: Mapping[str, str], start_us: int) -> Place | None:
         """Find where the event began: the first role that is a car, at the start."""
-        for symbol in occurrence.roles.values():
-            found = self._history.find(symbol, occurrence.start_us)
+        for symbol in roles.values():
+            found = self._history.find(symbol, start_us)
             if found is not None:
                 road, x_m, y_m = found
-                return Place(self._roads[road] if road >= 0 else "", x_m, y_m)
+                return Place(self._rows.road(road), x_m, y_m)
         return None
 
 

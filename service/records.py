@@ -1,4 +1,4 @@
-"""What do events, car states, links, relation changes and runs look like at the edge of the service?
+"""What do events, car states, links, relation changes, streams and runs look like at the edge of the service?
 
 The event log, the HTTP routes and the exports all speak in these structs. What the pipeline writes has no
 sequence number yet (`EventDraft`); what comes out of the log has one (`EventRecord`) and never changes afterwards.
@@ -180,6 +180,49 @@ class HypothesisRecord(Struct, frozen=True):
     verdict: Verdict
 
 
+class StreamInput(Struct, frozen=True):
+    """A stream that a process reads, and the policy in the words of KPL."""
+
+    label: str
+    policy: str
+
+
+class ProcessRecord(Struct, frozen=True, kw_only=True):
+    """A process as it was declared.
+
+    Attributes
+    ----------
+    kind : `source`, `refinement`, `selection`, `collection` or `configuration`.
+    made_of : name of the source or computational unit.
+    type : what its samples carry, in the words of KPL.
+    """
+
+    label: str
+    kind: str
+    made_of: str
+    type: str
+    inputs: tuple[StreamInput, ...]
+
+
+class StreamRecord(ProcessRecord, frozen=True, kw_only=True):
+    """What one process and its stream did in a run: `dyknow.stream_report.StreamReport` without the measured cost.
+
+    What a clock measures differs each time, and a repeated run must give the same rows.
+    """
+
+    waiting_for: tuple[str, ...] = ()
+    published: int = 0
+    delivered: int = 0
+    dropped: dict[str, int] = {}
+    subscribers: int = 0
+    queued: tuple[int, ...] = ()
+    rate_hz: float = 0.0
+    lag_us: int | None = None
+    last_valid_us: int | None = None
+    last_value: str | None = None
+    updates: int = 0
+
+
 class SourceText(Struct, frozen=True):
     """A text that chronicles were read from, and what messages call it."""
 
@@ -203,6 +246,14 @@ class ChronicleRecord(Struct, frozen=True, kw_only=True):
     file: str = ""
 
 
+class MonitorRecord(Struct, frozen=True):
+    """A monitor a run used, with its canonical text."""
+
+    name: str
+    version: str
+    text: str
+
+
 class CameraRecord(Struct, frozen=True):
     """How the ground maps to the image: nine numbers row by row, and the frame size in pixels."""
 
@@ -221,6 +272,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     start_utc_us : UTC time of media time zero, microseconds since 1970-01-01.
     camera : None for an input without pixels.
     warnings : what the user was told, such as a missing camera.
+    monitors : the monitors that ran beside the chronicles.
     texts : all texts that the chronicles were read from, in the order of reading: together they give the same set.
     relations : names of the relations that were watched; no other is in the log.
     settings : the settings that differ from the defaults, as text.
@@ -235,6 +287,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     site: str = ""
     camera: CameraRecord | None = None
     chronicles: tuple[ChronicleRecord, ...] = ()
+    monitors: tuple[MonitorRecord, ...] = ()
     texts: tuple[SourceText, ...] = ()
     relations: tuple[str, ...] = ()
     settings: dict[str, str] = {}

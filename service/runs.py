@@ -13,14 +13,16 @@ from pathlib import Path
 
 from dyknow.node import StreamReport
 from dyknow.sample import Sample
-from service.chronicle_files import LoadedChronicles, load_chronicle_files
+from service.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
 from service.inputs import Input, content_digest, open_input
 from service.interrupts import Interrupts
-from service.pipeline import Pipeline, watched_relations
-from service.recording import Recorder
+from service.monitor_files import LoadedMonitors, load_monitor_files
+from service.pipeline import KplText, Pipeline, watched_relations
+from service.recording import RecordedStreams, Recorder
 from service.records import RunRecord, RunStatus
 from service.site import Site, load_site
 from service.store.log import EventLog, open_log
+from service.stored_streams import stream_records
 from service.times import utc_us
 from vision.errors import VideoBroken
 
@@ -38,6 +40,8 @@ class RunRequest:
     log_url : where the event log is, or is to be created.
     chronicle_files : chronicle texts; empty means the whole shipped library.
     columns : our trajectory column names to the file's.
+    monitor_files : texts of monitors to run besides.
+    kpl_file : declares the streams instead of the shipped text.
     """
 
     input: Path
@@ -45,6 +49,8 @@ class RunRequest:
     log_url: str
     chronicle_files: tuple[Path, ...] = ()
     columns: Mapping[str, str] | None = None
+    monitor_files: tuple[Path, ...] = ()
+    kpl_file: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,32 +117,39 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
 
     Raises
     ------
-    ServiceError, VisionError, ChronicleError
+    ServiceError, VisionError, ChronicleError, DyKnowError
         If any part of the request is wrong; nothing has been written then.
     """
     chronicles = load_chronicle_files(request.chronicle_files)
+    monitors = load_monitor_files(request.monitor_files)
+    monitors.check_chronicles(chronicles.merged)
     site = load_site(request.site) if request.site else None
     source = open_input(request.input, site, request.columns)
+    monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
+    kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
+    pipeline = source.pipeline(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
+    recorded = RecordedStreams.of(pipeline)
+    record = _run_record(source, site, chronicles, monitors, pipeline=pipeline, columns=request.columns or {})
     with open_log(request.log_url, "w") as log:
-        return _run(source, site, chronicles, columns=request.columns or {}, log=log, on_progress=on_progress)
+        return _run(source, pipeline, recorded, record, log=log, on_progress=on_progress)
 
 
 def _run(
     source: Input,
-    site: Site | None,
-    chronicles: LoadedChronicles,
+    pipeline: Pipeline,
+    recorded: RecordedStreams,
+    record: RunRecord,
     *,
-    columns: Mapping[str, str],
     log: EventLog,
     on_progress: Callable[[Progress], None],
 ) -> RunSummary:
-    pipeline = source.pipeline(chronicles.merged, clock=time.perf_counter_ns)
-    record = _run_record(source, site, chronicles, columns)
     with Interrupts() as interrupts:
-        recorder = Recorder(log.begin_run(record), source.network, history_us=HISTORY_US)
-        recorder.attach(pipeline)
+        writer = log.begin_run(record)
+        recorder = Recorder(writer, source.network, history_us=HISTORY_US)
+        recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder)
         status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
+        writer.append_streams(stream_records(pipeline))
         recorder.finish(status, reason)
     return RunSummary(record.id, status, reason, record.warnings, meter.read(), pipeline.node.report())
 
@@ -154,7 +167,7 @@ def _feed(
     reason = ""
     try:
         for t_us, value in source:
-            pipeline.source.publish(Sample(t_us, t_us, value))
+            pipeline.publish(Sample(t_us, t_us, value))
             meter.count(t_us)
             on_progress(meter.read())
             if interrupts.came:
@@ -172,7 +185,13 @@ def _feed(
 
 
 def _run_record(
-    source: Input, site: Site | None, chronicles: LoadedChronicles, columns: Mapping[str, str]
+    source: Input,
+    site: Site | None,
+    chronicles: LoadedChronicles,
+    monitors: LoadedMonitors,
+    *,
+    pipeline: Pipeline,
+    columns: Mapping[str, str],
 ) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
     software = f"dyknow {version('dyknow')}"
@@ -183,6 +202,8 @@ def _run_record(
         repr(sorted(columns.items())),
         content_digest(*site.files) if site else "no site",
         *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
+        *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
+        pipeline.kpl.text,
     )
     return RunRecord(
         id=hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest(),
@@ -194,8 +215,9 @@ def _run_record(
         camera=source.camera,
         chronicles=chronicles.records,
         texts=chronicles.texts,
-        relations=watched_relations(chronicles.merged),
-        warnings=source.warnings,
+        relations=watched_relations(chronicles.merged, monitors),
+        monitors=monitors.records,
+        warnings=(*source.warnings, *(warning.render() for warning in pipeline.deployment.warnings)),
         software=software,
     )
 

@@ -1,16 +1,20 @@
-"""What did the recogniser of a run see? The stored relation changes of the run, as events, to be looked at again.
+"""What did the recogniser of a run see? Stored relation changes and events of monitors, to be looked at again.
 
 Changes that rest on a refuted link are left out: what was recognised from them was retracted, and the run ended as if
 they had never come.
 """
 
-from collections.abc import Collection
+import heapq
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from operator import itemgetter
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event
 from qsr.relations import RANK
+from qsr.settings import RelationSettings
 from service.errors import LogError
+from service.queries import EventFilter, decode_event, iterate_events
 from service.records import RunRecord
 from service.store.log import EventLog
 
@@ -36,12 +40,26 @@ def stored_events(log: EventLog, run_id: str, *, believed: Collection[str] = ())
     believed : labels of refuted links whose changes are wanted all the same.
     """
     refuted = {one.label for one in log.hypotheses(run_id) if one.verdict == "refuted"}.difference(believed)
-    events = tuple(
-        Event(one.name, one.args, one.t_us, one.old, one.new)
+    changes = (
+        (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new))
         for one in log.relations(run_id)
         if refuted.isdisjoint(one.hypotheses)
     )
-    return StoredEvents(events, log.last_us(run_id))
+    # At equal times merge gives the first first: verdicts came before what was decided at the same frame.
+    merged = heapq.merge(_messages(log, run_id), changes, key=itemgetter(0))
+    return StoredEvents(tuple(event for _, event in merged), log.last_us(run_id))
+
+
+def _messages(log: EventLog, run_id: str) -> Iterator[tuple[int, Event]]:
+    """Give the events of the run's monitors as the messages they were to its chronicles, and when their states came."""
+    monitors = {(one.name, one.version) for one in log.run(run_id).monitors}
+    if not monitors:
+        return
+    lag_us = RelationSettings().backdate_us
+    for event in map(decode_event, iterate_events(log, EventFilter(runs=(run_id,)))):
+        if (event.chronicle.name, event.chronicle.version) in monitors:
+            message = Event(event.type, tuple(event.roles.values()), event.start_us)
+            yield event.start_us + lag_us, message
 
 
 def check_watched(run: RunRecord, chronicles: ChronicleSet) -> None:

@@ -6,7 +6,6 @@ the text lists them.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -20,6 +19,7 @@ from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart, Selection
 from chronicles.compilation.symbols import Symbols
 from chronicles.compilation.timing import Timing, moved
+from chronicles.compilation.usage import VARIABLE
 from chronicles.compilation.variables import Variables
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter
@@ -233,7 +233,7 @@ def _free_classes(pairs: Iterable[tuple[object, Cells]], variables: Variables) -
 def _report_parts(text: str, fillings: Mapping[str, Filling]) -> tuple[ReportPart, ...]:
     """Cut a text at its ?variables; what is no variable stays as it is."""
     parts: list[ReportPart] = []
-    for index, piece in enumerate(re.split(r"\?([A-Za-z_][A-Za-z0-9_]*)", text)):
+    for index, piece in enumerate(VARIABLE.split(text)):
         parts.append(piece if index % 2 == 0 else fillings.get(piece, f"?{piece}"))
     return tuple(part for part in parts if part != "")
 

@@ -6,15 +6,20 @@ everything in an order that does not depend on the text. What is wrong goes to t
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 from chronicles.compilation.assembly import Assembly, Resolved
 from chronicles.compilation.obligations import count_range
 from chronicles.compilation.patterns import PatternResolver
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import Symbols
 from chronicles.compilation.timing import resolve_timing
+from chronicles.compilation.usage import VARIABLE
 from chronicles.compilation.variables import Variables, resolve_variables
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, Span, suggest
+from chronicles.language.printer import print_statement
 
 
 def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str, reporter: Reporter) -> Plan | None:
@@ -34,6 +39,7 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
     before = reporter.error_count
     # Where statements are missing, only what each of the others says by itself can be judged.
     is_whole = not reporter.has_syntax_error_in(chronicle.span)
+    _check_head(chronicle, reporter)
     resolved = _resolve(chronicle, symbols, reporter)
     if not is_whole:
         return None
@@ -42,15 +48,27 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
         message = f"expected at least one event in chronicle {chronicle.name!r}, got none"
         reporter.error("C0802", message, chronicle.name_span, "add event(name[...], t1)")
         return None
+    _check_changes(resolved, variables, reporter)
     _check_bound(resolved, variables, reporter)
     _check_asserts(resolved, variables, reporter)
     _check_ranges(resolved, reporter)
+    _warn_reports(resolved, variables, reporter)
     _check_selection(resolved, reporter)
     timing = resolve_timing(chronicle, symbols, reporter)
     if timing is None or reporter.error_count > before:
         return None
     plan = Assembly(resolved, variables, timing, symbols, reporter).plan(version)
     return plan if reporter.error_count == before else None
+
+
+def _check_head(chronicle: model.Chronicle, reporter: Reporter) -> None:
+    """A role or a time point stands in the head once."""
+    first: dict[str, Span] = {}
+    roles = [(f"?{one.name}", one.span) for one in chronicle.parameters]
+    for name, span in [*roles, *((one.name, one.span) for one in chronicle.points)]:
+        if first.setdefault(name, span) != span:
+            message = f"expected each name once in the head of {chronicle.name!r}, got {name} twice"
+            reporter.error("C0203", message, span, "keep one of them", related=[(first[name], "the first")])
 
 
 def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -> Resolved:
@@ -90,6 +108,19 @@ def _select(chronicle: model.Chronicle, reporter: Reporter) -> model.SelectState
         message = f"expected one select in chronicle {chronicle.name!r}, got another one than in line"
         reporter.error("C0203", f"{message} {found[0].span.line}", second.span, "keep one of them")
     return found[0] if found else None
+
+
+def _check_changes(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:
+    """The old and the new value of a change cannot be one variable, or two made equal."""
+    patterns = [cells for _, cells in (*resolved.events, *resolved.counts, *resolved.emits) if len(cells.values) == 2]
+    for old, new in (cells.values for cells in patterns):
+        is_free = bool(old.variable or new.variable)  # two values of the text were compared where they were looked up
+        is_known = {old.variable, new.variable} - {""} <= variables.class_of.keys()
+        if is_free and is_known and variables.content(old) == variables.content(new):
+            came = " and ".join(dict.fromkeys(f"?{one.variable}" for one in (old, new) if one.variable))
+            came = f"{came} for both" if old.variable == new.variable else f"{came}, which are equal by '=='"
+            message = f"expected a change between two values, got {came}"
+            reporter.error("C0306", message, new.span, "the two differ; one of them may be ?, or another variable")
 
 
 def _check_bound(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:
@@ -132,6 +163,24 @@ def _check_ranges(resolved: Resolved, reporter: Reporter) -> None:
         if most is not None and least > most:
             message = f"expected a number of events between two bounds, got {least} to {most}"
             reporter.error("C0401", message, one.span, "the smaller number comes first")
+        elif (least, most) == (0, None):
+            message = "expected a number of events with a bound, got 0 to oo, which every number is"
+            reporter.warning("C0603", message, one.span, "leave it out, or give a bound")
+
+
+def _warn_reports(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:
+    """What looks like a variable in a report and has no value stays as it is written."""
+    known = _known_names(resolved, variables)
+    for one in resolved.chronicle.actions:
+        if isinstance(one, model.Report):
+            for name in dict.fromkeys(VARIABLE.findall(one.text)):
+                if name not in known:
+                    message = f"expected variables with a value in a report, got ?{name}"
+                    hint = suggest(f"?{name}", [f"?{other}" for other in known])
+                    if hint.edit is not None:
+                        text = re.sub(rf"\?{name}\b", hint.edit, one.text)
+                        hint = hint._replace(edit=print_statement(replace(one, text=text)))
+                    reporter.warning("C0807", message, one.span, hint)
 
 
 def _check_selection(resolved: Resolved, reporter: Reporter) -> None:

@@ -3,13 +3,14 @@
 An instance that has matched some events and waits for others lives until the least of "time of a matched event, plus
 the upper bound of a missing one". So at any time each of its events lies in a window before now, and the number of
 instances is at most the number of ways to choose events from these windows. A window of length L has at most
-``floor(rate * L) + 1`` events. Events that share a variable with one already chosen must have its value, so for them
-the rate is divided by the number of values. Complete instances wait for the ends of `noevent`, `hold` and their kin.
+``floor(rate * L) + 1`` events that have one value of an argument in common. Events that share a variable in an argument
+with one already chosen must have its value, so there are no more of them; of others there are as many for each of the
+``keys`` values. Complete instances wait for the ends of `noevent`, `hold` and their kin.
 
-The bound holds under these assumptions:
+The bound holds under these assumptions, of which the first is printed with it:
 
-* events of one name are at least 1/rate apart; with ``keys`` above 1, those with one value of a variable are at least
-  keys/rate apart;
+* an argument has at most ``keys`` values, and events of one name that have the same value of an argument are at least
+  1/rate apart. How the events are spread over the values does not matter;
 * instances past their deadline are forgotten at once. A recogniser forgets them in sweeps, so a little later;
 * constants, filters and "must differ" are left out of account: they only make it fewer.
 
@@ -19,9 +20,10 @@ The order of the events in which the windows are counted is chosen to make the b
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from chronicles.compilation.plan import Plan
 from chronicles.language.diagnostics import Reporter, Span
@@ -36,7 +38,7 @@ _WIDE_US = 60 * _SECOND_US
 class CostRow:
     """One set of matched events: their time points, the bound as a formula, and its value at the given rates.
 
-    In the formula an event's name is its rate per second and `keys` the number of values of a variable.
+    In the formula an event's name is its rate per second and `keys` the number of values of an argument.
     """
 
     points: tuple[str, ...]
@@ -47,10 +49,11 @@ class CostRow:
 
 @dataclass(frozen=True, slots=True)
 class CostReport:
-    """How many instances of a chronicle there can be at once, by what they have matched."""
+    """How many instances of a chronicle there can be at once, by what they have matched, with so many `keys`."""
 
     chronicle: str
     rows: tuple[CostRow, ...]
+    keys: int = 1
 
     @property
     def waiting(self) -> int:
@@ -63,7 +66,7 @@ class CostReport:
         return sum(row.instances for row in self.rows if row.is_complete)
 
     def render(self) -> str:
-        """Write the report as a table.
+        """Write the report as a table, with what the stream must be like for it to hold.
 
         Examples
         --------
@@ -71,14 +74,22 @@ class CostReport:
         >>> plan = load("chronicle visit[?car](t1, t2) { event(enter[?car], t1) event(leave[?car], t2) "
         ...             "t2 - t1 in [1s, 1min] }").plans[0]
         >>> print(cost(plan, {"enter": 2.0}, keys=10).render())
-        visit: at most 121 instances wait for events, 0 for the end of an interval
-          t1      121  enter*1min + 1
+        visit: at most 1,210 instances wait for events, 0 for the end of an interval,
+        if an argument has at most 10 values, and events of one name with one of them are at least 1/rate apart
+          t1    1,210  keys (enter*1min + 1)
         """
         width = max((len(_label(row)) for row in self.rows), default=0) + 4
         head = f"{self.chronicle}: at most {self.waiting:,} instances wait for events"
-        lines = [f"{head}, {self.complete:,} for the end of an interval"]
+        lines = [f"{head}, {self.complete:,} for the end of an interval,", f"if {self._assumption}"]
         lines += [f"  {_label(row):{width}}{row.instances:>9,}  {row.formula}" for row in self.rows]
         return "\n".join(lines)
+
+    @property
+    def _assumption(self) -> str:
+        if self.keys == 1:
+            return "events of one name are at least 1/rate apart"
+        values = f"an argument has at most {self.keys} values"
+        return f"{values}, and events of one name with one of them are at least 1/rate apart"
 
 
 def _label(row: CostRow) -> str:
@@ -91,13 +102,14 @@ def cost(plan: Plan, rates_hz: Mapping[str, float], default_rate_hz: float = 1.0
     Parameters
     ----------
     plan : of the chronicle.
-    rates_hz : the most events a second, by name of the message or attribute.
+    rates_hz : the most events a second that have one value of an argument in common, by name of the message or
+        attribute; with one key, the most events at all.
     default_rate_hz : for names that `rates_hz` lacks.
-    keys : how many values a variable takes, such as the number of cars in view.
+    keys : how many values an argument can have, such as the number of cars in view.
     """
     bound = _Bound(plan, rates_hz, default_rate_hz, keys)
     masks = [mask for mask in reachable(plan) if bound.can_wait(mask)]
-    return CostReport(plan.name, tuple(map(bound.row, masks)))
+    return CostReport(plan.name, tuple(map(bound.row, masks)), keys)
 
 
 def reachable(plan: Plan) -> list[int]:
@@ -119,6 +131,14 @@ def reachable(plan: Plan) -> list[int]:
     return sorted(found - {0}, key=lambda mask: (mask.bit_count(), mask))
 
 
+class _Factor(NamedTuple):
+    """How many choices there are for one event: those of one key as a formula, the number of keys, and the product."""
+
+    text: str
+    keys: int
+    count: int
+
+
 class _Bound:
     """Counts choices of events for one plan and its rates."""
 
@@ -127,7 +147,11 @@ class _Bound:
         self._names = [position.test.name for position in plan.positions]
         self._rates_hz = [Fraction(rates_hz.get(name, default_rate_hz)) for name in self._names]
         self._keys = keys
-        self._slots = [{slot for _, slot in position.test.variables} for position in plan.positions]
+        tests = [position.test for position in plan.positions]
+        self._slots = [{slot for _, slot in test.variables} for test in tests]
+        self._argument_slots = [{slot for field, slot in test.variables if field < test.arity} for test in tests]
+        # One value of an argument is given by the text, or there are no arguments.
+        self._is_single = [not test.arity or any(field < test.arity for field, _ in test.constants) for test in tests]
 
     def can_wait(self, mask: int) -> bool:
         """Say whether an instance that has matched exactly these positions can be there for any time."""
@@ -138,10 +162,8 @@ class _Bound:
         windows_us = self._windows_us(mask)
         members = sorted(windows_us)
         factors = min((self._factors(first, windows_us) for first in members), key=_product)
-        parts = [text for text, _ in factors]
-        formula = parts[0] if len(parts) == 1 else " ".join(f"({part})" for part in parts)
         points = tuple(self._plan.positions[one].label for one in members)
-        return CostRow(points, formula, _product(factors), len(members) == len(self._names))
+        return CostRow(points, _formula(factors), _product(factors), len(members) == len(self._names))
 
     def _windows_us(self, mask: int) -> dict[int, int]:
         """Say for each matched event how long before now it can lie while the instance waits; below 0: it cannot."""
@@ -161,10 +183,10 @@ class _Bound:
             for one in members
         }
 
-    def _factors(self, first: int, windows_us: Mapping[int, int]) -> list[tuple[str, int]]:
+    def _factors(self, first: int, windows_us: Mapping[int, int]) -> list[_Factor]:
         """Choose events one after the other, each time the one with the fewest choices."""
         chosen: list[int] = []
-        found: list[tuple[str, int]] = []
+        found: list[_Factor] = []
         position = first
         left = set(windows_us)
         while True:
@@ -173,21 +195,27 @@ class _Bound:
             chosen.append(position)
             if not left:
                 return found
-            position = min(sorted(left), key=lambda one: self._factor(one, chosen, windows_us)[1])
+            position = min(sorted(left), key=lambda one: self._factor(one, chosen, windows_us).count)
 
-    def _factor(self, position: int, chosen: Iterable[int], windows_us: Mapping[int, int]) -> tuple[str, int]:
+    def _factor(self, position: int, chosen: Iterable[int], windows_us: Mapping[int, int]) -> _Factor:
         """Count the choices for an event in its window, and beside those already chosen."""
         distance = self._plan.distance_us
         beside_us = [distance[one][position] + distance[position][one] for one in chosen]
         length_us = min([windows_us[position], *beside_us])
-        is_joined = any(self._slots[position] & self._slots[one] for one in chosen)
-        rate_hz = self._rates_hz[position] / (self._keys if is_joined else 1)
-        text = f"{self._names[position]}{'/keys' if is_joined else ''}*{format_duration(length_us)} + 1"
-        return text, math.floor(rate_hz * length_us / _SECOND_US) + 1
+        is_joined = any(self._argument_slots[position] & self._slots[one] for one in chosen)
+        keys = 1 if is_joined or self._is_single[position] else self._keys
+        text = f"{self._names[position]}*{format_duration(length_us)} + 1"
+        return _Factor(text, keys, keys * (math.floor(self._rates_hz[position] * length_us / _SECOND_US) + 1))
 
 
-def _product(factors: Iterable[tuple[str, int]]) -> int:
-    return math.prod(count for _, count in factors)
+def _product(factors: Iterable[_Factor]) -> int:
+    return math.prod(factor.count for factor in factors)
+
+
+def _formula(factors: Sequence[_Factor]) -> str:
+    if len(factors) == 1 and factors[0].keys == 1:
+        return factors[0].text
+    return " ".join(f"{'keys ' if factor.keys > 1 else ''}({factor.text})" for factor in factors)
 
 
 def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:

@@ -13,7 +13,7 @@ from chronicles.compilation.patterns import Cell, PatternResolver
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, suggest
-from chronicles.language.printer import print_term
+from chronicles.language.printer import format_duration, print_term
 
 
 def check_examples(
@@ -47,6 +47,7 @@ class _ExampleChecker:
 
     def example(self, example: model.Example) -> model.Example:
         """Check one example; give it with constants replaced."""
+        _check_until(example, self._reporter)
         return replace(
             example,
             events=tuple(map(self._event, example.events)),
@@ -89,6 +90,18 @@ class _ExampleChecker:
             message = f"expected all roles of {one.chronicle!r}, got none for {missing[0]!r}"
             listed = ", ".join(f"{name}=..." for name in known)
             self._reporter.error("C0208", message, one.name_span, f"write {one.chronicle}[{listed}]")
+
+
+def _check_until(example: model.Example, reporter: Reporter) -> None:
+    """Time does not end before the last event."""
+    until_us = example.until_us
+    if until_us is None or until_us == model.UNREAD_US or not example.events:
+        return
+    last = max(example.events, key=lambda event: event.t_us)
+    if last.t_us > until_us:
+        times = f"{format_duration(until_us)}, got one at {format_duration(last.t_us)}"
+        message = f"expected the events of an example up to its 'until' at {times}"
+        reporter.error("C0410", message, last.span, f"write until {format_duration(last.t_us)}, or later")
 
 
 def _literal(cell: Cell) -> model.Literal:

@@ -6,10 +6,11 @@ is a clash.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+from chronicles.compilation.arities import warn_arities
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
 from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
@@ -89,13 +90,13 @@ class Symbols:
         return constant.value.text
 
     def duration_of(self, duration: model.Duration, reporter: Reporter) -> int:
-        """Give a duration in microseconds, looking up a constant's name."""
+        """Give a duration in microseconds, looking up a constant's name; 0 if that counts an error."""
         if not duration.constant:
-            return duration.us
+            return self._read_us(duration, reporter)
         constant = self.constants.get(duration.constant)
         value = None if constant is None else constant.value
         if isinstance(value, model.Duration):
-            return value.us
+            return self._read_us(value, reporter)
         if value is not None and value.is_whole_number:
             return self._counted_us(duration, value.text, reporter)
         if value is None:
@@ -111,9 +112,18 @@ class Symbols:
             )
         return 0
 
+    def _read_us(self, duration: model.Duration, reporter: Reporter) -> int:
+        if duration.is_read:
+            return duration.us
+        reporter.count_again()
+        return 0
+
     def _counted_us(self, duration: model.Duration, digits: str, reporter: Reporter) -> int:
         """Give how long so many units of the text that uses a constant are."""
         unit_us = self.timeunits.get(duration.span.file, 1)
+        if unit_us == model.UNREAD_US:
+            reporter.count_again()
+            return 0
         if len(digits) <= model.LONGEST_NUMBER and (us := int(digits) * unit_us) <= model.LARGEST_US:
             return us
         message = f"expected at most 35 years, got {duration.constant!r}, which counts more times {unit_us} us"
@@ -121,7 +131,7 @@ class Symbols:
         return 0
 
 
-def collect_symbols(files: Iterable[model.ChronicleFile], reporter: Reporter) -> Symbols:
+def collect_symbols(files: Collection[model.ChronicleFile], reporter: Reporter) -> Symbols:
     """Read all declarations but the chronicles; clashes and unknown domains go to the reporter."""
     declarations = [declaration for file in files for declaration in file.declarations]
     constants = _unique([one for one in declarations if isinstance(one, model.Constant)], reporter)
@@ -129,9 +139,22 @@ def collect_symbols(files: Iterable[model.ChronicleFile], reporter: Reporter) ->
     events = _unique([one for one in declarations if isinstance(one, model.Attribute | model.Message)], reporter)
     timeunits = {one.span.file: one.us for one in declarations if isinstance(one, model.TimeUnit)}
     resolver = _Resolver(Symbols(constants, {}, {}, timeunits), domains, reporter)
+    before = reporter.error_count
     sets = {name: resolver.named(name) for name in domains}
+    if reporter.error_count == before:
+        _warn_empty(sets, domains, reporter)
     signatures = {name: resolver.signature(declaration) for name, declaration in events.items()}
-    return Symbols(constants, sets, signatures, timeunits)
+    symbols = Symbols(constants, sets, signatures, timeunits)
+    if symbols.is_open:
+        warn_arities(files, reporter)
+    return symbols
+
+
+def _warn_empty(sets: Mapping[str, ValueSet], domains: Mapping[str, model.Domain], reporter: Reporter) -> None:
+    for name, values in sets.items():
+        if values.is_empty:
+            message = f"expected a domain with a value, got {print_domain(domains[name].expression)}, which has none"
+            reporter.warning("C0309", message, domains[name].expression.span, "nothing but unknown fits it")
 
 
 def _unique(declarations: Iterable[_Kind], reporter: Reporter) -> dict[str, _Kind]:
@@ -147,28 +170,39 @@ def _unique(declarations: Iterable[_Kind], reporter: Reporter) -> dict[str, _Kin
 
 
 class _Resolver:
-    """Turns domain expressions into value sets; invariant: a domain is never resolved inside itself."""
+    """Turns domain expressions into value sets.
+
+    A domain is resolved once, after those that it is made of, without recursion: chains of domains may be long.
+    """
 
     def __init__(self, symbols: Symbols, domains: Mapping[str, model.Domain], reporter: Reporter) -> None:
         self._symbols = symbols
         self._domains = domains
         self._reporter = reporter
-        self._open: list[str] = []
+        self._sets: dict[str, ValueSet] = {}
         self._circles: set[frozenset[str]] = set()
 
     def named(self, name: str) -> ValueSet:
         """Resolve a declared domain; report one that is made of itself."""
-        if name in self._open:
-            self._report_circle(self._open[self._open.index(name) :])
-            return ANY_VALUE
-        self._open.append(name)
-        result = resolve_domain(self._domains[name].expression, self._symbols, self._reporter, self._named_or_error)
-        self._open.pop()
-        return result
+        path = {name: iter(_names_in(self._domains[name].expression))}
+        while path:
+            last, others = next(reversed(path.items()))
+            following = next((one for one in others if one in self._domains and one not in self._sets), None)
+            if following is None:
+                expression = self._domains[last].expression
+                self._sets[last] = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+                del path[last]
+            elif following in path:
+                names = list(path)
+                self._report_circle(names[names.index(following) :])
+            else:
+                path[following] = iter(_names_in(self._domains[following].expression))
+        return self._sets[name]
 
     def _named_or_error(self, expression: model.DomainName) -> ValueSet:
         if expression.name in self._domains:
-            return self.named(expression.name)
+            # One that is missing is part of a circle, which was reported.
+            return self._sets.get(expression.name, ANY_VALUE)
         return _unknown_domain(expression, list(self._domains), self._reporter)
 
     def _report_circle(self, names: list[str]) -> None:
@@ -209,6 +243,15 @@ class _Resolver:
             return UNDECLARED_FIELD
         values = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
         return Field(print_domain(expression), values)
+
+
+def _names_in(expression: model.DomainExpression) -> Iterator[str]:
+    """Give the names of the domains that an expression mentions."""
+    if isinstance(expression, model.DomainName):
+        yield expression.name
+    elif isinstance(expression, model.DomainOperation):
+        yield from _names_in(expression.left)
+        yield from _names_in(expression.right)
 
 
 class _DomainLookUp(Protocol):

@@ -168,8 +168,11 @@ class _EdgeBuilder:
             self._at_most(later, earlier, -low, one.span)
 
     def _interval(self, interval: model.Interval, span: Span, *, needs_time: bool) -> None:
+        before = self._reporter.error_count
         start = moved(interval.start, self._symbols, self._reporter)
         end = moved(interval.end, self._symbols, self._reporter)
+        if self._reporter.error_count > before:
+            return
         if start[0] == end[0]:
             if start[1] >= end[1]:
                 message = "expected an interval whose start is before its end, got one that is always empty"

@@ -12,7 +12,8 @@ from chronicles.language import model
 from chronicles.language.diagnostics import Hint, Reporter, suggest
 from chronicles.language.printer import print_statement
 
-_VARIABLE = re.compile(r"\?([A-Za-z_][A-Za-z0-9_]*)")
+# How a variable stands in the text of a report.
+VARIABLE = re.compile(r"\?([A-Za-z_][A-Za-z0-9_]*)")
 
 
 def warn_single_uses(
@@ -31,9 +32,9 @@ def warn_single_uses(
     used = {one.name for one in chronicle.parameters} | set(distinct)
     for one in (*chronicle.statements, *chronicle.actions):
         if isinstance(one, model.Equality | model.Membership | model.Allowance | model.Emit | model.AssertAction):
-            used.update(_VARIABLE.findall(print_statement(one)))
+            used.update(VARIABLE.findall(print_statement(one)))
         elif isinstance(one, model.Report):
-            used.update(_VARIABLE.findall(one.text))
+            used.update(VARIABLE.findall(one.text))
     for cell in cells:
         if counted[cell.variable] == 1 and cell.variable not in used:
             message = f"expected ?{cell.variable} to be used again, got it once"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.compilation.patterns import Cell, Cells
-from chronicles.compilation.symbols import Symbols, domain_of
+from chronicles.compilation.symbols import UNKNOWN, Symbols, domain_of
 from chronicles.compilation.usage import warn_single_uses
 from chronicles.language import model
 from chronicles.language.diagnostics import Reporter, Span, suggest
@@ -85,12 +85,13 @@ def resolve_variables(
     constants = _constants(constraints, class_of, symbols, reporter)
     sorts = _sorts(flat, class_of, reporter)
     pairs = _different_pairs(constraints, class_of, sorts, reporter)
-    allowed = _allowed(constraints, class_of, symbols, reporter)
+    declared = _declared(flat, class_of)
+    allowed = _allowed(constraints, class_of, declared, symbols, reporter)
     bound = frozenset(class_of[cell.variable] for group in binding for cell in group.all if cell.variable)
     if not reporter.has_error_in(chronicle.span):
         warn_single_uses(chronicle, flat, {name for pair in pairs for name in pair}, reporter)
     classes = Variables(class_of, constants, allowed, frozenset(pairs), bound)
-    return _without_constants(classes, chronicle.name_span, reporter)
+    return _without_constants(classes, declared, chronicle.name_span, reporter)
 
 
 def _constraints(chronicle: model.Chronicle) -> _Constraints:
@@ -157,6 +158,15 @@ def _sorts(cells: Iterable[Cell], class_of: Mapping[str, str], reporter: Reporte
     return {name: found or {""} for name, found in sorts.items()}
 
 
+def _declared(cells: Iterable[Cell], class_of: Mapping[str, str]) -> dict[str, ValueSet]:
+    """Give the values that the declarations leave to each class; `unknown` is always one."""
+    declared = dict.fromkeys(class_of.values(), ANY_VALUE)
+    for cell in cells:
+        name = class_of[cell.variable]
+        declared[name] = declared[name].intersection(cell.field.values.union(one_of(UNKNOWN)))
+    return declared
+
+
 def _check_sorts(first: Cell, cell: Cell, reporter: Reporter) -> None:
     """Two named domains without listed values are different kinds of things; listed values must meet."""
     both_open = first.field.values.complement and cell.field.values.complement
@@ -193,7 +203,11 @@ def _different_pairs(
 
 
 def _allowed(
-    constraints: _Constraints, class_of: Mapping[str, str], symbols: Symbols, reporter: Reporter
+    constraints: _Constraints,
+    class_of: Mapping[str, str],
+    declared: Mapping[str, ValueSet],
+    symbols: Symbols,
+    reporter: Reporter,
 ) -> dict[str, ValueSet]:
     allowed = dict.fromkeys(class_of.values(), ANY_VALUE)
 
@@ -210,6 +224,10 @@ def _allowed(
                 span,
                 "widen this one, or one before it",
             )
+        elif left.intersection(declared[class_of[variable.name]]).is_empty:
+            message = f"expected a value that the declarations give to ?{variable.name}, got constraints that allow none"
+            known = sorted(declared[class_of[variable.name]].texts - {UNKNOWN})
+            reporter.error("C0307", message, span, suggest("", known))
 
     for member in constraints.member:
         restrict(member.variable, domain_of(member.domain, symbols, reporter), member.span)
@@ -221,7 +239,9 @@ def _allowed(
     return allowed
 
 
-def _without_constants(classes: Variables, place: Span, reporter: Reporter) -> Variables:
+def _without_constants(
+    classes: Variables, declared: Mapping[str, ValueSet], place: Span, reporter: Reporter
+) -> Variables:
     """Turn "differs from a constant class" into a filter, and check the constants themselves."""
     kept: set[tuple[str, str]] = set()
     constants, allowed = classes.constants, dict(classes.allowed)
@@ -239,4 +259,7 @@ def _without_constants(classes: Variables, place: Span, reporter: Reporter) -> V
         if text not in allowed[name]:
             message = f"expected a value that ?{name} can take, got {text!r}"
             reporter.error("C0307", message, place, "the constraints on the variable rule this value out")
+        elif text not in declared[name]:
+            message = f"expected a value that the declarations give to ?{name}, got {text!r}"
+            reporter.error("C0307", message, place, suggest(text, sorted(declared[name].texts - {UNKNOWN}))._replace(edit=None))
     return Variables(classes.class_of, constants, allowed, frozenset(kept), classes.bound)

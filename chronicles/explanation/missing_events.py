@@ -63,7 +63,7 @@ class MissingEventReader:
             inside = rows_within(rows, window)
             if inside:
                 return inside[0].event, ()
-            start_us, end_us = max(window[0], start_us), min(window[1] + 1, end_us)
+            start_us, end_us = window[0], window[1] + 1
         test = self._case.plan.positions[place].test
         found = [
             (mismatches, event)

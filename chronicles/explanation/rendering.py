@@ -79,8 +79,9 @@ def _why_not(one: WhyNot) -> list[str]:
     asked = f"[{', '.join(f'{name}={value}' for name, value in one.roles)}]" if one.roles else ""
     count = len(one.near_misses)
     misses = "1 near miss" if count == 1 else f"{count} near misses"
+    order = ", the nearest first" if count else ""
     often = {0: "not recognised", 1: "recognised once"}.get(one.recognised, f"recognised {one.recognised} times")
-    lines = [f"{one.chronicle}{asked}{_window(one)}: {often}; {misses}, the nearest first"]
+    lines = [f"{one.chronicle}{asked}{_window(one)}: {often}; {misses}{order}"]
     for number, miss in enumerate(one.near_misses, 1):
         lines += ["", *_near_miss(number, miss)]
     if not one.is_complete:

@@ -125,7 +125,7 @@ def of_failure(one: Failure) -> str:
             return "everything is met, but the events end before that is certain"
         case MissingEvent():
             said = of_missing(one.subject)
-            return f"{said}; it may still come" if one.kind == "open" else said
+            return f"{said}; the events end before" if one.kind == "open" else said
         case SameValue(first, second, value):
             return f"?{first} and ?{second} must differ, but both were {value}"
         case ConstraintReading():

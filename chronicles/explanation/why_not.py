@@ -11,9 +11,9 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.errors import ChronicleError
-from chronicles.events import Event, Occurrence
+from chronicles.events import Event
+from chronicles.explanation.asked_window import WHOLE_LOG, AskedWindow, WindowedSearch
 from chronicles.explanation.assignments import AssignmentSearch, equal_pairs
 from chronicles.explanation.bound_changes import smallest_change
 from chronicles.explanation.candidates import Candidate, CandidateSearch
@@ -62,7 +62,7 @@ def why_not(
     name : of the chronicle.
     events : the events that the recogniser saw, in any order; those emitted by other chronicles are found again.
     roles : values of some roles, to ask about these things only.
-    start_us, end_us : the events of an instance must lie in [start_us, end_us); None is open.
+    start_us, end_us : asks for the instances that overlap [start_us, end_us); None is open. All events count.
     until_us : the time up to which the events are complete; the latest event's time if not given.
     limit : how many near misses are wanted at most.
 
@@ -88,33 +88,25 @@ def why_not(
         raise ChronicleError(f"why not {name!r}: expected a limit >= 1, got {limit!r}")
     fixed = fixed_values(chronicles.plan(name), roles)
     case = open_case(chronicles, name, events, until_us=until_us, own=fixed)
-    window = -UNBOUNDED_US if start_us is None else start_us, UNBOUNDED_US if end_us is None else end_us
-    recognised = _fitting(case.occurrences, roles, window)
+    asked = AskedWindow(start_us, end_us)
+    recognised = [one for one in case.occurrences if all(one.roles[role] == value for role, value in roles.items())]
     used = {event for one in recognised for event in one.events}
     numbers = frozenset(number for number, event in enumerate(case.log.events) if event in used)
-    assignments = AssignmentSearch(case.plan, case.log, fixed, window)
+    assignments = WindowedSearch(case.plan, case.log, fixed, asked)
     search = CandidateSearch(case, assignments, recognised=numbers, wanted=limit)
     nearest = search.nearest()[:limit]
-    reader = MissingEventReader(case, chronicles, assignments, window)
+    everything = AssignmentSearch(case.plan, case.log, fixed, WHOLE_LOG)
+    reader = MissingEventReader(case, chronicles, everything, asked.bounds)
     return WhyNot(
         chronicle=name,
         version=case.plan.version,
         roles=tuple(roles.items()),
         start_us=start_us,
         end_us=end_us,
-        recognised=len(recognised),
+        recognised=sum(asked.asks_for(event.t_us for event in one.events) for one in recognised),
         near_misses=tuple(_near_miss(case, one, reader) for one in nearest),
         is_complete=search.is_complete,
     )
-
-
-def _fitting(occurrences: Iterable[Occurrence], roles: Mapping[str, str], window: tuple[int, int]) -> list[Occurrence]:
-    return [
-        one
-        for one in occurrences
-        if all(one.roles[role] == value for role, value in roles.items())
-        and all(window[0] <= event.t_us < window[1] for event in one.events)
-    ]
 
 
 def _near_miss(case: Case, candidate: Candidate, reader: MissingEventReader) -> NearMiss:

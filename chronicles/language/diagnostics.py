@@ -159,6 +159,10 @@ class Reporter:
         """Add a warning at a place; the text stays usable."""
         self._add("warning", code, message, span, hint=hint, related=related)
 
+    def count_again(self) -> None:
+        """Count an error that was reported already, where something rests on it and therefore cannot be judged."""
+        self._error_count += 1
+
     def has_syntax_error_in(self, span: Span) -> bool:
         """Say whether a part of the text at a place could not be read (codes C01..)."""
         return any(found.code.startswith("C01") for found in self._errors_in(span))

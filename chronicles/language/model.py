@@ -14,6 +14,8 @@ from chronicles.language.diagnostics import Span
 Comparator = OneOf["<", "<=", "=", ">=", ">"]
 
 LARGEST_US = 2**50  # 35 years: sums of bounds stay far inside 64 bits
+UNREAD_US = -1  # stands for a duration that could not be read, which was reported
+DEEPEST_DOMAIN = 100  # operations in one another: domains are evaluated, compared and printed recursively
 LONGEST_NUMBER = 30  # in characters; Python converts no text of thousands of digits
 
 
@@ -64,6 +66,11 @@ class Duration:
     us: int
     constant: str
     span: Span = field(compare=False, repr=False)
+
+    @property
+    def is_read(self) -> bool:
+        """Whether it could be read; nothing that rests on another one can be judged."""
+        return self.us != UNREAD_US
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,12 +285,13 @@ class DomainName:
 
 @dataclass(frozen=True, slots=True)
 class DomainOperation:
-    """`left | right` (union) or `left ~ right` (difference)."""
+    """`left | right` (union) or `left ~ right` (difference); `depth` operations stand in one another at most."""
 
     left: DomainExpression
     operator: OneOf["|", "~"]
     right: DomainExpression
     span: Span = field(compare=False, repr=False)
+    depth: int = field(default=1, compare=False, repr=False)
 
 
 DomainExpression = DomainValues | DomainRange | DomainSymbol | DomainName | DomainOperation
@@ -320,7 +328,7 @@ Action = Emit | Report | AssertAction
 
 @dataclass(frozen=True, slots=True)
 class TimeUnit:
-    """`timeunit 1ms`: the unit of bare numbers in the same text."""
+    """`timeunit 1ms`: the unit of bare numbers in the same text; `UNREAD_US` if it is none, which was reported."""
 
     us: int
     span: Span = field(compare=False, repr=False)

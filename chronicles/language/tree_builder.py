@@ -14,6 +14,7 @@ from chronicles.language import model
 from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
 from chronicles.language.printer import US_PER_UNIT, format_duration
 from chronicles.language.syntax_errors import SELECTIONS
+from chronicles.language.units import meant
 from chronicles.language.words import Word
 
 _DURATION = re.compile(r"([0-9.]+)(.*)")
@@ -52,6 +53,7 @@ class TreeBuilder:
         us = cast(model.Duration, parts[0]).us
         if us == 0:
             self._reporter.error("C0401", "expected a timeunit above zero, got 0", span)
+            us = model.UNREAD_US
         self._unit_us, self._unit_span = us, span
         return model.TimeUnit(us, span)
 
@@ -59,7 +61,7 @@ class TreeBuilder:
         """Build `constant name = value`."""
         name, value = parts
         if isinstance(value, Word):
-            value = model.Duration(self._microseconds(value, 1), "", self._span(value))
+            value = model.Duration(self._microseconds(value), "", self._span(value))
         return model.Constant(name.text, value, self._span(name), span)
 
     def domain(self, parts: Parts, span: Span) -> model.Domain:
@@ -136,11 +138,26 @@ class TreeBuilder:
 
     def union(self, parts: Parts, span: Span) -> model.DomainOperation:
         """Build `left | right`."""
-        return model.DomainOperation(parts[0], "|", parts[1], span)
+        return self._operation(parts[0], "|", parts[1], span)
 
     def difference(self, parts: Parts, span: Span) -> model.DomainOperation:
         """Build `left ~ right`."""
-        return model.DomainOperation(parts[0], "~", parts[1], span)
+        return self._operation(parts[0], "~", parts[1], span)
+
+    def _operation(
+        self, left: model.DomainExpression, operator: Literal["|", "~"], right: model.DomainExpression, span: Span
+    ) -> model.DomainOperation:
+        """Build a union or difference; one that is too deep is reported once, and counts as any value."""
+        depth = 1 + max(one.depth if isinstance(one, model.DomainOperation) else 0 for one in (left, right))
+        if depth <= model.DEEPEST_DOMAIN:
+            return model.DomainOperation(left, operator, right, span, depth)
+        if depth == model.DEEPEST_DOMAIN + 1:
+            message = (
+                f"expected a domain of at most {model.DEEPEST_DOMAIN} operations in one another, got at least {depth}"
+            )
+            hint = "write the values in one set {a, b, ...}, or give parts of the domain names of their own"
+            self._reporter.error("C0109", message, span, hint)
+        return model.DomainOperation(model.DomainSymbol(span), "|", model.DomainSymbol(span), span, depth)
 
     # ---- statements
 
@@ -321,7 +338,7 @@ class TreeBuilder:
     def expectation(self, parts: Parts, span: Span) -> model.ExpectedOccurrence:
         """Build `expect chronicle[role=value] 2s..4s`."""
         name, *roles, start, _, end = parts
-        if start.us > end.us:
+        if start.is_read and end.is_read and start.us > end.us:
             message = "expected an end that is not before the start, got the later time first"
             edit = f"{format_duration(end.us)}..{format_duration(start.us)}"
             hint = Hint("the earlier time comes first", edit)
@@ -337,7 +354,7 @@ class TreeBuilder:
 
     def duration(self, parts: Parts, span: Span) -> model.Duration:
         """Read a length of time; a bare number counts the unit of the text."""
-        return model.Duration(self._microseconds(parts[0], self._unit_us), "", span)
+        return model.Duration(self._microseconds(parts[0]), "", span)
 
     def integer(self, parts: Parts, _: Span) -> int:
         """Read a whole number."""
@@ -346,26 +363,28 @@ class TreeBuilder:
 
     sign = comparator
 
-    def _microseconds(self, word: Word, bare_us: int) -> int:
+    def _microseconds(self, word: Word) -> int:
+        """Read a number with its unit; `UNREAD_US` after a report, also an earlier one of the unit of the text."""
         digits, unit = cast(re.Match[str], _DURATION.fullmatch(word.text)).groups()
         if _EXPONENT.match(unit):
             message = f"expected a number without an exponent, got {word.text!r}"
             self._reporter.error("C0105", message, self._span(word), "write it out, such as 0.00001s or 10us")
-            return 0
+            return model.UNREAD_US
         if unit and unit not in US_PER_UNIT:
-            hint = suggest(unit, list(US_PER_UNIT))
-            self._reporter.error("C0104", f"expected a unit of time, got {unit!r}", self._span(word), hint)
-            return 0
-        if self._is_too_long(word):
-            return 0
+            message = f"expected a unit of time, got {unit!r}"
+            self._reporter.error("C0104", message, self._span(word), meant(digits, unit))
+            return model.UNREAD_US
+        unit_us = US_PER_UNIT[unit] if unit else self._unit_us
+        if self._is_too_long(word) or unit_us == model.UNREAD_US:
+            return model.UNREAD_US
         whole, _, decimals = digits.partition(".")
         scale: int = 10 ** len(decimals)
-        us, rest = divmod(int(whole + decimals) * (US_PER_UNIT[unit] if unit else bare_us), scale)
+        us, rest = divmod(int(whole + decimals) * unit_us, scale)
         if rest or us > model.LARGEST_US:
             wanted = "a whole number of microseconds" if rest else "at most 35 years"
             mend = "time counts in whole microseconds" if unit or not rest else _UNIT_HINT
             self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), mend)
-            return 0
+            return model.UNREAD_US
         return us
 
     def _whole(self, word: Word) -> int:

@@ -76,10 +76,12 @@ def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRe
     @router.get(
         "/api/v1/chronicles",
         summary="List chronicles",
-        responses=answers(ChronicleList),
+        responses=answers(ChronicleList, 422),
         response_class=Response,
     )
-    def list_chronicles() -> Response:
+    def list_chronicles(request: Request) -> Response:
+        """List the shipped chronicles and those of the log's runs."""
+        _refuse_parameters(request)
         return _json(msgspec.json.encode(ChronicleList(_merge_chronicles(log, library))))
 
 
@@ -116,11 +118,12 @@ def _add_event(router: APIRouter, log: EventLog) -> None:
     @router.get(
         "/api/v1/events/{event_id}",
         summary="Get one event",
-        responses=answers(EventRecord, 404),
+        responses=answers(EventRecord, 404, 422),
         response_class=Response,
     )
-    def get_event(event_id: str) -> Response:
+    def get_event(event_id: str, request: Request) -> Response:
         """Get an event by its identifier; 404 if the log has no such event."""
+        _refuse_parameters(request)
         text = find_event(log, event_id)
         if text is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
@@ -148,11 +151,12 @@ def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
     @router.get(
         "/api/v1/events/{event_id}/why",
         summary="Say why an event was recognised",
-        responses=answers(EventExplanation, 404, 409),
+        responses=answers(EventExplanation, 404, 409, 422),
         response_class=Response,
     )
-    def get_why(event_id: str) -> Response:
+    def get_why(event_id: str, request: Request) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
+        _refuse_parameters(request)
         found = explainer.explain_event(event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
@@ -170,6 +174,12 @@ def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
         """Explain the absence of a chronicle by its near misses."""
         question = read_absence_question(name, request.query_params.multi_items())
         return _json(msgspec.json.encode(to_json(explainer.explain_absence(question))))
+
+
+def _refuse_parameters(request: Request) -> None:
+    """Refuse any parameter where none is taken: one that restricts nothing was meant to."""
+    for name in request.query_params:
+        raise QueryError(f"query: expected no parameter, got {name!r}", parameter=name)
 
 
 def _event_page(page: EventPage, path: str, pairs: Pairs) -> Response:

@@ -22,10 +22,12 @@ from service.cli.events import events
 from service.cli.explain import explain, why_not
 from service.cli.generate import generate
 from service.cli.layout import format_files
+from service.cli.monitor import monitor
 from service.cli.process import process
 from service.cli.recognise import recognise
 from service.cli.run_examples import run_examples
 from service.cli.serve import serve
+from service.cli.streams import streams
 from service.cli.tracks import tracks
 from service.errors import QueryError, RunBusyError
 
@@ -41,6 +43,8 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "explain": explain,
     "why-not": why_not,
     "recognise": recognise,
+    "monitor": monitor,
+    "streams": streams,
     "check": check,
     "format": format_files,
     "test": run_examples,
@@ -140,3 +144,7 @@ def _program(
         except PackageNotFoundError:
             print("0")
         raise typer.Exit
+
+
+if __name__ == "__main__":
+    main()

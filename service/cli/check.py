@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import exit_codes
+from service.cli.counted import counted
+from service.cli.stream_option import STREAM_CODES, StreamOption, tell_stream
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,6 +39,7 @@ def check(
     ] = None,
     keys: Annotated[int, typer.Option(min=1, help="For --cost: how many cars are in view.")] = 1,
     explain: Annotated[str | None, typer.Option(metavar="CODE", help="Say what a code such as C0201 means.")] = None,
+    stream: StreamOption = None,
 ) -> None:
     """Check chronicle files, taken together as `process` takes them; exit with 3 if one has an error."""
     if explain is not None:
@@ -44,16 +47,20 @@ def check(
         return
     if not files:
         raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")
+    if rates and not cost:
+        raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
     from service.chronicle_checks import check_chronicles
-    from service.chronicle_files import read_text_or_input
+    from service.chronicle_files import read_text_or_input, with_relations
 
     rates_hz = read_rates(rates or ())
     texts = [(name, read_text_or_input(name)) for name in files]
-    checked = check_chronicles(texts)
+    checked = check_chronicles(texts, None if stream is None else stream.value)
     _print_findings(checked.findings, output)
     if cost and not checked.errors:
-        _print_costs(texts, rates_hz, keys)
+        _print_costs(with_relations(texts, checked.stream), rates_hz, keys)
     _print_summary(files, checked)
+    if stream is None and len(checked.empty) < len(texts):
+        tell_stream(checked.stream, is_doubtful=bool(STREAM_CODES & {one.code for one in checked.findings}))
     if checked.errors:
         raise typer.Exit(exit_codes.INVALID)
 
@@ -101,15 +108,14 @@ def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
 def _print_costs(texts: "Sequence[tuple[str, str]]", rates_hz: "Mapping[str, float]", keys: int) -> None:
     from chronicles.chronicle_set import load_texts
     from chronicles.compilation.cost import cost
-    from service.chronicle_files import with_relations
 
-    for plan in load_texts(with_relations(texts)).plans:
+    for plan in load_texts(texts).plans:
         print(cost(plan, rates_hz, keys=keys).render())
 
 
 def _print_summary(files: "Sequence[str]", checked: "Checked") -> None:
     for name in checked.empty:
         print(f"warning: {name}: expected a chronicle, got none", file=sys.stderr)
-    plural = "" if len(files) == 1 else "s"
     warnings = len(checked.findings) - checked.errors
-    print(f"{len(files)} file{plural}: {checked.errors} errors, {warnings} warnings", file=sys.stderr)
+    counts = counted(checked.errors, "error"), counted(warnings, "warning")
+    print(f"{counted(len(files), 'file')}: {', '.join(counts)}", file=sys.stderr)

@@ -30,7 +30,8 @@ def format_files(
             text = read_text_or_input(name)
             laid_out = format_text(text, name)
         except (InputError, ChronicleError) as error:
-            print(error, file=sys.stderr)
+            said = str(error)  # findings begin with their own `error[C0101]:`
+            print(said if said.startswith("error[") else f"error: {said}", file=sys.stderr)
             broken += 1
             continue
         changed += laid_out != text

@@ -25,6 +25,13 @@ def process(
         list[Path] | None,
         typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
     ] = None,
+    monitors: Annotated[
+        list[Path] | None,
+        typer.Option("--monitors", help="File of monitors, formulas to watch over; repeat for several."),
+    ] = None,
+    kpl: Annotated[
+        Path | None, typer.Option("--kpl", help="KPL file: the streams and policies instead of the shipped ones.")
+    ] = None,
     columns: Annotated[
         str | None, typer.Option("--columns", help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")
     ] = None,
@@ -42,6 +49,8 @@ def process(
         log_url=log,
         chronicle_files=tuple(chronicles or ()),
         columns=parse_columns(columns),
+        monitor_files=tuple(monitors or ()),
+        kpl_file=kpl,
     )
     if as_json:
         summary = run(request, on_progress=_json_reporter())

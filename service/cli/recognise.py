@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.counted import counted
+from service.cli.stream_option import StreamOption, tell_stream
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from typing import TextIO
 
     from chronicles.events import Event, Occurrence
@@ -48,27 +51,51 @@ def recognise(
     ] = None,
     output: Annotated[OccurrenceFormat, typer.Option("--format", help="table or jsonl.")] = OccurrenceFormat.table,
     out: Annotated[Path | None, typer.Option("--out", help="File to write to instead of standard output.")] = None,
+    stream: StreamOption = None,
+    until: Annotated[
+        str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")
+    ] = None,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
     from service.recognition import recognise_stored
+    from service.store.location import is_log_name
     from service.times import parse_media_us
 
     if lateness is not None and executor is Executor.backfill:
         raise typer.BadParameter("expected eager or lazy to go with --lateness, got backfill", param_hint="--executor")
+    if out is not None:
+        _check_apart(out, source, chronicles or ())
     found = recognise_stored(
         source,
         chronicles or (),
         run=run,
         executor=None if executor is None else executor.value,
         lateness_us=None if lateness is None else parse_media_us(lateness, parameter="--lateness"),
+        stream=None if stream is None else stream.value,
+        until_us=None if until is None else parse_media_us(until, parameter="--until"),
     )
     if out is None:
         _write(found.occurrences, output, sys.stdout)
     else:
         with out.open("w", encoding="utf-8") as file:
             _write(found.occurrences, output, file)
+    for warning in found.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
     if found.late_count:
-        print(f"{found.late_count} events came too late and were left out", file=sys.stderr)
+        late = counted(found.late_count, "event")
+        print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
+    if chronicles and stream is None and not is_log_name(source):
+        tell_stream(found.stream, is_doubtful=bool(found.warnings))
+
+
+def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
+    """Refuse to write over what is read, by whatever name it goes."""
+    from service.errors import InputError
+    from service.store.location import is_log_name, parse_log_url
+
+    read = [parse_log_url(source) if is_log_name(source) else Path(source), *chronicles]
+    if out.exists() and any(one.exists() and out.samefile(one) for one in read):
+        raise InputError(f"{out}: expected a new file, got one that is being read")
 
 
 def _write(occurrences: "Iterable[Occurrence]", output: OccurrenceFormat, out: "TextIO") -> None:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli import exit_codes
+from service.cli.counted import counted
+from service.cli.stream_option import StreamOption, tell_stream
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,12 +22,16 @@ def run_examples(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Name the examples that pass, too.")] = False,
+    stream: StreamOption = None,
 ) -> None:
     """Run the examples in chronicle files; exit with 5 if one finds something else than it says."""
     from chronicles import examples, library
     from service.chronicle_files import read_text_or_input, with_relations
+    from service.text_streams import stream_of
 
-    texts = with_relations([(name, read_text_or_input(name)) for name in files]) if files else library.texts()
+    own = [(name, read_text_or_input(name)) for name in files or ()]
+    chosen = stream.value if stream else stream_of(own)
+    texts = with_relations(own, chosen) if own else library.texts()
     results = examples.run_examples(texts)
     failed = [one for one in results if not one.passed]
     if as_json:
@@ -33,7 +39,10 @@ def run_examples(
     else:
         for one in results if verbose else failed:
             print(examples.render(one))
-    print(f"{len(results)} examples: {len(results) - len(failed)} passed, {len(failed)} failed", file=sys.stderr)
+    passed_count = len(results) - len(failed)
+    print(f"{counted(len(results), 'example')}: {passed_count} passed, {len(failed)} failed", file=sys.stderr)
+    if own and stream is None:
+        tell_stream(chosen, is_doubtful=False)
     if failed:
         raise typer.Exit(exit_codes.BELOW_THRESHOLD)
 

@@ -27,7 +27,16 @@ from sqlalchemy import ColumnElement, Connection, Engine, Select, delete, func, 
 from sqlalchemy.exc import DBAPIError
 
 from service.errors import LogError, NotInLogError
-from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord, RunStatus
+from service.records import (
+    CarRecord,
+    CarState,
+    HypothesisRecord,
+    LinkRecord,
+    RelationRecord,
+    RunRecord,
+    RunStatus,
+    StreamRecord,
+)
 from service.store import schema
 from service.store.engine import explained, reading_engine, writing_engine
 from service.store.location import check_writable, parse_log_url
@@ -188,6 +197,15 @@ class EventLog:
         query = select(*list(table.c)[2:]).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
         return (HypothesisRecord(*row) for row in self._stream(query))
 
+    def streams(self, run_id: str) -> tuple[StreamRecord, ...]:
+        """List the processes of a run and what they did, inputs before what reads them; empty if it told nothing."""
+        table = schema.streams
+        query = select(table.c.body).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
+        with self.connect() as connection:
+            if not inspect(connection).has_table(table.name):
+                return ()  # an older log
+            return tuple(msgspec.json.decode(body, type=StreamRecord) for body in connection.scalars(query))
+
     def last_us(self, run_id: str) -> int:
         """Return the time of the last frame of a run, up to which everything is known; 0 if it has none."""
         table = schema.frames
@@ -272,9 +290,10 @@ def _meta(connection: Connection) -> dict[str, str]:
 
 
 def _create_schema(connection: Connection) -> None:
-    if inspect(connection).has_table(schema.meta.name):
+    is_new = not inspect(connection).has_table(schema.meta.name)
+    schema.metadata.create_all(connection)  # what is missing: an older log has no `streams`
+    if not is_new:
         return
-    schema.metadata.create_all(connection)
     values = {"application": schema.APPLICATION, "schema_version": str(schema.SCHEMA_VERSION), "last_seq": "0"}
     insert_rows(connection, schema.meta, list(values.items()))
 

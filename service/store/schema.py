@@ -191,5 +191,27 @@ hypotheses = Table(
     PrimaryKeyConstraint("run_no", "number"),
 )
 
+# One row for each process of the run, written at its end. Logs from before this table read and write as they are.
+streams = Table(
+    "streams",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("number", Integer, nullable=False),  # inputs come before what reads them
+    Column("body", Text, nullable=False),  # StreamRecord as JSON
+    PrimaryKeyConstraint("run_no", "number"),
+)
+
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
-RUN_TABLES = (events, revisions, durations, role_names, cars, car_states, frames, links, relations, hypotheses)
+RUN_TABLES = (
+    events,
+    revisions,
+    durations,
+    role_names,
+    cars,
+    car_states,
+    frames,
+    links,
+    relations,
+    hypotheses,
+    streams,
+)

@@ -22,6 +22,7 @@ from service.records import (
     RelationRecord,
     RunRecord,
     RunStatus,
+    StreamRecord,
 )
 from service.store import schema
 from service.store.engine import explained
@@ -32,7 +33,7 @@ BATCH_ROWS = 20_000
 BATCH_US = 10_000_000
 
 # Rows of these keep the order in which they were appended.
-_NUMBERED = (schema.links, schema.relations, schema.hypotheses)
+_NUMBERED = (schema.links, schema.relations, schema.hypotheses, schema.streams)
 
 Row = tuple[str | int | float | bool | None, ...]
 
@@ -112,6 +113,12 @@ class RunWriter:
             t_us, decided_us, name, args, old, new, hypotheses = astuple(change)
             values = (t_us, decided_us, name, _json(args), old, new, _json(hypotheses))
             rows.append((self._run_no, self._next(schema.relations), *values))
+
+    def append_streams(self, streams: Iterable[StreamRecord]) -> None:
+        """Add what the processes of the run did, inputs before what reads them."""
+        rows = self._rows[schema.streams]
+        for stream in streams:
+            rows.append((self._run_no, self._next(schema.streams), msgspec.json.encode(stream).decode()))
 
     def flush(self) -> None:
         """Write everything collected so far in one transaction.

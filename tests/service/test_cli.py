@@ -119,7 +119,7 @@ def test_nothing_found_is_a_success_unless_asked(log: str, capsys: pytest.Captur
         (["tracks", "LOG", "--run", "r9"], 3, "expected a run 'r9', got ['r1']"),
         (["tracks", "LOG", "--to", "2026-05-01T08:00:00Z"], 2, "--to: expected media time such as 12.5s"),
         (["serve", "missing.db"], 3, "error: log 'missing.db': expected an event log, got no such file"),
-        (["check", "missing.chronicle"], 3, "expected a readable chronicle file, got No such file or directory"),
+        (["check", "missing.chronicle"], 3, "expected a readable text file, got No such file or directory"),
         (["fly"], 2, "No such command 'fly'"),
     ],
 )

@@ -2,11 +2,14 @@
 
 import io
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from service.cli.app import run
+from tests.service.logs import write_small_log
 
 MET = """\
 message met[?a, ?b] { ?a in Car  ?b in Car }
@@ -46,12 +49,63 @@ def test_check_bounds_the_cost(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "expected NAME=HZ, such as behind=0.5, got 'close=often'" in capsys.readouterr().err
 
 
+LOUD = "message honk[?c]\nchronicle loud[?c](t1) { event(honk[?c], t1) }\n"
+OWN_CLASH = "attribute on[?lamp]\nchronicle lit[?lamp](t1) { event(on[?lamp]:(?, true), t1) }\n"
+
+
 def test_check_doubts_what_no_stream_produces(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = "message honk[?c]\nchronicle loud[?c](t1) { event(honk[?c], t1) }\n"
-    assert run(["check", written(tmp_path, "a.chronicle", text)]) == 0
+    assert run(["check", written(tmp_path, "a.chronicle", LOUD), "--stream", "traffic"]) == 0
     shown = capsys.readouterr()
-    assert "honk" in shown.out
-    assert "0 errors, 1 warnings" in shown.err
+    assert "C0901" in shown.out
+    assert shown.err == "1 file: 0 errors, 1 warning\n"
+
+
+@pytest.mark.parametrize("text", [LOUD, OWN_CLASH, LOUD.split("\n", 1)[1]])
+def test_texts_about_events_of_their_own_are_checked_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    path = written(tmp_path, "a.chronicle", text)
+    assert run(["check", path, "--cost"]) == 0
+    shown = capsys.readouterr()
+    assert "error" not in shown.out
+    assert "C0901" not in shown.out
+    assert "note: taken as texts about their own events; --stream traffic takes them with" in shown.err
+    assert run(["check", path, "--stream", "own"]) == 0
+    assert "note" not in capsys.readouterr().err
+
+
+def test_texts_that_look_at_a_relation_are_checked_with_all(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = OWN_CLASH + "chronicle off[?c](t1) { event(moving[?c]:(?, false), t1) }\n"
+    path = written(tmp_path, "a.chronicle", text)
+    assert run(["check", path]) == 3
+    shown = capsys.readouterr()
+    assert "C0203" in shown.out
+    assert "note: taken with DyKnow's relations; --stream own" in shown.err
+    assert run(["check", written(tmp_path, "b.chronicle", OWN_CLASH), "--stream", "traffic"]) == 3
+
+
+def test_a_name_that_nobody_declares_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path, "a.chronicle", MET.replace("close[", "clse["))
+    assert run(["check", path, "--format", "json"]) == 3
+    assert [one["code"] for one in json.loads(capsys.readouterr().out)] == ["C0201"]
+
+
+def test_the_examples_of_texts_about_their_own_events_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    example = 'example "lamp" { 1s on[l]:(false, true) expect lit[lamp=l] 1s..1s }\n'
+    path = written(tmp_path, "a.chronicle", OWN_CLASH + example)
+    assert run(["test", path]) == 0
+    assert capsys.readouterr().err.startswith("1 example: 1 passed, 0 failed\nnote: taken as texts about their own")
+    assert run(["test", path, "--stream", "traffic"]) == 3
+
+
+def test_a_rate_without_a_cost_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", written(tmp_path, "a.chronicle", MET), "--rate", "close=2"]) == 2
+    assert "expected --cost to go with it" in capsys.readouterr().err
+
+
+def test_the_program_runs_as_a_module() -> None:
+    done = subprocess.run([sys.executable, "-m", "service.cli.app", "--version"], capture_output=True, check=True)
+    assert done.stdout
 
 
 def test_check_explains_a_code(capsys: pytest.CaptureFixture[str]) -> None:
@@ -103,6 +157,8 @@ def test_format_leaves_a_file_with_an_error_alone(tmp_path: Path, capsys: pytest
     shown = capsys.readouterr().err
     assert shown.startswith("error[")
     assert shown.endswith("2 files: 1 laid out anew, 1 with errors left alone\n")
+    assert run(["format", str(tmp_path / "none.chronicle")]) == 3
+    assert capsys.readouterr().err.startswith("error: ")
 
 
 def test_format_reads_standard_input(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,7 +171,7 @@ def test_examples_that_hold_pass(tmp_path: Path, capsys: pytest.CaptureFixture[s
     path = written(tmp_path, "a.chronicle", MET + PASSING)
     assert run(["test", path]) == 0
     shown = capsys.readouterr()
-    assert (shown.out, shown.err) == ("", "1 examples: 1 passed, 0 failed\n")
+    assert (shown.out, shown.err) == ("", "1 example: 1 passed, 0 failed\n")
     assert run(["test", path, "--verbose"]) == 0
     assert capsys.readouterr().out == f"ok   {path}:8: meet\n"
 
@@ -159,7 +215,7 @@ def test_live_recognition_leaves_late_events_out(tmp_path: Path, capsys: pytest.
     command = ["recognise", events, "--chronicles", path, "--format", "jsonl", "--lateness"]
     assert run([*command, "500000"]) == 0
     shown = capsys.readouterr()
-    assert (shown.out, shown.err) == ("", "1 events came too late and were left out\n")
+    assert (shown.out, shown.err) == ("", "1 event came too late and was left out\n")
     assert run([*command, "1s", "--executor", "lazy"]) == 0
     lazy = capsys.readouterr().out
     assert run([*command, "1s"]) == 0
@@ -182,3 +238,88 @@ def test_nothing_recognised_is_a_success(tmp_path: Path, capsys: pytest.CaptureF
 def test_an_event_file_with_a_fault_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["recognise", written(tmp_path, "e.csv", "t_us,name\nx,p\n")]) == 3
     assert "e.csv:2: column t_us: expected a number, got 'x'" in capsys.readouterr().err
+
+
+ALONE = """\
+message honk[?c]
+chronicle alone[?c](t1) { event(honk[?c], t1)  noevent(honk[?], (t1 + 1us, t1 + 5s)) }
+"""
+
+
+@pytest.mark.parametrize("name", ["e.csv", "sub/../e.csv", "link.csv", "a.chronicle"])
+def test_what_is_read_is_not_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    path, events = written(tmp_path, "a.chronicle", MET), written(tmp_path, "e.csv", EVENTS)
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "link.csv").symlink_to(events)
+    assert run(["recognise", events, "--chronicles", path, "--out", str(tmp_path / name)]) == 3
+    assert "expected a new file, got one that is being read" in capsys.readouterr().err
+    assert (Path(events).read_text(), Path(path).read_text()) == (EVENTS, MET)
+
+
+def test_a_log_is_not_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write_small_log(tmp_path / "a.db")
+    before = (tmp_path / "a.db").read_bytes()
+    assert run(["recognise", log, "--out", str(tmp_path / "a.db")]) == 3
+    assert "got one that is being read" in capsys.readouterr().err
+    assert (tmp_path / "a.db").read_bytes() == before
+
+
+def test_time_goes_on_after_the_last_event_as_far_as_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, events = written(tmp_path, "a.chronicle", ALONE), written(tmp_path, "e.csv", "t_s,name,arg1\n1,honk,a\n")
+    command = ["recognise", events, "--chronicles", path, "--format", "jsonl"]
+    for live in ([], ["--lateness", "1s"]):
+        assert run([*command, *live]) == 0
+        assert capsys.readouterr().out == ""
+        assert run([*command, *live, "--until", "6s"]) == 0
+        assert json.loads(capsys.readouterr().out)["roles"] == {"c": "a"}
+    assert run([*command, "--until", "500000"]) == 2
+    assert "--until: expected a time not before the last event (1000000 us), got 500000 us" in capsys.readouterr().err
+
+
+def test_options_of_a_log_and_of_a_file_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    events, log = written(tmp_path, "e.csv", EVENTS), write_small_log(tmp_path / "a.db")
+    assert run(["recognise", events, "--run", "r1"]) == 2
+    assert "--run: expected a log to go with it" in capsys.readouterr().err
+    assert run(["recognise", log, "--until", "6s"]) == 2
+    assert run(["recognise", log, "--stream", "own"]) == 2
+    assert "--stream: expected a file of events to go with it, got a log" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("events", "warning"),
+    [
+        ("1,honk,a,b,,\n2,honk,a,b,,\n", "expected 'honk' with 1 argument, as chronicle 'alone' has it, got 2 events"),
+        (
+            "1,honk,a,,false,true\n",
+            "expected 'honk' with no values, as chronicle 'alone' has it, got 1 event with both",
+        ),
+        ("1,hunk,a,,,\n", "expected events 'honk', which chronicle 'alone' looks at, got none; did you mean 'hunk'?"),
+        ("1,honk,a,,,\n", ""),
+    ],
+)
+def test_events_that_cannot_match_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], events: str, warning: str
+) -> None:
+    path = written(tmp_path, "a.chronicle", ALONE)
+    file = written(tmp_path, "e.csv", "t_s,name,arg1,arg2,old,new\n" + events)
+    assert run(["recognise", file, "--chronicles", path]) == 0
+    shown = capsys.readouterr().err
+    assert warning in shown
+    assert ("warning: " in shown) is bool(warning)
+    assert "note: taken as texts about their own events" in shown
+
+
+def test_messages_that_no_log_holds_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, path = write_small_log(tmp_path / "a.db"), written(tmp_path, "a.chronicle", ALONE)
+    assert run(["recognise", log, "--chronicles", path]) == 0
+    assert "got 'honk', which chronicle 'alone' looks at and nothing gives" in capsys.readouterr().err
+
+
+def test_texts_for_a_file_of_events_may_use_the_names_of_relations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, "a.chronicle", OWN_CLASH)
+    events = written(tmp_path, "e.csv", "t_s,name,arg1,old,new\n1,on,l,false,true\n")
+    assert run(["recognise", events, "--chronicles", path, "--format", "jsonl"]) == 0
+    assert json.loads(capsys.readouterr().out)["roles"] == {"lamp": "l"}
+    assert run(["recognise", events, "--chronicles", path, "--stream", "traffic"]) == 3

@@ -159,10 +159,42 @@ def test_an_absence_is_explained_by_the_nearest_miss(log: EventLog) -> None:
     assert found.recognised == 0
 
 
+@pytest.mark.parametrize("window", [(5, 15), (15, 30), (12, 13), (21, 22), (None, 15), (20, None)])
+def test_a_window_asks_for_the_instances_that_overlap_it_with_all_their_events(
+    log: EventLog, window: tuple[int | None, int | None]
+) -> None:
+    start_us, end_us = (None if second is None else second * SECOND for second in window)
+    question = AbsenceQuestion(chronicle="met", roles={"b": "car3"}, start_us=start_us, end_us=end_us)
+    [miss] = Explainer(log).explain_absence(question).near_misses
+    assert [one.event.t_us for one in miss.events] == [10 * SECOND, 21 * SECOND]
+    assert miss.failures[0].kind == "bound"
+
+
+def test_a_window_apart_from_an_instance_does_not_ask_for_it(log: EventLog) -> None:
+    question = AbsenceQuestion(chronicle="met", roles={"b": "car3"}, start_us=22 * SECOND)
+    [miss] = Explainer(log).explain_absence(question).near_misses
+    assert (miss.events, [one.kind for one in miss.failures]) == ((), ["missing event"] * 2)
+
+
+@pytest.mark.parametrize(("window", "count"), [((0, 40), 1), ((2, 3), 1), ((3, 4), 1), ((4, 40), 0), ((0, 1), 0)])
+def test_a_part_of_what_was_recognised_is_no_near_miss(log: EventLog, window: tuple[int, int], count: int) -> None:
+    start_us, end_us = window[0] * SECOND, window[1] * SECOND
+    question = AbsenceQuestion(chronicle="met", roles={"b": "car2"}, start_us=start_us, end_us=end_us)
+    found = Explainer(log).explain_absence(question)
+    assert found.recognised == count
+    assert not any(miss.events for miss in found.near_misses)
+
+
 @pytest.mark.parametrize(
     ("question", "error", "message"),
     [
-        (AbsenceQuestion(chronicle="x", roles={}), LogError, r"expected one of its chronicles \(met\), got 'x'"),
+        (AbsenceQuestion(chronicle="x", roles={}), LogError, "expected one of its chronicles, got 'x'; known: 'met'"),
+        (AbsenceQuestion(chronicle="mett", roles={}), LogError, "got 'mett'; did you mean 'met'?"),
+        (
+            AbsenceQuestion(chronicle="met", roles={"b": "car33"}),
+            LogError,
+            "run 'r1': expected something that occurs in it as role 'b', got 'car33'; did you mean 'car3'?",
+        ),
         (AbsenceQuestion(chronicle="met", roles={"c": "car1"}), QueryError, "role: expected one of a, b, got 'c'"),
         (AbsenceQuestion(chronicle="met", roles={}, start_us=5, end_us=5), QueryError, "from: expected a time before"),
         (AbsenceQuestion(chronicle="met", roles={}, limit=0), QueryError, "limit: expected 1 to 50, got 0"),
@@ -174,6 +206,17 @@ def test_a_question_that_cannot_be_answered_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         Explainer(log).explain_absence(question)
+
+
+def test_a_chronicle_may_be_asked_for_by_what_it_alone_emits(log: EventLog, tmp_path: Path) -> None:
+    path = tmp_path / "turns.chronicle"
+    one = "chronicle {name}[?a](t1) {{ event(close[?a, ?]:(?, true), t1) when recognised {{ emit near[?a] }} }}"
+    path.write_text("message near[?a]\n" + one.format(name="near_one"))
+    asked = AbsenceQuestion(chronicle="near", roles={})
+    assert Explainer(log).explain_absence(asked, [path]).chronicle == "near_one"
+    path.write_text("message near[?a]\n" + one.format(name="near_one") + one.format(name="near_two"))
+    with pytest.raises(LogError, match="expected one of near_one, near_two, which emit 'near', got 'near'"):
+        Explainer(log).explain_absence(asked, [path])
 
 
 def test_a_run_that_did_not_watch_a_relation_is_refused(log: EventLog, tmp_path: Path) -> None:
@@ -205,6 +248,8 @@ def test_why_not_on_the_command_line(url: str, capsys: pytest.CaptureFixture[str
     assert run(["why-not", url, "met", "--role", "b=car3", "--role", "b=car4"]) == 2
     assert run(["why-not", url, "met", "--role", "c=car3"]) == 2
     assert run(["why-not", url, "nosuch"]) == 3
+    assert run(["why-not", url, "met", "--role", "b=car99"]) == 3
+    assert "expected something that occurs in it as role 'b', got 'car99'" in capsys.readouterr().err
 
 
 def test_a_log_is_recognised_again(url: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -229,6 +274,8 @@ def test_why_over_http(client: Client, log: EventLog) -> None:
     assert answer.json() == json.loads(json.dumps(found.as_record()))
     schema = client.get("/openapi.json").json()["components"]["schemas"]["EventExplanation"]
     assert set(answer.json()) == set(schema["properties"])
+    refused = client.get("/api/v1/events/r1-1/why?colour=red")
+    assert (refused.status_code, refused.json()["type"]) == (422, "urn:dyknow:problem:bad-parameter")
     missing = client.get("/api/v1/events/r1-99/why")
     assert (missing.status_code, missing.json()["detail"][:6]) == (404, "event:")
 
@@ -244,6 +291,7 @@ def test_why_not_over_http(client: Client) -> None:
     [
         ("nosuch/why-not", 404, "not-in-log"),
         ("met/why-not?run=r9", 404, "not-in-log"),
+        ("met/why-not?role.b=car99", 404, "not-in-log"),
         ("met/why-not?role.c=car1", 422, "bad-parameter"),
         ("met/why-not?colour=red", 422, "bad-parameter"),
         ("met/why-not?role.b=car1&role.b=car2", 422, "bad-parameter"),

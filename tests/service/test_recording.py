@@ -1,10 +1,16 @@
-"""What the recorder remembers to place events."""
+"""What the recorder remembers to place events, and what it calls them."""
+
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from anchoring.observations import Cars
 from gis.road_network import RoadPositions
+from service.cli.app import run
 from service.recording import CarHistory
+from tests.service.logs import read_all
+from tests.service.tracks import write_tracks
 
 SECOND = 1_000_000
 
@@ -55,3 +61,22 @@ def test_history_forgets_what_is_too_old() -> None:
         history.remember(cars_at(t * SECOND, "car1"))
     assert history.find("car1", SECOND) is None
     assert history.find("car1", 2 * SECOND) is not None
+
+
+@pytest.mark.parametrize(
+    ("actions", "types"),
+    [
+        ("assert(lively[?car]:true, t1)", ["rolling"]),
+        ("emit departed[?car]  assert(lively[?car]:true, t1)", ["departed"]),
+        ("emit departed[?car]  emit awoken[?car]", ["departed", "awoken"]),
+    ],
+)
+def test_only_messages_name_the_type_of_an_event(tmp_path: Path, actions: str, types: list[str]) -> None:
+    tracks, chronicle = write_tracks(tmp_path / "tracks.csv", frames=50), tmp_path / "a.chronicle"
+    chronicle.write_text(
+        "attribute lively[?car]  message departed[?car]  message awoken[?car]\n"
+        f"chronicle rolling[?car](t1) {{ event(moving[?car]:(?, true), t1)  when recognised {{ {actions} }} }}\n"
+    )
+    log = str(tmp_path / "a.db")
+    assert run(["process", str(tracks), "--log", log, "--chronicles", str(chronicle)]) == 0
+    assert [one.type for one in read_all(f"sqlite:///{log}")] == types

@@ -28,18 +28,18 @@ chronicle apart[?a, ?b](t1, t2) {
 
 
 def stream(plan: Plan, rates_hz: dict[str, float], keys: int, seed: int) -> list[Event]:
-    """Draw events as dense as the assumptions of the bound allow, or less: each name and key at its own pace."""
+    """Draw events as dense as the assumptions of the bound allow, or less; some keys have many, others none."""
     pick = random.Random(seed)
     events: list[Event] = []
-    for name, arity in {(one.test.name, one.test.arity) for one in plan.positions}:
-        gap_us = math.ceil(1_000_000 * keys / rates_hz[name])
+    for name, arity in sorted({(one.test.name, one.test.arity) for one in plan.positions}):
+        gap_us = math.ceil(1_000_000 / rates_hz[name])
+        turn = pick.randrange(keys)  # which values stand together in the arguments of this name
         for key in range(keys):
-            # The keys take turns, so events of the name are a whole gap / keys apart.
-            t_us = key * math.ceil(1_000_000 / rates_hz[name])
-            while t_us < 40_000_000:
-                if pick.random() < 0.9:
-                    events.append(Event(name, tuple(f"k{key}" for _ in range(arity)), t_us))
-                t_us += gap_us
+            density = pick.choice((1.0, 0.9, 0.0) if key else (1.0, 0.9))
+            for t_us in range(pick.choice((0, 1, gap_us // 2)), 40_000_000, gap_us):
+                if pick.random() < density:
+                    arguments = tuple(f"k{(key + turn * place) % keys}" for place in range(arity))
+                    events.append(Event(name, arguments, t_us))
     return sorted(events, key=lambda event: event.t_us)
 
 
@@ -64,7 +64,7 @@ def bounds(plan: Plan, rates_hz: dict[str, float], keys: int) -> dict[int, int]:
 
 @pytest.mark.parametrize("text", [FOUR, APART], ids=["joined", "apart"])
 @pytest.mark.parametrize("keys", [1, 3])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(6))
 def test_no_stream_of_the_stated_rates_holds_more_instances(text: str, keys: int, seed: int) -> None:
     plan = load(text).plans[0]
     rates_hz = {name: random.Random(f"{seed}{name}").choice((0.3, 1.0, 1.7)) for name in "ABCD"}
@@ -115,18 +115,45 @@ def test_complete_instances_wait_for_their_intervals() -> None:
     assert report.waiting == sum(row.instances for row in report.rows[:-1])
 
 
-def test_keys_divide_the_rate_of_joined_events_only() -> None:
-    joined = cost(load(FOUR).plans[0], {}, 10.0, keys=10)
+def test_keys_multiply_the_rate_of_events_that_are_not_joined() -> None:
+    many = cost(load(FOUR).plans[0], {}, 10.0, keys=10)
     single = cost(load(FOUR).plans[0], {}, 10.0, keys=1)
-    assert joined.rows[0].instances == single.rows[0].instances == 51
-    assert joined.rows[1].instances == 51 * 5
-    assert single.rows[1].instances == 51 * 41
+    assert (many.rows[0].instances, single.rows[0].instances) == (10 * 51, 51)
+    assert (many.rows[1].instances, single.rows[1].instances) == (10 * 51 * 41, 51 * 41)
+    apart = cost(load(APART).plans[0], {}, 10.0, keys=10)
+    assert apart.rows[0].formula.startswith("keys (")
+    [both] = [row for row in apart.rows if row.points == ("t1", "t2")]
+    assert both.formula.count("keys") == 2
+
+
+def test_bound_is_reached_by_a_skewed_stream() -> None:
+    plan = load("chronicle c[?k](t1, t2) { event(a[?k], t1) event(b[?k], t2) t2 - t1 in [1s, 10s] }").plans[0]
+    events = [Event("a", (f"k{key}",), second * 1_000_000) for second in range(30) for key in range(4)]
+    one_key = [event for event in events if event.args == ("k0",)]
+    assert max(largest(plan, one_key).values()) == cost(plan, {"a": 1.0}).waiting == 11
+    assert max(largest(plan, events).values()) == cost(plan, {"a": 1.0}, keys=4).waiting == 44
+
+
+def test_values_in_the_text_and_no_arguments_are_one_key() -> None:
+    events = "event(a[], t1) event(b[x, ?], t2) event(d[?], t3)"
+    text = f"chronicle c(t1, t3) {{ {events} t2 - t1 in [1s, 2s] t3 - t2 in [1s, 2s] }}"
+    rows = cost(load(text).plans[0], {}, keys=5).rows
+    assert [row.formula.count("keys") for row in rows] == [0, 0]
+
+
+def test_value_of_an_attribute_is_no_key() -> None:
+    events = "event(a[?p]:(?, ?v), t1) event(b[?q]:(?, ?v), t2)"
+    text = f"chronicle c(t1, t2) {{ {events} t2 - t1 in [-9s, 9s] hold(e[]:x, (t2, t2 + 9s)) }}"
+    both = cost(load(text).plans[0], {}, keys=5).rows[-1]
+    assert both.formula.count("keys") == 2
 
 
 def test_report_lists_formulas() -> None:
     assert cost(load(FOUR).plans[0], {"A": 2.0}, 1.0, keys=5).render().splitlines() == [
-        "p4: at most 33 instances wait for events, 0 for the end of an interval",
-        "  t1                 11  A*5s + 1",
-        "  t1 t2              12  (B*5s + 1) (A/keys*4s + 1)",
-        "  t1 t2 t3           10  (C*4s + 1) (B/keys*4s + 1) (A/keys*4s + 1)",
+        "p4: at most 1,450 instances wait for events, 0 for the end of an interval,",
+        "if an argument has at most 5 values, and events of one name with one of them are at least 1/rate apart",
+        "  t1                 55  keys (A*5s + 1)",
+        "  t1 t2             270  keys (B*5s + 1) (A*4s + 1)",
+        "  t1 t2 t3        1,125  keys (C*4s + 1) (B*4s + 1) (A*4s + 1)",
     ]
+    assert cost(load(FOUR).plans[0], {}).render().splitlines()[1] == "if events of one name are at least 1/rate apart"

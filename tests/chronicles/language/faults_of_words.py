@@ -128,7 +128,7 @@ WORDS = {
         "C0104",
         body("hold(on[?a, ?]:true, (t1, t1 + <<5sec>>))"),
         "expected a unit of time, got 'sec'",
-        "known: 'h'",
+        "did you mean '5s'?",
         body("hold(on[?a, ?]:true, (t1, t1 + 5s))"),
     ),
     "less than a microsecond": Case(

@@ -1,0 +1,55 @@
+"""How do the cars of one frame look as rows, the form in which the log and the monitors take them?"""
+
+from collections.abc import Iterator
+
+from anchoring.observations import Cars
+from gis.road_network import RoadNetwork
+from service.records import CarState
+
+
+class CarRows:
+    """Turns cars into rows, with the names of roads and lanes in place of their numbers."""
+
+    def __init__(self, network: RoadNetwork | None) -> None:
+        self._roads = [road.id for road in network.roads] if network else []
+        self._lanes = [lane.id for lane in network.lanes] if network else []
+
+    def road(self, index: int) -> str:
+        """Name a road; "" for -1, which is none."""
+        return self._roads[index] if index >= 0 else ""
+
+    def of(self, cars: Cars) -> Iterator[CarState]:
+        """Give the rows of a frame, in the order of the cars."""
+        positions = cars.positions
+        columns = zip(
+            cars.ids,
+            cars.centre_m.tolist(),
+            cars.heading_rad.tolist(),
+            cars.speed_mps.tolist(),
+            cars.length_m.tolist(),
+            cars.width_m.tolist(),
+            cars.classes,
+            positions.road.tolist(),
+            positions.along_m.tolist(),
+            positions.lane.tolist(),
+            cars.linked.tolist(),
+            cars.vision_ids,
+            strict=True,
+        )
+        for car, (x_m, y_m), heading, speed, length, width, kind, road, along, lane, linked, vision in columns:
+            yield CarState(
+                t_us=cars.t_us,
+                car=car,
+                x_m=x_m,
+                y_m=y_m,
+                heading_rad=heading,
+                speed_mps=speed,
+                length_m=length,
+                width_m=width,
+                car_class=kind,
+                road=self.road(road),
+                along_m=along if road >= 0 else None,
+                lane=self._lanes[lane] if lane >= 0 else "",
+                linked=linked,
+                vision_id=vision,
+            )

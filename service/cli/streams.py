@@ -1,0 +1,112 @@
+"""`dyknow streams`: which streams ran in a run, or are declared to run, and what did they carry?"""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from service.declared_streams import DeclaredStreams
+    from service.records import ProcessRecord, StreamInput, StreamRecord
+    from service.stored_streams import StoredStreams
+
+GRAPHS = (".svg", ".dot")
+
+
+def streams(
+    log: Annotated[
+        str | None,
+        typer.Argument(metavar="[LOG]", help="Event log: sqlite:///PATH or PATH.db. Without: what is declared."),
+    ] = None,
+    run: Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")] = None,
+    kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
+    graph: Annotated[Path | None, typer.Option("--graph", help="Draw it too, into a file .svg or .dot.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """List the processes of a run and what their streams carried; without a log, what is declared."""
+    _check_options(log, run=run, kpl=kpl, graph=graph)
+    if log is None:
+        from service.declared_streams import read_declared_streams
+
+        declared = read_declared_streams(kpl)
+        _draw(graph, declared.processes)
+        _print_declared(declared, as_json=as_json)
+    else:
+        from service.stored_streams import read_streams
+
+        stored = read_streams(log, run=run)
+        _draw(graph, stored.streams)
+        _print_stored(stored, as_json=as_json)
+
+
+def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph: Path | None) -> None:
+    from service.errors import InputError
+
+    if log is None and run is not None:
+        raise typer.BadParameter(f"expected a LOG that holds the run, got none with {run!r}", param_hint="--run")
+    if log is not None and kpl is not None:
+        raise typer.BadParameter(f"expected no LOG beside a text, got {log!r}", param_hint="--kpl")
+    if graph is not None and graph.suffix.lower() not in GRAPHS:
+        raise InputError(f"--graph: expected a path ending in .svg or .dot, got {str(graph)!r}")
+
+
+def _draw(path: Path | None, processes: "Sequence[ProcessRecord]") -> None:
+    from dyknow.graph import to_dot, to_svg
+    from service.stored_streams import as_reports
+
+    if path is not None:
+        write = to_svg if path.suffix.lower() == ".svg" else to_dot
+        path.write_text(write(as_reports(processes)), encoding="utf-8")
+        print(f"graph: {path}", file=sys.stderr)
+
+
+def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
+    from service.cli.tables import format_table
+
+    if as_json:
+        _print_json(stored)
+        return
+    titles = ["label", "made of", "reads", "published", "dropped", "rate", "lag", "last time", "last value"]
+    print(format_table(titles, [_stored_row(one) for one in stored.streams]), end="")
+
+
+def _stored_row(stream: "StreamRecord") -> list[str]:
+    from service.times import format_media
+
+    return [
+        stream.label,
+        stream.made_of,
+        _reads(stream.inputs),
+        str(stream.published),
+        ", ".join(f"{count} ({cause})" for cause, count in stream.dropped.items()) or "0",
+        f"{stream.rate_hz:.1f}/s",
+        "" if stream.lag_us is None else f"{stream.lag_us / 1000:.0f} ms",
+        "" if stream.last_valid_us is None else format_media(stream.last_valid_us),
+        stream.last_value or "",
+    ]
+
+
+def _print_declared(declared: "DeclaredStreams", *, as_json: bool) -> None:
+    from service.cli.tables import format_table
+
+    for warning in declared.warnings:
+        print(warning, file=sys.stderr)
+    if as_json:
+        _print_json(declared)
+        return
+    processes = [[one.label, one.kind, one.made_of, one.type, _reads(one.inputs)] for one in declared.processes]
+    handed_out = [[one.name, "stream", "", "", f"{one.label} with {one.policy}"] for one in declared.streams]
+    print(format_table(["label", "kind", "made of", "type", "reads"], [*processes, *handed_out]), end="")
+
+
+def _reads(inputs: "Sequence[StreamInput]") -> str:
+    return "; ".join(f"{one.label} with {one.policy}" for one in inputs)
+
+
+def _print_json(found: object) -> None:
+    import msgspec
+
+    print(msgspec.json.encode(found).decode())

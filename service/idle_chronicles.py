@@ -1,0 +1,123 @@
+"""Which chronicles look at events that do not come, or come in another shape than they ask for?
+
+Such a chronicle finds nothing, and nothing else would say why.
+"""
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.compilation.plan import Plan
+from chronicles.events import Event
+from chronicles.language.diagnostics import suggest
+from qsr.relations import RANK
+
+_TOLD_AT_MOST = 5
+
+Arity = tuple[int, bool]
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """An event that a chronicle looks at, and whether it can find nothing without one."""
+
+    name: str
+    arity: int
+    is_change: bool
+    is_needed: bool
+
+
+def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) -> tuple[str, ...]:
+    """Say what chronicles look for in a file that has no such events, or has them in another shape.
+
+    Parameters
+    ----------
+    where : what messages call the file.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> loud = load("chronicle loud[?c](t1) { event(honk[?c], t1) }")
+    >>> idle_in_file("e.csv", loud, [Event("honk", ("a", "b"), 0)])
+    ("e.csv: expected 'honk' with 1 argument, as chronicle 'loud' has it, got 1 event with 2 arguments",)
+    >>> idle_in_file("e.csv", loud, [Event("honks", ("a",), 0)])
+    ("e.csv: expected events 'honk', which chronicle 'loud' looks at, got none; did you mean 'honks'?",)
+    >>> idle_in_file("e.csv", loud, [Event("honk", ("a",), 0)])
+    ()
+    """
+    shapes: dict[str, Counter[Arity]] = {}
+    for event in events:
+        shapes.setdefault(event.name, Counter())[len(event.args), event.new is not None] += 1
+    given = _given(chronicles)
+    return _shortened(
+        said
+        for plan in chronicles.plans
+        for wanted in _looked_at(plan)
+        if wanted.name not in given
+        for said in _faults(where, plan, wanted, shapes)
+    )
+
+
+def idle_in_log(where: str, chronicles: ChronicleSet, messages: Collection[str]) -> tuple[str, ...]:
+    """Say what chronicles look for that a log cannot give them.
+
+    Parameters
+    ----------
+    where : what messages call the log.
+    messages : names of the messages that monitors gave.
+    """
+    given = _given(chronicles).union(RANK, messages)
+    return _shortened(
+        f"{where}: expected relations and what chronicles or monitors of the log give, got {wanted.name!r}, which "
+        f"chronicle {plan.name!r} looks at and nothing gives"
+        for plan in chronicles.plans
+        for wanted in _looked_at(plan)
+        if wanted.name not in given
+    )
+
+
+def _given(chronicles: ChronicleSet) -> frozenset[str]:
+    return frozenset[str]().union(*(plan.produces for plan in chronicles.plans))
+
+
+def _looked_at(plan: Plan) -> Iterator[_Wanted]:
+    """Give what the statements of a chronicle look at, each name and shape once."""
+    found: dict[tuple[str, int, bool], bool] = {}
+    tests = [(position.test, True) for position in plan.positions] + [(one.test, one.least > 0) for one in plan.counts]
+    wanted = [((test.name, test.arity, test.is_change), is_needed) for test, is_needed in tests]
+    holds = [one for one in plan.persistences if not one.is_reading]
+    # A default holds without any event.
+    wanted += [((one.attribute, one.arity, True), one.needs_report) for one in holds]
+    for key, is_needed in wanted:
+        found[key] = found.get(key, False) or is_needed
+    for (name, arity, is_change), is_needed in found.items():
+        yield _Wanted(name, arity, is_change, is_needed)
+
+
+def _faults(where: str, plan: Plan, wanted: _Wanted, shapes: Mapping[str, Counter[Arity]]) -> Iterator[str]:
+    came = shapes.get(wanted.name)
+    if came is None:
+        if wanted.is_needed:
+            hint = suggest(wanted.name, sorted(shapes)).text
+            said = f"expected events {wanted.name!r}, which chronicle {plan.name!r} looks at, got none"
+            yield f"{where}: {said}{f'; {hint}' if hint else ''}"
+    elif not came[wanted.arity, wanted.is_change]:
+        [((arity, is_change), count)] = came.most_common(1)
+        asked, got = _arguments(wanted.arity), _arguments(arity)
+        if arity == wanted.arity:
+            asked = "an old and a new value" if wanted.is_change else "no values"
+            got = "both" if is_change else "none"
+        events = "1 event" if count == 1 else f"{count} events"
+        said = f"expected {wanted.name!r} with {asked}, as chronicle {plan.name!r} has it"
+        yield f"{where}: {said}, got {events} with {got}"
+
+
+def _arguments(count: int) -> str:
+    return "1 argument" if count == 1 else f"{count} arguments"
+
+
+def _shortened(found: Iterable[str]) -> tuple[str, ...]:
+    said = tuple(found)
+    more = len(said) - _TOLD_AT_MOST
+    return said if more <= 1 else (*said[:_TOLD_AT_MOST], f"and {more} more of this kind")

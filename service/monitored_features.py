@@ -1,0 +1,62 @@
+"""What can monitors speak of? Features of the cars as the log stores them, and every relation among them.
+
+What was not seen is not known: where a car is only predicted, all its own features but `seen` are unknown.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from dyknow.monitors.kinds import Kind
+from dyknow.mtl.signature import Signature
+from qsr.relations import RELATIONS
+from service.records import CarState
+
+CarValue = float | str | bool | None
+
+# Relations to places are told only where a car has been: elsewhere they are false without a word.
+PLACE_RELATIONS = frozenset({"on", "in_crossing", "in_lane"})
+
+
+@dataclass(frozen=True, slots=True)
+class CarFeature:
+    """Describe a feature of one car.
+
+    Attributes
+    ----------
+    read : gives its value for a car that was seen; None where it has none.
+    needs_roads : it has a value only where there is a road network.
+    """
+
+    kind: Kind
+    read: Callable[[CarState], CarValue]
+    needs_roads: bool = False
+
+
+CAR_FEATURES: Mapping[str, CarFeature] = MappingProxyType(
+    {
+        "speed": CarFeature(Kind.SPEED, lambda car: car.speed_mps),
+        "x": CarFeature(Kind.LENGTH, lambda car: car.x_m),
+        "y": CarFeature(Kind.LENGTH, lambda car: car.y_m),
+        "heading": CarFeature(Kind.ANGLE, lambda car: car.heading_rad),
+        "length": CarFeature(Kind.LENGTH, lambda car: car.length_m),
+        "width": CarFeature(Kind.LENGTH, lambda car: car.width_m),
+        "class": CarFeature(Kind.WORD, lambda car: car.car_class),
+        "seen": CarFeature(Kind.TRUTH, lambda car: car.linked),
+        "on_road": CarFeature(Kind.TRUTH, lambda car: bool(car.road), needs_roads=True),
+        "road": CarFeature(Kind.WORD, lambda car: car.road, needs_roads=True),
+        "lane": CarFeature(Kind.WORD, lambda car: car.lane, needs_roads=True),
+        "along": CarFeature(Kind.LENGTH, lambda car: car.along_m, needs_roads=True),
+    }
+)
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {name: feature.kind for name, feature in CAR_FEATURES.items()}
+    | {one.name: Kind.WORD if one.name == "turn" else Kind.TRUTH for one in RELATIONS}
+)
+
+SIGNATURE = Signature(dict.fromkeys(CAR_FEATURES, 1) | {one.name: one.arity for one in RELATIONS}, sorts=("Car",))
+
+NEED_ROADS = frozenset(name for name, one in CAR_FEATURES.items() if one.needs_roads) | frozenset(
+    one.name for one in RELATIONS if one.frame == "map"
+)

@@ -1,0 +1,96 @@
+"""What ran in a run, and what did each stream carry? The report of the pipeline's node, kept with the run."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from msgspec.structs import asdict
+
+from dyknow.stream_report import StreamReport
+from service.errors import NotInLogError
+from service.pipeline import Pipeline
+from service.records import ProcessRecord, StreamInput, StreamRecord
+from service.store.log import open_log
+
+
+@dataclass(frozen=True, slots=True)
+class StoredStreams:
+    """Hold the report of a run, inputs before what reads them."""
+
+    run: str
+    streams: tuple[StreamRecord, ...]
+
+
+def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
+    """Describe every process of a pipeline, for the log."""
+    made_of = pipeline.deployment.made_of
+    return tuple(
+        StreamRecord(
+            label=report.label,
+            kind=report.kind,
+            made_of=made_of[report.label],
+            type=pipeline.output_of[made_of[report.label]],
+            inputs=tuple(map(StreamInput, report.inputs, report.policies)),
+            waiting_for=report.waiting_for,
+            published=report.published,
+            delivered=report.delivered,
+            dropped=dict(sorted(report.dropped.items())),
+            subscribers=report.subscribers,
+            queued=report.queued,
+            rate_hz=report.rate_hz,
+            lag_us=report.lag_us,
+            last_valid_us=report.last_valid_us,
+            last_value=report.last_value,
+            updates=report.updates,
+        )
+        for report in pipeline.node.report()
+    )
+
+
+def read_streams(url: str, *, run: str | None = None) -> StoredStreams:
+    """Read the report of a run.
+
+    Parameters
+    ----------
+    run : which run; may be left out when there is only one.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read, does not hold the run, or holds no report of it.
+    """
+    with open_log(url) as log:
+        record = log.run(run)
+        streams = log.streams(record.id)
+    if not streams:
+        raise NotInLogError(
+            f"run {record.id!r}: expected a report of its streams, got none with status {record.status!r}; "
+            "it is written when a run ends, so process the input again"
+        )
+    return StoredStreams(record.id, streams)
+
+
+def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:
+    """Give processes the form that `dyknow.graph` draws; one that was only declared has carried nothing."""
+    return tuple(map(_report, processes))
+
+
+def _report(process: ProcessRecord) -> StreamReport:
+    stream = StreamRecord(**asdict(process))
+    return StreamReport(
+        label=stream.label,
+        kind=stream.kind,
+        inputs=tuple(one.label for one in stream.inputs),
+        policies=tuple(one.policy for one in stream.inputs),
+        waiting_for=stream.waiting_for,
+        published=stream.published,
+        delivered=stream.delivered,
+        dropped=stream.dropped,
+        subscribers=stream.subscribers,
+        queued=stream.queued,
+        rate_hz=stream.rate_hz,
+        lag_us=stream.lag_us,
+        last_valid_us=stream.last_valid_us,
+        last_value=stream.last_value,
+        updates=stream.updates,
+        busy_ns=0,
+    )

@@ -1,0 +1,58 @@
+"""Which events do chronicle texts speak about: DyKnow's relations, or events of their own?
+
+Texts for traffic look at the relations without declaring them, so the declarations are put before them. Texts for a
+file of other events bring their own, which may use the same names for other things.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
+from typing import Literal
+
+from chronicles import library
+from chronicles.language import model
+from chronicles.language.diagnostics import Reporter
+from chronicles.language.parser import parse
+
+Stream = Literal["traffic", "own"]
+
+_NEARLY = 0.8  # one letter wrong in five
+
+
+def stream_of(texts: Sequence[tuple[str, str]]) -> Stream:
+    """Tell which stream texts (name, text) are about.
+
+    They are about "traffic" if they use a name of the relations' file that they do not declare, or nearly one: texts
+    without declarations may use any name, and a slip of the pen would pass unseen.
+
+    Examples
+    --------
+    >>> stream_of([("mine", "chronicle a[?x](t1) { event(moving[?x]:(false, true), t1) }")])
+    'traffic'
+    >>> stream_of([("mine", "attribute moving[?x] chronicle a[?x](t1) { event(moving[?x]:(false, true), t1) }")])
+    'own'
+    """
+    used, declared = _names(texts)
+    given = _names([("", library.relations_text())])[1]
+    is_traffic = any(get_close_matches(name, given, n=1, cutoff=_NEARLY) for name in used - declared)
+    return "traffic" if is_traffic else "own"
+
+
+def _names(texts: Sequence[tuple[str, str]]) -> tuple[set[str], set[str]]:
+    """Give the names of events, attributes and domains that texts use, and of those that they declare."""
+    reporter = Reporter(dict(texts))
+    declarations = [one for name, text in texts for one in parse(text, name, reporter).declarations]
+    declared = {one.name for one in declarations if isinstance(one, model.Domain | model.Attribute | model.Message)}
+    return set(_looked_at(declarations)), declared
+
+
+def _looked_at(declarations: Sequence[model.Declaration]) -> Iterator[str]:
+    pending: list[object] = list(declarations)
+    while pending:
+        node = pending.pop()
+        if isinstance(node, model.Pattern | model.Fluent | model.DomainName | model.ExampleEvent):
+            yield node.name
+        if isinstance(node, tuple):
+            pending += node
+        elif is_dataclass(node):
+            pending += [getattr(node, field.name) for field in fields(node)]

@@ -1,0 +1,44 @@
+"""The page on monitors is run as it stands; its monitors and those of the examples can be used."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+from chronicles.chronicle_set import load_texts
+from service.chronicle_files import with_relations
+from service.monitor_files import load_monitor_files
+from service.monitored_features import CAR_FEATURES
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "monitors.md"
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+
+
+def test_the_examples_of_the_page_run() -> None:
+    failed, attempted = doctest.testfile(str(PAGE), module_relative=False)
+    assert attempted > 8
+    assert failed == 0
+
+
+def test_the_monitors_and_the_chronicle_of_the_page_go_together(tmp_path: Path) -> None:
+    [monitors], [chronicle, _] = blocks("mtl"), blocks("text")
+    (tmp_path / "page.monitors").write_text(monitors)
+    loaded = load_monitor_files([tmp_path / "page.monitors"])
+    chronicles = load_texts(with_relations([("page", chronicle)]))
+    loaded.check_chronicles(chronicles)
+    assert "within_limit_violated" in chronicles.plan("races_past").consumes
+
+
+def test_the_page_lists_every_feature() -> None:
+    rows = re.findall(r"^\| (`.*?) \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(re.findall(r"`(\w+)\[\?c\]`", "".join(rows))) >= CAR_FEATURES.keys()
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.monitors")), ids=lambda path: path.name)
+def test_the_examples_can_be_loaded(path: Path) -> None:
+    assert load_monitor_files([path]).definitions
