@@ -22,9 +22,10 @@ def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> No
         known, count = first.setdefault(one.name, one), len(one.arguments)
         if count != len(known.arguments) and (one.name, count) not in warned:
             warned.add((one.name, count))
-            message = f"expected {len(known.arguments)} arguments for {one.name!r} as in line {known.span.line}"
+            wanted = "1 argument" if len(known.arguments) == 1 else f"{len(known.arguments)} arguments"
+            message = f"expected {wanted} for {one.name!r} as in line {known.span.line}"
             hint = "an event fits only a pattern with as many arguments as it has; ? stands for anything"
-            related = [(known.span, f"{len(known.arguments)} here")]
+            related = [(known.span, f"{wanted} here")]
             reporter.warning("C0308", f"{message}, got {count}", one.span, hint, related=related)
 
 

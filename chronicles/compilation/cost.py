@@ -136,7 +136,7 @@ class _Factor(NamedTuple):
 
     text: str
     keys: int
-    count: int
+    choices: int
 
 
 class _Bound:
@@ -195,7 +195,7 @@ class _Bound:
             chosen.append(position)
             if not left:
                 return found
-            position = min(sorted(left), key=lambda one: self._factor(one, chosen, windows_us).count)
+            position = min(sorted(left), key=lambda one: self._factor(one, chosen, windows_us).choices)
 
     def _factor(self, position: int, chosen: Iterable[int], windows_us: Mapping[int, int]) -> _Factor:
         """Count the choices for an event in its window, and beside those already chosen."""
@@ -209,7 +209,7 @@ class _Bound:
 
 
 def _product(factors: Iterable[_Factor]) -> int:
-    return math.prod(factor.count for factor in factors)
+    return math.prod(factor.choices for factor in factors)
 
 
 def _formula(factors: Sequence[_Factor]) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from chronicles.compilation.symbols import UNDECLARED_FIELD, Field, Symbols, check_value
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span, suggest
+from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,10 @@ class PatternResolver:
         if signature is None:
             wanted = "an attribute or a message" if isinstance(named, model.Pattern) else "an attribute"
             message = f"expected {wanted}, got the unknown name {named.name!r}"
-            self._reporter.error("C0201", message, named.name_span, suggest(named.name, list(self._symbols.signatures)))
+            near = suggest(named.name, list(self._symbols.signatures))
+            if near.edit is None:
+                near = Hint("; ".join(filter(None, [f"declare it: {_declaration(named)}", near.text])))
+            self._reporter.error("C0201", message, named.name_span, near)
             return undeclared
         if (signature.value is None) != is_message:
             self._report_kind(named, is_message=is_message)
@@ -120,3 +123,10 @@ class PatternResolver:
 
 def _arguments(count: int) -> str:
     return "1 argument" if count == 1 else f"{count} arguments"
+
+
+def _declaration(named: model.Pattern | model.Fluent) -> str:
+    """Write the declaration that an unknown name lacks."""
+    kind = "message" if isinstance(named, model.Pattern) and named.change is None else "attribute"
+    parameters = ", ".join(f"?a{place}" for place in range(1, len(named.arguments) + 1))
+    return f"{kind} {named.name}[{parameters}]"

@@ -15,11 +15,11 @@ from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
 from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
 from chronicles.language.printer import print_domain, print_term
+from chronicles.language.syntax_errors import INFINITIES
 
 # Every attribute has this value while nothing is known about it, whatever its domain.
 UNKNOWN = "unknown"
 _LARGEST_RANGE = 100_000
-_INFINITIES = frozenset({"inf", "infinity", "Infinity"})  # what other tools write for oo
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,7 @@ class Symbols:
         if value is None:
             message = f"expected a duration or a constant, got the unknown name {duration.constant!r}"
             hint = suggest(duration.constant, list(self.constants))
-            if duration.constant in _INFINITIES:
+            if duration.constant.lower() in INFINITIES:
                 hint = Hint("no bound is written oo", "oo")
             reporter.error("C0204", message, duration.span, hint)
         else:
@@ -142,7 +142,8 @@ def collect_symbols(files: Collection[model.ChronicleFile], reporter: Reporter) 
     before = reporter.error_count
     sets = {name: resolver.named(name) for name in domains}
     if reporter.error_count == before:
-        _warn_empty(sets, domains, reporter)
+        for name, values in sets.items():
+            _warn_empty(domains[name].expression, values, reporter)
     signatures = {name: resolver.signature(declaration) for name, declaration in events.items()}
     symbols = Symbols(constants, sets, signatures, timeunits)
     if symbols.is_open:
@@ -150,11 +151,10 @@ def collect_symbols(files: Collection[model.ChronicleFile], reporter: Reporter) 
     return symbols
 
 
-def _warn_empty(sets: Mapping[str, ValueSet], domains: Mapping[str, model.Domain], reporter: Reporter) -> None:
-    for name, values in sets.items():
-        if values.is_empty:
-            message = f"expected a domain with a value, got {print_domain(domains[name].expression)}, which has none"
-            reporter.warning("C0309", message, domains[name].expression.span, "nothing but unknown fits it")
+def _warn_empty(expression: model.DomainExpression, values: ValueSet, reporter: Reporter) -> None:
+    if values.is_empty and not isinstance(expression, model.DomainName):
+        message = f"expected a domain with a value, got {print_domain(expression)}, which has none"
+        reporter.warning("C0309", message, expression.span, "nothing but unknown fits it")
 
 
 def _unique(declarations: Iterable[_Kind], reporter: Reporter) -> dict[str, _Kind]:
@@ -242,6 +242,7 @@ class _Resolver:
         if expression is None:
             return UNDECLARED_FIELD
         values = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+        _warn_empty(expression, values, self._reporter)
         return Field(print_domain(expression), values)
 
 

@@ -14,7 +14,7 @@ from chronicles.compilation.redundancy import sentence, warn_implied, warn_repea
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
 from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
-from chronicles.language.printer import format_duration, print_bound
+from chronicles.language.printer import format_duration, print_bound, print_statement
 
 Distances = Sequence[Sequence[int]]  # plain integers: single numbers are read far more often than rows
 
@@ -159,8 +159,15 @@ class _EdgeBuilder:
         if self._reporter.error_count > before:
             return
         if isinstance(one, model.Range) and low is not None and high is not None and low > high:
-            message = f"expected bounds with a time between them, got {format_duration(low)} to {format_duration(high)}"
-            self._reporter.error("C0401", message, one.low.span.to(one.high.span), _swapped(one))
+            is_narrow = low - one.low_open <= high + one.high_open
+            came = print_statement(one) if is_narrow else f"{format_duration(low)} to {format_duration(high)}"
+            message = f"expected bounds with a time between them, got {came}"
+            hint = (
+                Hint("a bound is left out here, and no time is left: let both bounds in")
+                if is_narrow
+                else _swapped(one)
+            )
+            self._reporter.error("C0401", message, one.low.span.to(one.high.span), hint)
             return
         if high is not None:
             self._at_most(earlier, later, high, one.span)

@@ -85,7 +85,7 @@ def resolve_variables(
     constants = _constants(constraints, class_of, symbols, reporter)
     sorts = _sorts(flat, class_of, reporter)
     pairs = _different_pairs(constraints, class_of, sorts, reporter)
-    declared = _declared(flat, class_of)
+    declared = _declared(constraints, flat, class_of)
     allowed = _allowed(constraints, class_of, declared, symbols, reporter)
     bound = frozenset(class_of[cell.variable] for group in binding for cell in group.all if cell.variable)
     if not reporter.has_error_in(chronicle.span):
@@ -158,12 +158,16 @@ def _sorts(cells: Iterable[Cell], class_of: Mapping[str, str], reporter: Reporte
     return {name: found or {""} for name, found in sorts.items()}
 
 
-def _declared(cells: Iterable[Cell], class_of: Mapping[str, str]) -> dict[str, ValueSet]:
-    """Give the values that the declarations leave to each class; `unknown` is always one."""
+def _declared(constraints: _Constraints, cells: Iterable[Cell], class_of: Mapping[str, str]) -> dict[str, ValueSet]:
+    """Give the values that the declarations leave to each class with a constraint; `unknown` is always one."""
+    limited = [one.variable.name for one in constraints.equal + constraints.different]
+    limited += [one.variable.name for one in constraints.member]
+    names = {class_of.get(name) for name in limited}
     declared = dict.fromkeys(class_of.values(), ANY_VALUE)
     for cell in cells:
         name = class_of[cell.variable]
-        declared[name] = declared[name].intersection(cell.field.values.union(one_of(UNKNOWN)))
+        if name in names:
+            declared[name] = declared[name].intersection(cell.field.values.union(one_of(UNKNOWN)))
     return declared
 
 
@@ -195,7 +199,10 @@ def _different_pairs(
     for one in constraints.different:
         if isinstance(one.term, model.Variable) and {one.variable.name, one.term.name} <= class_of.keys():
             left, right = sorted((class_of[one.variable.name], class_of[one.term.name]))
-            if left == right:
+            if one.variable.name == one.term.name:
+                message = f"expected two variables that can differ, got ?{one.term.name} twice"
+                reporter.error("C0307", message, one.span, "name the other variable, or leave the constraint out")
+            elif left == right:
                 message = f"expected ?{one.variable.name} and ?{one.term.name} to differ, got them equal by '=='"
                 reporter.error("C0307", message, one.span, "keep one of the two constraints")
             pairs.add((left, right))
@@ -225,7 +232,9 @@ def _allowed(
                 "widen this one, or one before it",
             )
         elif left.intersection(declared[class_of[variable.name]]).is_empty:
-            message = f"expected a value that the declarations give to ?{variable.name}, got constraints that allow none"
+            message = (
+                f"expected a value that the declarations give to ?{variable.name}, got constraints that allow none"
+            )
             known = sorted(declared[class_of[variable.name]].texts - {UNKNOWN})
             reporter.error("C0307", message, span, suggest("", known))
 
@@ -261,5 +270,7 @@ def _without_constants(
             reporter.error("C0307", message, place, "the constraints on the variable rule this value out")
         elif text not in declared[name]:
             message = f"expected a value that the declarations give to ?{name}, got {text!r}"
-            reporter.error("C0307", message, place, suggest(text, sorted(declared[name].texts - {UNKNOWN}))._replace(edit=None))
+            reporter.error(
+                "C0307", message, place, suggest(text, sorted(declared[name].texts - {UNKNOWN}))._replace(edit=None)
+            )
     return Variables(classes.class_of, constants, allowed, frozenset(kept), classes.bound)

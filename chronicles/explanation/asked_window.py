@@ -52,7 +52,7 @@ class WindowedSearch(AssignmentSearch):
     Parameters
     ----------
     plan, log, fixed : as for `AssignmentSearch`.
-    asked : the window. With one that is not open at both ends, an instance may be twice as long as the chronicle allows.
+    asked : the window; unless it is open at both ends, instances up to twice as long as the chronicle allows are found.
     """
 
     def __init__(self, plan: Plan, log: EventLog, fixed: Values, asked: AskedWindow) -> None:

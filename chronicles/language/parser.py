@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any  # the values on the stack are words, and whatever the rules built
 
+from chronicles.language.constraint_hints import rewritten_constraint
 from chronicles.language.diagnostics import Reporter, Span
 from chronicles.language.grammar import END, Grammar, load_grammar, starts_statement
 from chronicles.language.model import ChronicleFile, Declaration
@@ -88,7 +89,8 @@ class _PieceReader:
         previous = words[at - 1] if at else None
         if at < len(words):
             message, hint = describe_unexpected(words[at], attempt.expected, previous)
-            self._reporter.error("C0102", message, self._span(words[at]), hint)
+            rewritten = rewritten_constraint(words, at)
+            self._reporter.error("C0102", message, self._span(words[at]), rewritten or hint)
         else:
             message, _ = describe_unexpected(_with_kind(words[-1], END, ""), attempt.expected, previous)
             unclosed = f"the {words[0].text} that starts in line {words[0].line} is not closed"

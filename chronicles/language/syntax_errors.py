@@ -15,6 +15,7 @@ DECLARATION_WORDS = ("timeunit", "constant", "domain", "attribute", "message", "
 STATEMENT_WORDS = ("event", "noevent", "occurs", "hold", "assert", "allow", "select", "when")
 ACTION_WORDS = ("emit", "report", "assert")
 EXAMPLE_WORDS = ("expect", "until")
+INFINITIES = frozenset({"inf", "infinity", "infinite"})  # what other tools write for oo, in lower case
 SELECTIONS = ("all", "first", "non_overlapping")
 
 _KINDS = {
@@ -54,7 +55,7 @@ _KINDS = {
 # Where a new statement may start, which words start one says more than all that fits: (kinds, what it is, words).
 _STARTS = (
     (frozenset({"EVENT", "NOEVENT"}), "a statement", STATEMENT_WORDS),
-    (frozenset({"REPORT"}), "'emit' or 'report'", ACTION_WORDS),
+    (frozenset({"REPORT"}), "'emit', 'report' or 'assert'", ACTION_WORDS),
     (frozenset({"UNTIL"}), "a time and an event, 'expect' or 'until'", EXAMPLE_WORDS),
     (frozenset({"CHRONICLE"}), "a declaration", DECLARATION_WORDS),
 )
@@ -125,6 +126,10 @@ def _keyword_hint(word: Word, expected: Collection[str]) -> Hint:
 
 
 def _name_hint(word: Word, expected: Collection[str]) -> Hint:
+    if "RECOGNISED" in expected:
+        return suggest(word.text, ["recognised"])
+    if "INFINITE" in expected and word.text.lower() in INFINITIES:
+        return Hint("no bound is written oo", "oo")
     if "TIME_POINT" in expected:
         return Hint("a time point is the letter t, a digit, and letters or digits: t1, t2b")
     if "VARIABLE" in expected:

@@ -5,12 +5,15 @@ No word goes over the end of a line. Blanks are left out; comments are kept apar
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
-from chronicles.language.diagnostics import Reporter, Span
+from chronicles.language.diagnostics import Hint, Reporter, Span
 from chronicles.language.grammar import load_grammar
 
 COMMENT = "COMMENT"
+_SINGLE_QUOTED = re.compile(r"'[^'\n]*'")
+_OTHER_COMMENT = re.compile(r"/\*(.*?\*/)?", re.DOTALL)
 
 
 class Word(NamedTuple):
@@ -44,12 +47,15 @@ def read_words_and_comments(text: str, name: str, reporter: Reporter) -> list[Wo
     while at < len(text):
         found = match(text, at)
         if found is None:
-            bad = _bad_word(text, at, line, at - line_start + 1)
-            if bad.kind == "STRING" or bad.text not in reported:
+            bad = _bad_word(text, at, line, at - line_start + 1, after_comma=bool(words) and words[-1].kind == "COMMA")
+            if bad.kind or bad.text not in reported:
                 _report(bad, name, reporter)
             reported.add(bad.text)
             at += len(bad.text)
-            if bad.kind == "STRING":
+            if "\n" in bad.text:  # in a comment of another language
+                line += bad.text.count("\n")
+                line_start = at - len(bad.text) + bad.text.rindex("\n") + 1
+            if bad.kind and bad.kind != COMMENT:
                 words.append(bad)
             continue
         kind, end = found.lastgroup or "", found.end()
@@ -65,17 +71,30 @@ def read_words_and_comments(text: str, name: str, reporter: Reporter) -> list[Wo
     return words
 
 
-def _bad_word(text: str, at: int, line: int, column: int) -> Word:
-    """Give what no word matches: a text without its second quote, to the end of the line, or one character."""
-    if text[at] != '"':
-        return Word("", text[at], line, column, column + 1)
-    end = text.find("\n", at)
-    rest = text[at:] if end < 0 else text[at:end]
-    return Word("STRING", rest, line, column, column + len(rest))
+def _bad_word(text: str, at: int, line: int, column: int, *, after_comma: bool) -> Word:
+    """Give what no word matches, with the kind that was meant if that is clear: one character if nothing is."""
+    kind, bad = "", text[at]
+    if text[at] == '"':  # a text without its second quote, to the end of the line
+        kind, bad = "STRING", text[at:].split("\n", 1)[0]
+    elif found := _SINGLE_QUOTED.match(text, at):
+        kind, bad = "STRING", found.group()
+    elif found := _OTHER_COMMENT.match(text, at):
+        kind, bad = COMMENT, found.group()
+    elif text[at] == "*" and after_comma:
+        kind = "INFINITE"
+    return Word(kind, bad, line, column, column + len(bad))
 
 
 def _report(bad: Word, name: str, reporter: Reporter) -> None:
-    span = Span(name, bad.line, bad.column, bad.line, bad.column + 1)
-    hint = 'texts start and end with " on one line' if bad.kind == "STRING" else "leave it out"
-    message = f"expected a word of the language, got the character {bad.text[0]!r}"
-    reporter.error("C0101", message, span, hint)
+    came, marked, hint = f"the character {bad.text[0]!r}", 1, Hint("leave it out")
+    if bad.text[0] == '"':
+        hint = Hint('texts start and end with " on one line')
+    elif bad.kind == "STRING":
+        inner, marked = bad.text[1:-1], len(bad.text)
+        hint = Hint("texts stand in double quotes", None if '"' in inner or "\\" in inner else f'"{inner}"')
+    elif bad.kind == COMMENT:
+        came, marked, hint = f"{bad.text[:2]!r}", 2, Hint("comments start with # and end with their line")
+    elif bad.kind == "INFINITE":
+        hint = Hint("no bound is written oo", "oo")
+    span = Span(name, bad.line, bad.column, bad.line, bad.column + marked)
+    reporter.error("C0101", f"expected a word of the language, got {came}", span, hint)

@@ -37,7 +37,9 @@ def check(
         list[str] | None,
         typer.Option("--rate", metavar="NAME=HZ", help="For --cost: most events a second of a name; else 1."),
     ] = None,
-    keys: Annotated[int, typer.Option(min=1, help="For --cost: how many cars are in view.")] = 1,
+    keys: Annotated[
+        int, typer.Option(min=1, help="For --cost: how many values an argument can have; rates are per value.")
+    ] = 1,
     explain: Annotated[str | None, typer.Option(metavar="CODE", help="Say what a code such as C0201 means.")] = None,
     stream: StreamOption = None,
 ) -> None:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.counted import counted
-from service.cli.stream_option import StreamOption, tell_stream
+from service.cli.stream_option import StreamOption, hinting_at_stream, tell_stream
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import TextIO
 
     from chronicles.events import Event, Occurrence
+    from service.recognition import Recognised
 
 
 class OccurrenceFormat(StrEnum):
@@ -65,27 +66,34 @@ def recognise(
         raise typer.BadParameter("expected eager or lazy to go with --lateness, got backfill", param_hint="--executor")
     if out is not None:
         _check_apart(out, source, chronicles or ())
-    found = recognise_stored(
-        source,
-        chronicles or (),
-        run=run,
-        executor=None if executor is None else executor.value,
-        lateness_us=None if lateness is None else parse_media_us(lateness, parameter="--lateness"),
-        stream=None if stream is None else stream.value,
-        until_us=None if until is None else parse_media_us(until, parameter="--until"),
-    )
+    is_open = bool(chronicles) and stream is None and not is_log_name(source)
+    with hinting_at_stream(is_open=is_open):
+        found = recognise_stored(
+            source,
+            chronicles or (),
+            run=run,
+            executor=None if executor is None else executor.value,
+            lateness_us=None if lateness is None else parse_media_us(lateness, parameter="--lateness"),
+            stream=None if stream is None else stream.value,
+            until_us=None if until is None else parse_media_us(until, parameter="--until"),
+        )
     if out is None:
         _write(found.occurrences, output, sys.stdout)
     else:
         with out.open("w", encoding="utf-8") as file:
             _write(found.occurrences, output, file)
+    _tell(found)
+    if is_open:
+        tell_stream(found.stream, is_doubtful=bool(found.warnings))
+
+
+def _tell(found: "Recognised") -> None:
+    """Say on stderr what may be wrong with the question or the events."""
     for warning in found.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     if found.late_count:
         late = counted(found.late_count, "event")
         print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
-    if chronicles and stream is None and not is_log_name(source):
-        tell_stream(found.stream, is_doubtful=bool(found.warnings))
 
 
 def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:

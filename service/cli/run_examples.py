@@ -7,7 +7,7 @@ import typer
 
 from service.cli import exit_codes
 from service.cli.counted import counted
-from service.cli.stream_option import StreamOption, tell_stream
+from service.cli.stream_option import StreamOption, hinting_at_stream, tell_stream
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,8 @@ def run_examples(
     own = [(name, read_text_or_input(name)) for name in files or ()]
     chosen = stream.value if stream else stream_of(own)
     texts = with_relations(own, chosen) if own else library.texts()
-    results = examples.run_examples(texts)
+    with hinting_at_stream(is_open=bool(own) and stream is None):
+        results = examples.run_examples(texts)
     failed = [one for one in results if not one.passed]
     if as_json:
         _print_json(results)

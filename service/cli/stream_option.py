@@ -1,6 +1,8 @@
 """How does a user say which events chronicle texts are about, and how is a user told what was taken for granted?"""
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,3 +39,18 @@ def tell_stream(stream: "Stream", *, is_doubtful: bool) -> None:
     else:
         return
     print(f"note: {said}", file=sys.stderr)
+
+
+@contextmanager
+def hinting_at_stream(*, is_open: bool) -> Iterator[None]:
+    """Say on stderr that there is a choice, where texts are refused and `is_open`: nobody has chosen."""
+    from chronicles.errors import ChronicleError
+
+    try:
+        yield
+    except ChronicleError:
+        if is_open:
+            print(
+                "note: --stream traffic takes texts with DyKnow's relations, --stream own without them", file=sys.stderr
+            )
+        raise

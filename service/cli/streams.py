@@ -54,13 +54,14 @@ def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph:
 
 
 def _draw(path: Path | None, processes: "Sequence[ProcessRecord]") -> None:
+    if path is None:
+        return
     from dyknow.graph import to_dot, to_svg
     from service.stored_streams import as_reports
 
-    if path is not None:
-        write = to_svg if path.suffix.lower() == ".svg" else to_dot
-        path.write_text(write(as_reports(processes)), encoding="utf-8")
-        print(f"graph: {path}", file=sys.stderr)
+    write = to_svg if path.suffix.lower() == ".svg" else to_dot
+    path.write_text(write(as_reports(processes)), encoding="utf-8")
+    print(f"graph: {path}", file=sys.stderr)
 
 
 def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:

@@ -73,7 +73,7 @@ def test_one_car_symbol_for_one_vehicle(scene: Path, log: str, summary: RunSumma
 
 
 def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, log: str, summary: RunSummary) -> None:
-    tables = ("car_states", "relations", "links", "frames", "cars")
+    tables = ("car_states", "relations", "links", "frames", "cars", "streams")
     before = {table: rows(log, table) for table in tables}
     events_before = [row[2:] for row in rows(log, "events")]
     again = process(RunRequest(scene / "video.mp4", scene / "site.toml", log))

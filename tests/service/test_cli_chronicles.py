@@ -84,6 +84,22 @@ def test_texts_that_look_at_a_relation_are_checked_with_all(tmp_path: Path, caps
     assert run(["check", written(tmp_path, "b.chronicle", OWN_CLASH), "--stream", "traffic"]) == 3
 
 
+def test_an_undeclared_name_that_is_nearly_a_relation_is_a_slip(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "chronicle a[?a, ?b](t1) { event(NAME[?a, ?b]:(false, true), t1) }\n"
+    path = written(tmp_path, "a.chronicle", text.replace("NAME", "clse"))
+    events = written(tmp_path, "e.csv", EVENTS)
+    assert run(["check", path]) == 3
+    assert "did you mean 'close'?" in capsys.readouterr().out
+    for command in (["test", path], ["recognise", events, "--chronicles", path]):
+        assert run(command) == 3
+        assert capsys.readouterr().err.startswith("note: --stream traffic takes texts with DyKnow's relations")
+        assert run([*command, "--stream", "own"]) == 0
+        assert "--stream" not in capsys.readouterr().err
+    assert run(["check", written(tmp_path, "a.chronicle", text.replace("NAME", "light"))]) == 0
+
+
 def test_a_name_that_nobody_declares_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path, "a.chronicle", MET.replace("close[", "clse["))
     assert run(["check", path, "--format", "json"]) == 3

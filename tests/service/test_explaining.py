@@ -247,6 +247,8 @@ def test_why_not_on_the_command_line(url: str, capsys: pytest.CaptureFixture[str
     assert (record["kind"], record["start_us"], record["roles"]) == ("why_not", 9 * SECOND, {"b": "car3"})
     assert run(["why-not", url, "met", "--role", "b=car3", "--role", "b=car4"]) == 2
     assert run(["why-not", url, "met", "--role", "c=car3"]) == 2
+    assert run(["why-not", url, "met", "--role", "b=car2"]) == 0
+    assert capsys.readouterr().out == "met[b=car2]: recognised once; 0 near misses\n"
     assert run(["why-not", url, "nosuch"]) == 3
     assert run(["why-not", url, "met", "--role", "b=car99"]) == 3
     assert "expected something that occurs in it as role 'b', got 'car99'" in capsys.readouterr().err

@@ -80,9 +80,7 @@ def test_what_a_text_does_not_declare_for_the_log_is_not_recorded() -> None:
 
 def test_recorded_stream_of_another_type_is_refused() -> None:
     text = changed(SHIPPED, "stream recorded_cars = cars;", "stream recorded_cars = relations;")
-    with pytest.raises(
-        InputError, match=r"own\.kpl: stream 'recorded_cars': expected .* Cars, got Relations"
-    ):
+    with pytest.raises(InputError, match=r"own\.kpl: stream 'recorded_cars': expected .* Cars, got Relations"):
         deployed(text)
 
 

@@ -34,6 +34,13 @@ EXAMPLES = {
         "'t1'",
         body("t2 = t1 + 1s select first(t1)"),
     ),
+    "an example that ends too early": Case(
+        "C0410",
+        example("1s enter[a] <<5s enter[b]>> until 2s expect one[a=a] 1s..1s"),
+        "expected the events of an example up to its 'until' at 2s, got one at 5s",
+        "write until 5s, or later",
+        example("1s enter[a] 5s enter[b] until 5s expect one[a=a] 1s..1s"),
+    ),
     "a variable in an example": Case(
         "C0108",
         example("1s enter[<<?car>>]"),

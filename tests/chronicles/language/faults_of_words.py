@@ -28,6 +28,83 @@ def body(statements: str, head: str = "[?a](t1)") -> str:
 
 TWO = "event(enter[?b], t2) "
 WORDS = {
+    "a text in single quotes": Case(
+        "C0101",
+        body("?a != <<'abc'>>"),
+        'expected a word of the language, got the character "\'"',
+        "texts stand in double quotes",
+        body('?a != "abc"'),
+    ),
+    "a comment of another language": Case(
+        "C0101",
+        body("<</*>> two\nlines */ ?a != x"),
+        "expected a word of the language, got '/*'",
+        "comments start with # and end with their line",
+        body("# two\n# lines\n?a != x"),
+    ),
+    "a star for no upper limit": Case(
+        "C0101",
+        body("occurs((2, <<*>>), enter[?], (t1, t1 + 1s))"),
+        "got the character '*'",
+        "no bound is written oo",
+        body("occurs((2, oo), enter[?], (t1, t1 + 1s))"),
+    ),
+    "inf for no upper limit": Case(
+        "C0102",
+        body("occurs((2, <<inf>>), enter[?], (t1, t1 + 1s))"),
+        "expected 'oo' or a number after ',', got 'inf'",
+        "no bound is written oo",
+        body("occurs((2, oo), enter[?], (t1, t1 + 1s))"),
+    ),
+    "a difference that is compared": Case(
+        "C0102",
+        body(TWO + "t2 - t1 <<<>> 5s"),
+        "expected 'in' after 't1', got '<'",
+        "write t2 < t1 + 5s, or a range such as t2 - t1 in [0s, 5s]",
+        body(TWO + "t2 < t1 + 5s t2 >= t1"),
+    ),
+    "a difference that is set": Case(
+        "C0102",
+        body(TWO + "t2 - t1 <<=>> 5s"),
+        "expected 'in' after 't1', got '='",
+        "write t2 = t1 + 5s, or a range such as t2 - t1 in [5s, 5s]",
+        body(TWO + "t2 - t1 in [5s, 5s]"),
+    ),
+    "an offset on the left": Case(
+        "C0102",
+        body(TWO + "t2 <= t1 + 9s t1 <<+>> 5s < t2"),
+        "after 't1', got '+'",
+        "the offset stands on the right: write t2 > t1 + 5s",
+        body(TWO + "t2 <= t1 + 9s t2 > t1 + 5s"),
+    ),
+    "a negative offset on the left": Case(
+        "C0102",
+        body(TWO + "t2 - t1 in [-9s, 9s] t1 - <<5s>> <= t2"),
+        "expected a time point such as t1 after '-', got '5s'",
+        "the offset stands on the right: write t2 >= t1 - 5s",
+        body(TWO + "t2 - t1 in [-9s, 9s] t2 >= t1 - 5s"),
+    ),
+    "a chain of time points": Case(
+        "C0102",
+        body(TWO + "t1 <= t2 <<<=>> t1 + 5s"),
+        "expected a statement after 't2', got '<='",
+        "write two constraints: t1 <= t2; t2 <= t1 + 5s",
+        body(TWO + "t1 <= t2; t2 <= t1 + 5s"),
+    ),
+    "a misspelled recognised": Case(
+        "C0102",
+        body('when <<recognsed>> { report "x" }'),
+        "expected 'recognised' after 'when', got 'recognsed'",
+        "did you mean 'recognised'?",
+        body('when recognised { report "x" }'),
+    ),
+    "a misspelled emit": Case(
+        "C0102",
+        body('when recognised { report "x" <<emti>> enter[?a] at t1 }'),
+        "expected 'emit', 'report' or 'assert' after '\"x\"', got 'emti'",
+        "did you mean 'emit'?",
+        body('when recognised { report "x" }'),
+    ),
     "a character no word has": Case(
         "C0101", body("<<@>>"), "expected a word of the language, got the character '@'", "", body("")
     ),
@@ -113,7 +190,7 @@ WORDS = {
     "an unknown action": Case(
         "C0102",
         body("when recognised { <<emt>> enter[?a] }"),
-        "expected 'emit' or 'report' after '{', got 'emt'",
+        "expected 'emit', 'report' or 'assert' after '{', got 'emt'",
         "'emit'?",
         body('when recognised { report "x" }'),
     ),

@@ -98,3 +98,18 @@ def test_lines_end_as_on_any_system() -> None:
     reporter = Reporter({"t": text})
     parse(text, "t", reporter)
     assert [(one.line, one.source_line) for one in reporter.diagnostics] == [(2, "message [")]
+
+
+def test_lines_are_counted_in_a_comment_of_another_language() -> None:
+    text = "message a[] /* one\n two */ message b[]\nmessage c["
+    reporter = Reporter({"t": text})
+    words = read_words(text, "t", reporter)
+    assert [(one.text, one.line, one.column) for one in words if one.text in "bc"] == [("b", 2, 17), ("c", 3, 9)]
+    assert [(one.code, one.line, one.column) for one in reporter.diagnostics] == [("C0101", 1, 13)]
+
+
+def test_star_is_no_bound_only_behind_a_comma() -> None:
+    text = "chronicle c { event(a[], t1) t1 * t1 }"
+    reporter = Reporter({"t": text})
+    parse(text, "t", reporter)
+    assert [one.hint for one in reporter.diagnostics if one.code == "C0101"] == ["leave it out"]

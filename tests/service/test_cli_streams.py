@@ -1,0 +1,212 @@
+"""`dyknow streams`: what ran in a run, and what is declared to run."""
+
+import json
+import sqlite3
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from service.cli.app import run
+from service.pipeline import TRAJECTORIES, shipped_kpl
+from service.runs import RunRequest, process
+from service.store.log import open_log
+from tests.service.logs import write_small_log
+from tests.service.test_monitoring import run_race, write_race
+
+LABELS = ["vision_objects", "cars", "relations", "verdicts", "occurrences"]
+SVG_TEXT = "{http://www.w3.org/2000/svg}text"
+
+
+def stored_rows(log: Path) -> list[tuple[object, ...]]:
+    with sqlite3.connect(log) as connection:
+        return connection.execute("select * from streams order by run_no, number").fetchall()
+
+
+def drop_table(log: Path) -> None:
+    """Make a log as it was written before streams were stored."""
+    with sqlite3.connect(log) as connection:
+        connection.execute("drop table streams")
+
+
+def run_limited(folder: Path) -> Path:
+    """Process the race under a text that gives the relations only the first five seconds."""
+    kpl, log = folder / "mine.kpl", folder / "log.db"
+    text = shipped_kpl(TRAJECTORIES).text
+    kpl.write_text(text.replace("qsr(cars with strict order)", "qsr(cars with from 0s to 5s, strict order)"))
+    process(RunRequest(input=write_race(folder / "race.csv"), site=None, log_url=str(log), kpl_file=kpl))
+    return log
+
+
+# ---- of a run
+
+
+def test_the_report_of_the_node_is_stored_with_the_run(tmp_path: Path) -> None:
+    race, url = write_race(tmp_path / "race.csv"), str(tmp_path / "log.db")
+    summary = process(RunRequest(input=race, site=None, log_url=url))
+    with open_log(url) as log:
+        stored = log.streams(summary.run)
+    assert [(one.label, one.kind, one.published, one.updates, one.last_value) for one in stored] == [
+        (one.label, one.kind, one.published, one.updates, one.last_value) for one in summary.streams
+    ]
+    assert [one.made_of for one in stored] == ["trajectories", "anchoring", "qsr", "monitoring", "chronicles"]
+
+
+def test_a_repeated_run_stores_the_same_report_again(tmp_path: Path) -> None:
+    run_race(tmp_path, "")
+    before = stored_rows(tmp_path / "log.db")
+    run_race(tmp_path, "")
+    assert stored_rows(tmp_path / "log.db") == before
+    assert len(before) == len(LABELS)
+
+
+def test_every_process_is_listed_with_what_it_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["streams", run_race(tmp_path, "")]) == 0
+    title, *lines = capsys.readouterr().out.splitlines()
+    assert title.split("  ")[0] == "label"
+    assert [line.split()[0] for line in lines] == LABELS
+    assert lines[0].split()[1:8] == ["trajectories", "120", "0", "10.0/s", "0", "ms", "00:11.900"]
+    assert "cars with any update, strict order; relations with any update, strict order" in lines[3]
+    assert "Occurrence(chronicle='pass'" in lines[4]
+
+
+def test_what_a_policy_drops_is_listed_by_cause(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = run_limited(tmp_path)
+    assert run(["streams", str(log)]) == 0
+    shown = capsys.readouterr().out
+    assert "cars with any update, from 0s to 5s, strict order" in shown
+    assert run(["streams", str(log), "--json"]) == 0
+    cars = json.loads(capsys.readouterr().out)["streams"][1]
+    [(cause, count)] = cars["dropped"].items()
+    assert f"{count} ({cause})" in shown
+    assert count == 120 - 51  # ten frames a second, both ends of the five seconds included
+
+
+def test_json_of_a_run_is_one_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["streams", run_race(tmp_path, ""), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found.keys() == {"run", "streams"}
+    source = found["streams"][0]
+    assert source.pop("last_value").startswith("TrajectoryObjects(")
+    assert source == {
+        "label": "vision_objects",
+        "kind": "source",
+        "made_of": "trajectories",
+        "type": "VisionObjects",
+        "inputs": [],
+        "waiting_for": [],
+        "published": 120,
+        "delivered": 240,
+        "dropped": {},
+        "subscribers": 2,
+        "queued": [],
+        "rate_hz": 10.0,
+        "lag_us": 0,
+        "last_valid_us": 11_900_000,
+        "updates": 0,
+    }
+
+
+def test_a_run_that_is_not_in_the_log_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["streams", run_race(tmp_path, ""), "--run", "none"]) == 3
+    assert "expected a run 'none'" in capsys.readouterr().err
+
+
+def test_a_run_without_a_report_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    url = write_small_log(tmp_path / "log.db")
+    assert run(["streams", url]) == 3
+    assert "run 'r1': expected a report of its streams, got none" in capsys.readouterr().err
+
+
+def test_a_log_from_before_reports_is_read_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    url = run_race(tmp_path, "")
+    drop_table(tmp_path / "log.db")
+    assert run(["streams", url]) == 3
+    assert "expected a report of its streams" in capsys.readouterr().err
+    run_race(tmp_path, "")
+    assert run(["streams", url]) == 0
+
+
+# ---- of a text
+
+
+def test_without_a_log_the_shipped_declaration_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["streams"]) == 0
+    rows = [line.split(maxsplit=4) for line in capsys.readouterr().out.splitlines()]
+    assert rows[1] == ["frames", "source", "video", "Frame"]
+    assert rows[2] == [
+        "vision_objects",
+        "refinement",
+        "vision",
+        "VisionObjects",
+        "frames with any update, strict order",
+    ]
+    assert rows[-1] == ["recorded_occurrences", "stream", "occurrences", "with", "any update"]
+
+
+def test_json_of_a_text_has_processes_and_streams(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.kpl"
+    path.write_text("source float gps; strmgen pos = gps; stream seen = pos with any change;")
+    assert run(["streams", "--kpl", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {
+        "kpl": str(path),
+        "processes": [{"label": "pos", "kind": "source", "made_of": "gps", "type": "float", "inputs": []}],
+        "streams": [{"name": "seen", "label": "pos", "policy": "any change"}],
+        "warnings": [],
+    }
+
+
+def test_a_text_is_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.kpl"
+    path.write_text("source float gps; strmgen pos = gsp; stream seen = pos;")
+    assert run(["streams", "--kpl", str(path)]) == 3
+    assert capsys.readouterr().err.startswith("error[K0202]: expected a declared source, got 'gsp'")
+
+
+def test_warnings_of_a_text_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.kpl"
+    path.write_text("source float gps; strmgen pos = gps;")
+    assert run(["streams", "--kpl", str(path)]) == 0
+    assert "K0601" in capsys.readouterr().err
+
+
+def test_a_text_that_is_missing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["streams", "--kpl", str(tmp_path / "none.kpl")]) == 3
+    assert "none.kpl" in capsys.readouterr().err
+
+
+# ---- drawn
+
+
+def test_a_run_is_drawn_with_what_it_carried(tmp_path: Path) -> None:
+    picture = tmp_path / "graph.svg"
+    assert run(["streams", run_race(tmp_path, ""), "--graph", str(picture)]) == 0
+    drawn = [text.text or "" for text in ElementTree.parse(picture).iter(SVG_TEXT)]
+    assert set(LABELS) <= set(drawn)
+    assert "120 samples, 10.0/s" in drawn
+    assert not any("busy" in text for text in drawn)
+
+
+def test_a_declaration_is_drawn_with_its_policies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    graph = tmp_path / "graph.DOT"
+    assert run(["streams", "--graph", str(graph)]) == 0
+    assert '"frames" -> "vision_objects" [label="any update, strict order"];' in graph.read_text()
+    assert capsys.readouterr().err == f"graph: {graph}\n"
+
+
+def test_a_graph_of_another_kind_is_refused_before_anything_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["streams", str(tmp_path / "none.db"), "--graph", str(tmp_path / "graph.png")]) == 3
+    assert "--graph: expected a path ending in .svg or .dot, got" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wrong"), [(["--run", "r1"], "--run"), (["a.db", "--kpl", "a.kpl"], "--kpl")], ids=["run", "kpl"]
+)
+def test_options_that_do_not_go_together_are_refused(
+    arguments: list[str], wrong: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["streams", *arguments]) == 2
+    assert f"Invalid value for {wrong}" in capsys.readouterr().err
