@@ -91,6 +91,7 @@ class Registry:
             raise RegistryError(f"unit {name!r}: expected the types of one input or more, got {inputs!r}")
 
         def register(factory: _Factory) -> _Factory:
+            """Bind the factory, and give it back as it is."""
             self._refuse_taken(name)
             self._units[name] = UnitSignature(name, inputs, output, factory)
             return factory

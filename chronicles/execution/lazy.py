@@ -130,6 +130,7 @@ class LazyStore:
         made: dict[tuple[int, ...], Search] = {}
 
         def choose(counts: tuple[int, ...]) -> Search:
+            """Give the search that begins where the fewest events are."""
             # Powers of two are near enough, and keep the number of different orders small.
             sizes = zip(map(int.bit_length, counts), others, strict=True)
             order = tuple([one for _, one in sorted(sizes)])
@@ -205,6 +206,7 @@ class _Index:
         self.buffers: dict[Any, Buffer] = {}
 
     def append(self, t_us: int, row: Row) -> None:
+        """Add an event at or after the latest one."""
         key = self._key(row[1])
         buffer = self.buffers.get(key)
         if buffer is None:
@@ -213,6 +215,7 @@ class _Index:
         buffer[1].append(row)
 
     def forget_before(self, oldest_us: int) -> None:
+        """Drop the events before a time."""
         gone = [key for key, buffer in self.buffers.items() if not _trim(buffer, oldest_us)]
         for key in gone:
             del self.buffers[key]

@@ -164,6 +164,7 @@ class _Run:
         self._undecided = 0
 
     def step(self, t_us: int, state: State) -> Iterator[MonitorEvent]:
+        """Give one state to every instance, and begin those of objects that are new."""
         before = self._instances
         self._instances = {}
         for objects in product(*map(state.members, self._sorts)):

@@ -104,6 +104,7 @@ def _comparison(comparison: model.Comparison, slots: Slots) -> StateTest:
     compare = _OPERATORS[comparison.comparator]
 
     def test(state: State, bound: Bound) -> bool | None:
+        """Compare both sides; unknown if one of them is."""
         one = other = None
         try:
             one, other = left(state, bound), right(state, bound)
@@ -131,6 +132,7 @@ def _joined(parts: tuple[StateTest, ...], *, decisive: bool) -> StateTest:
     """One part with the decisive value decides: False for a conjunction, True for a disjunction."""
 
     def test(state: State, bound: Bound) -> bool | None:
+        """Ask the parts up to the first that decides."""
         result: bool | None = not decisive
         for part in parts:
             value = part(state, bound)
@@ -153,6 +155,7 @@ def _equivalence(left: StateTest, right: StateTest) -> StateTest:
 
 def _quantified(body: StateTest, sort: str, *, decisive: bool) -> StateTest:
     def test(state: State, bound: Bound) -> bool | None:
+        """Ask for each member up to the first that decides."""
         result: bool | None = not decisive
         for member in state.members(sort):
             value = body(state, (*bound, member))
