@@ -143,14 +143,18 @@ class AnchoringUnit:
     trial_us : how long a link is a hypothesis.
     """
 
-    __slots__ = ("_anchorer", "_trials")
+    __slots__ = ("_anchorer", "_last_us", "_trials")
 
     def __init__(self, anchorer: Anchorer, *, trial_us: int = TRIAL_US) -> None:
         self._anchorer = anchorer
+        self._last_us: int | None = None
         self._trials = LinkTrials(trial_us)
 
     def update(self, sample: Sample[TrackedObjects]) -> Iterable[Sample[Anchored]]:
-        """Link one frame's objects to car symbols."""
+        """Link one frame's objects to car symbols; a frame that is sampled again says nothing new."""
+        if self._last_us is not None and sample.value.t_us <= self._last_us:
+            return ()
+        self._last_us = sample.value.t_us
         cars, link_changes = self._anchorer.observe(_observations(sample.value))
         validated, refuted = self._trials.judge(cars.t_us, link_changes)
         anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted)

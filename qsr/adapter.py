@@ -93,14 +93,18 @@ class FrameRelations:
 class RelationUnit:
     """Run a relation observer as a computational unit."""
 
-    __slots__ = ("_observer",)
+    __slots__ = ("_last_us", "_observer")
 
     def __init__(self, observer: RelationObserver) -> None:
         self._observer = observer
+        self._last_us: int | None = None
 
     def update(self, sample: Sample[HasCars]) -> Iterable[Sample[FrameRelations]]:
-        """Compute the relations among one frame's cars and say which changed."""
+        """Compute the relations among one frame's cars and say which changed; a repeated frame says nothing new."""
         value = sample.value
+        if self._last_us is not None and value.cars.t_us <= self._last_us:
+            return ()
+        self._last_us = value.cars.t_us
         changes = tuple(self._observer.observe(_footprints(value.cars)))
         relations = FrameRelations(changes, value.hypotheses, value.validated, value.refuted)
         return (Sample(sample.available_us, sample.valid_us, relations),)

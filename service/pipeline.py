@@ -63,6 +63,11 @@ class Pipeline:
     output_of: dict[str, str]
 
     @property
+    def is_shipped(self) -> bool:
+        """Whether the streams are those that come with the package."""
+        return self.kpl == shipped_kpl(self.source)
+
+    @property
     def node(self) -> Node:
         """Return the node that runs the pipeline."""
         return self.deployment.node
@@ -136,8 +141,20 @@ def _deploy(source: str, registry: Registry, kpl: KplText | None, clock: Callabl
     deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
     if not deployment.publishers(source):
         raise InputError(f"{text.name}: expected a process made of the source {source!r}, got none")
+    _refuse_gaps(text, deployment)
     output_of = {name: one.output for one_kind in (registry.sources, registry.units) for name, one in one_kind.items()}
     return Pipeline(text, deployment, source, output_of)
+
+
+def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
+    """Refuse sampling that puts `no_value` between frames: the engines take frames, not their absence."""
+    for process in deployment.node.report():
+        for label, policy in zip(process.inputs, process.policies, strict=True):
+            if "sample every" in policy and "use most recent" not in policy:
+                raise InputError(
+                    f"{text.name}: {process.label!r} reading {label!r}: "
+                    f"expected 'use most recent' with 'sample every', got {policy!r}"
+                )
 
 
 def _reasoning(network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors) -> Registry:

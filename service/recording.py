@@ -20,6 +20,7 @@ from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from qsr.changes import RelationChange
 from service.car_states import CarRows
+from service.errors import InputError
 from service.pipeline import CARS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.records import (
     ChronicleRef,
@@ -33,6 +34,8 @@ from service.records import (
     Verdict,
 )
 from service.store.log import RunWriter
+
+_RECORDED = ("recorded_frames", "recorded_cars", "recorded_relations", "recorded_verdicts", "recorded_occurrences")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +55,13 @@ class RecordedStreams:
         Raises
         ------
         InputError
-            If one of them carries other values than its name says.
+            If one of them carries other values than its name says, or a stream looks like one of them and is none.
         """
+        strange = [
+            name for name in pipeline.deployment.streams if name.startswith("recorded_") and name not in _RECORDED
+        ]
+        if strange:
+            raise InputError(f"{pipeline.kpl.name}: expected streams among {list(_RECORDED)}, got {strange[0]!r}")
         return cls(
             pipeline.deployment.streams.get("recorded_frames"),  # only their times are written, so any type will do
             pipeline.stream("recorded_cars", CARS),

@@ -275,6 +275,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     monitors : the monitors that ran beside the chronicles.
     texts : all texts that the chronicles were read from, in the order of reading: together they give the same set.
     relations : names of the relations that were watched; no other is in the log.
+    kpl : the text that declared the streams; empty for the shipped one.
     settings : the settings that differ from the defaults, as text.
     reason : why the run stopped early; empty when it finished.
     """
@@ -290,6 +291,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     monitors: tuple[MonitorRecord, ...] = ()
     texts: tuple[SourceText, ...] = ()
     relations: tuple[str, ...] = ()
+    kpl: str = ""
     settings: dict[str, str] = {}
     warnings: tuple[str, ...] = ()
     software: str = ""

@@ -148,7 +148,11 @@ def _run(
         recorder = Recorder(writer, source.network, history_us=HISTORY_US)
         recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder)
-        status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
+        try:
+            status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
+        except Exception as error:
+            recorder.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
+            raise
         writer.append_streams(stream_records(pipeline))
         recorder.finish(status, reason)
     return RunSummary(record.id, status, reason, record.warnings, meter.read(), pipeline.node.report())
@@ -217,6 +221,7 @@ def _run_record(
         texts=chronicles.texts,
         relations=watched_relations(chronicles.merged, monitors),
         monitors=monitors.records,
+        kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         warnings=(*source.warnings, *(warning.render() for warning in pipeline.deployment.warnings)),
         software=software,
     )

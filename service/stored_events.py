@@ -11,6 +11,8 @@ from operator import itemgetter
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event
+from dyknow.kpl.model import StreamDeclaration
+from dyknow.kpl.parser import parse_kpl
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import LogError
@@ -68,7 +70,7 @@ def check_watched(run: RunRecord, chronicles: ChronicleSet) -> None:
     Raises
     ------
     LogError
-        If there is such a relation.
+        If there is such a relation, or if the run recorded only some of the changes.
     """
     consumed: frozenset[str] = frozenset().union(*(plan.consumes for plan in chronicles.plans))
     missing = sorted((consumed & RANK.keys()) - set(run.relations))
@@ -77,3 +79,11 @@ def check_watched(run: RunRecord, chronicles: ChronicleSet) -> None:
             f"run {run.id!r}: expected one that watched {', '.join(missing)}, got one that watched "
             f"{', '.join(run.relations) or 'none'}; process the input again with these chronicles"
         )
+    if run.kpl and not _records_relations(run.kpl):
+        raise LogError(f"run {run.id!r}: expected all relation changes in the log, got a text in KPL that thins them")
+
+
+def _records_relations(kpl: str) -> bool:
+    """Say whether a text hands all relation changes to the log."""
+    streams = [one for one in parse_kpl(kpl).statements if isinstance(one, StreamDeclaration)]
+    return any(one.name.text == "recorded_relations" and not one.term.constraints for one in streams)

@@ -12,7 +12,7 @@ from anchoring.observations import LinkChange
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from qsr.changes import RelationChange, Value
 from qsr.settings import RelationSettings
-from service.errors import LogError
+from service.errors import InputError, LogError
 from service.monitor_files import LoadedMonitors, load_monitor_files
 from service.monitoring import TrafficMonitors
 from service.records import CarState, LinkRecord, RelationRecord, RunRecord
@@ -47,11 +47,21 @@ def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = No
     monitors = load_monitor_files(monitor_files)
     with open_log(url) as log:
         record = log.run(run)
+        _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
         _check_watched(record, monitors)
         traffic = TrafficMonitors(monitors, lag_us=RelationSettings().backdate_us)
         events = [*_replay(log, record.id, traffic), *traffic.finish()]
     return Monitored(record.id, tuple(events), traffic.report())
+
+
+def _check_complete(run: RunRecord) -> None:
+    """Refuse a run whose log may lack what monitors saw: cars that are sampled seem to come and go."""
+    if run.kpl:
+        raise InputError(
+            f"run {run.id!r}: expected one of the shipped pipeline, got one whose streams a text of its own declares; "
+            "run the monitors while processing, with --monitors"
+        )
 
 
 def _check_watched(run: RunRecord, monitors: LoadedMonitors) -> None:

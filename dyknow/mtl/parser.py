@@ -21,6 +21,9 @@ from dyknow.mtl.signature import Signature
 from dyknow.mtl.syntax_errors import describe_unexpected
 from dyknow.mtl.tree_builder import TreeBuilder, span_of
 
+# Reading, printing and progression call themselves for each operator inside another.
+_DEEPEST = 100
+
 
 def parse_formula(
     text: str, *, name: str = "formula", variables: Collection[str] = (), signature: Signature | None = None
@@ -143,4 +146,17 @@ def _parse(words: list[Token], start: str, reporter: Reporter) -> Tree[Any] | No
         at_end = token.type == "$END"
         reporter.error("F0103" if at_end else "F0102", message, span_of(previous if at_end else token), hint)
         return None
+    if _depth(tree) > _DEEPEST:
+        message = f"expected operators in one another up to {_DEEPEST} deep, got more"
+        reporter.error("F0104", message, span_of(words[0]), "give parts of it monitors of their own")
+        return None
     return tree
+
+
+def _depth(tree: Tree[Any]) -> int:
+    deepest, waiting = 0, [(tree, 1)]
+    while waiting:  # what reads the tree calls itself, so this must not
+        node, depth = waiting.pop()
+        deepest = max(deepest, depth)
+        waiting += [(child, depth + 1) for child in node.children if isinstance(child, Tree)]
+    return deepest

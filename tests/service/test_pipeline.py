@@ -8,11 +8,13 @@ from chronicles.library import load_library
 from dyknow.kpl.findings import KplError
 from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.printer import print_statement
-from service.errors import InputError
+from service.errors import InputError, LogError
 from service.pipeline import TRAJECTORIES, VIDEO, KplText, shipped_kpl, trajectory_pipeline
+from service.recognition import recognise_stored
 from service.recording import RecordedStreams
 from service.runs import RunRequest, process
 from service.store.log import open_log
+from service.stored_monitoring import monitor_log
 from tests.service.tracks import write_tracks
 
 SHIPPED = shipped_kpl(TRAJECTORIES).text
@@ -82,6 +84,37 @@ def test_recorded_stream_of_another_type_is_refused() -> None:
     text = changed(SHIPPED, "stream recorded_cars = cars;", "stream recorded_cars = relations;")
     with pytest.raises(InputError, match=r"own\.kpl: stream 'recorded_cars': expected .* Cars, got Relations"):
         deployed(text)
+
+
+def test_misspelt_stream_for_the_log_is_refused() -> None:
+    with pytest.raises(
+        InputError, match=r"own\.kpl: expected streams among \['recorded_frames', .*\], got 'recorded_autos'"
+    ):
+        deployed(changed(SHIPPED, "stream recorded_cars", "stream recorded_autos"))
+
+
+def test_sampling_that_leaves_gaps_is_refused() -> None:
+    gaps = "qsr(cars with sample every 1s, no approximation, strict order)"
+    with pytest.raises(InputError, match=r"own\.kpl: 'relations' reading 'cars': expected 'use most recent' with"):
+        deployed(changed(SHIPPED, "qsr(cars with strict order)", gaps))
+
+
+def test_sampling_faster_than_frames_come_adds_nothing(tmp_path: Path) -> None:
+    fast = "anchoring(vision_objects with sample every 10ms, use most recent, strict order)"
+    _, states, _ = run(tmp_path, None)
+    _, sampled_states, frames = run(tmp_path, changed(SHIPPED, "anchoring(vision_objects with strict order)", fast))
+    assert (sampled_states, frames) == (states, 100)
+
+
+def test_logs_that_lack_frames_are_refused_where_they_would_mislead(tmp_path: Path) -> None:
+    rules = tmp_path / "rules.monitors"
+    rules.write_text("monitor limit per ?car in Car: always speed[?car] < 15 m/s\n")
+    run(tmp_path, changed(SHIPPED, "recorded_relations = relations", "recorded_relations = relations with any change"))
+    url = f"sqlite:///{tmp_path / 'log.db'}"
+    with pytest.raises(InputError, match="expected one of the shipped pipeline"):
+        monitor_log(url, [rules])
+    with pytest.raises(LogError, match="expected all relation changes in the log"):
+        recognise_stored(url, [])
 
 
 def test_text_that_nothing_feeds_is_refused() -> None:

@@ -111,6 +111,13 @@ def test_per_sort_looks_past_the_variables_of_quantifiers() -> None:
     [
         ("p & q", "F0101", (1, 3), "expected a word of the language, got the character '&'", "write 'and'"),
         ('road = "main', "F0101", (1, 8), "got the character '\"'", 'texts start and end with " on one line'),
+        (
+            "not " * 3000 + "p",
+            "F0104",
+            (1, 1),
+            "expected operators in one another up to 100 deep",
+            "monitors of their own",
+        ),
         ("p q", "F0102", (1, 3), "expected 'and', 'or', 'implies', 'until' or the end after 'p', got 'q'", ""),
         ("alwys p", "F0102", (1, 7), "after 'alwys', got 'p'", "did you mean 'always'?"),
         ("p untill q", "F0102", (1, 3), "got 'untill'", "did you mean 'until'?"),
