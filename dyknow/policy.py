@@ -41,7 +41,7 @@ class SampleEvery:
     period_us: int
 
     def __post_init__(self) -> None:
-        if self.period_us <= 0:
+        if type(self.period_us) is not int or self.period_us <= 0:
             raise PolicyError(f"policy: the period of 'sample every' must be > 0 us, got {self.period_us!r}")
 
     def __str__(self) -> str:
@@ -83,9 +83,9 @@ class Policy:
     Raises
     ------
     PolicyError
-        If a duration is negative, if ``from_us`` is after ``to_us``, or if no sample could ever be delivered: the
-        value at a sampled time is settled by what comes after it in order, or by its delay; without order and with
-        any delay it never is.
+        If a part is of another type, if a duration is negative, if ``from_us`` is after ``to_us``, or if no sample
+        could ever be delivered: the value at a sampled time is settled by what comes after it in order, or by its
+        delay; without order and with any delay it never is.
 
     Examples
     --------
@@ -104,6 +104,13 @@ class Policy:
     order: Order = Order.ANY
 
     def __post_init__(self) -> None:
+        for family, value, kind in (
+            ("cause", self.cause, Cause),
+            ("approximation", self.approximation, Approximation),
+            ("order", self.order, Order),
+        ):
+            if not isinstance(value, kind):
+                raise PolicyError(f"policy: expected {family} to be of type {kind}, got {value!r}")
         for name, us in (("max_delay_us", self.max_delay_us), ("oldest_us", self.oldest_us)):
             if us is not None and us < 0:
                 raise PolicyError(f"policy: {name} must be None or >= 0 us, got {us!r}")

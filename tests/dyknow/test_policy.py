@@ -1,5 +1,7 @@
 """Policies: what may be asked for, and how it is written."""
 
+from typing import Any  # what a policy must not be made of
+
 import pytest
 
 from dyknow.errors import PolicyError
@@ -51,3 +53,11 @@ def test_sampling_period_must_be_positive(period_us: int) -> None:
 def test_equal_policies_are_equal() -> None:
     assert Policy(SampleEvery(5), max_delay_us=2) == Policy(SampleEvery(5), max_delay_us=2)
     assert len({Policy(AnyChange()), Policy(AnyChange()), Policy()}) == 2
+
+
+@pytest.mark.parametrize(
+    "parts", [{"order": "strict"}, {"approximation": "linear"}, {"cause": AnyChange}], ids=["order", "word", "class"]
+)
+def test_parts_of_another_type_are_refused(parts: dict[str, Any]) -> None:
+    with pytest.raises(PolicyError, match=r"policy: expected .* to be of type .*, got"):
+        Policy(**parts)
