@@ -5,7 +5,8 @@
 
 from chronicles.chronicle_set import ChronicleSet, check_texts, load, load_texts
 from chronicles.errors import ChronicleError
-from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
+from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance, TimedOut
+from chronicles.execution.columns import EventColumns
 from chronicles.recogniser import Recogniser
 from chronicles.recognition import recognise
 
@@ -13,10 +14,12 @@ __all__ = [
     "ChronicleError",
     "ChronicleSet",
     "Event",
+    "EventColumns",
     "ExpectedEvent",
     "Occurrence",
     "PartialInstance",
     "Recogniser",
+    "TimedOut",
     "check_texts",
     "load",
     "load_texts",

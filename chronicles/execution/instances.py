@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any  # states are plain data
 
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Plan
 from chronicles.execution.eager import EagerExecutor, Instance
 from chronicles.execution.held_events import Record
@@ -21,18 +20,12 @@ __all__ = ["Instance", "InstanceStore", "Layout", "Record"]
 class Layout:
     """Where the parts of an instance stand in its list."""
 
-    __slots__ = ("event_slots", "positions", "records", "slots", "times")
+    __slots__ = ("event_slots", "records", "slots")
 
     def __init__(self, plan: Plan) -> None:
-        self.positions = len(plan.positions)
         self.event_slots = plan.event_slot_count
-        self.times = 1
-        self.slots = self.times + self.positions
+        self.slots = 1 + len(plan.positions)
         self.records = self.slots + self.event_slots
-
-    def empty(self) -> Instance:
-        """Make the instance that has matched nothing."""
-        return [UNBOUNDED_US] + [None] * (2 * self.positions + self.event_slots)
 
 
 class InstanceStore:

@@ -15,7 +15,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
 from dyknow.diagnostics import Reporter, Span
-from dyknow.mtl.diagnostics import FormulaError
+from dyknow.mtl.errors import FormulaError
 from dyknow.mtl.formula import Formula, Monitor
 from dyknow.mtl.signature import Signature
 from dyknow.mtl.syntax_errors import describe_unexpected
@@ -50,7 +50,7 @@ def parse_formula(
            window=Window(start_us=0, end_us=None))
     >>> parse_formula("always[2s, 1s] green")
     Traceback (most recent call last):
-    dyknow.mtl.diagnostics.FormulaError: error[F0301]: expected an end that is not before the start 2s, got 1s
+    dyknow.mtl.errors.FormulaError: error[F0301]: expected an end that is not before the start 2s, got 1s
      --> formula:1:12
       |
     1 | always[2s, 1s] green

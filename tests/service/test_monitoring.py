@@ -8,7 +8,7 @@ import pytest
 from anchoring.adapter import TRIAL_US
 from dyknow.monitors.kinds import KindError
 from dyknow.monitors.monitors import MonitorEvent
-from dyknow.mtl.diagnostics import FormulaError
+from dyknow.mtl.errors import FormulaError
 from qsr.changes import RelationChange, Value
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings

@@ -11,7 +11,7 @@ from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError
 from service.pipeline import TRAJECTORIES, VIDEO, KplText, shipped_kpl, trajectory_pipeline
 from service.recognition import recognise_stored
-from service.recording import RecordedStreams
+from service.recording import RecordedStreams, Recorder
 from service.runs import RunRequest, process
 from service.store.log import open_log
 from service.stored_monitoring import monitor_log
@@ -104,6 +104,29 @@ def test_sampling_faster_than_frames_come_adds_nothing(tmp_path: Path) -> None:
     _, states, _ = run(tmp_path, None)
     _, sampled_states, frames = run(tmp_path, changed(SHIPPED, "anchoring(vision_objects with strict order)", fast))
     assert (sampled_states, frames) == (states, 100)
+
+
+def test_relations_of_a_repeated_frame_are_told_once(tmp_path: Path) -> None:
+    fast = "qsr(cars with sample every 10ms, use most recent, strict order)"
+    tracks = write_tracks(tmp_path / "tracks.csv", frames=100)
+    kpl = tmp_path / "own.kpl"
+    kpl.write_text(changed(SHIPPED, "qsr(cars with strict order)", fast))
+    log_url = f"sqlite:///{tmp_path / 'log.db'}"
+    summary = process(RunRequest(input=tracks, site=None, log_url=log_url, kpl_file=kpl))
+    assert {one.label: one.published for one in summary.streams}["relations"] == 100
+
+
+def test_run_that_fails_by_a_fault_of_ours_says_so_in_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(recorder: Recorder, sample: object) -> None:
+        raise RuntimeError("no such luck")
+
+    monkeypatch.setattr(Recorder, "_record_cars", fail)
+    with pytest.raises(RuntimeError, match="no such luck"):
+        run(tmp_path, None)
+    with open_log(f"sqlite:///{tmp_path / 'log.db'}") as log:
+        [broken] = log.runs()
+    assert broken.status == "broken"
+    assert "input at 0 us: expected to go on to its end, got RuntimeError('no such luck')" in broken.reason
 
 
 def test_logs_that_lack_frames_are_refused_where_they_would_mislead(tmp_path: Path) -> None:

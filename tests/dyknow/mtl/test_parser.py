@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from dyknow.mtl.diagnostics import FormulaError
+from dyknow.mtl.errors import FormulaError
 from dyknow.mtl.formula import And, Formula, Monitor, Not, Quantified, Subject, Truth, Variable
 from dyknow.mtl.parser import parse_formula, parse_monitors
 from dyknow.mtl.printer import print_formula, print_monitors
