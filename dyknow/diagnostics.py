@@ -14,6 +14,7 @@ from typing import NamedTuple
 from dyknow.errors import DyKnowError
 
 _FEW = 6
+_WIDEST = 120  # characters of a source line that are shown
 
 
 class Span(NamedTuple):
@@ -58,8 +59,8 @@ class Diagnostic:
           = help: did you mean 'speed'?
         """
         margin = " " * len(str(self.line))
-        shown = self.source_line.replace("\t", " ")
-        carets = " " * (self.column - 1) + "^" * max(1, self.end_column - self.column)
+        shown, column = _window(self.source_line, self.column)
+        carets = (" " * (column - 1) + "^" * max(1, self.end_column - self.column))[:_WIDEST]
         lines = [
             f"{self.severity}[{self.code}]: {self.message}",
             f"{margin}--> {self.name}:{self.line}:{self.column}",
@@ -70,6 +71,13 @@ class Diagnostic:
         if self.hint:
             lines.append(f"{margin} = help: {self.hint}")
         return "\n".join(lines)
+
+
+def _window(line: str, column: int) -> tuple[str, int]:
+    """Cut the part around a column out of a long line, for people to see; say which column of the part that is."""
+    clean = "".join(one if one.isprintable() else " " for one in line)
+    start = 0 if len(line) <= _WIDEST else max(0, column - 1 - _WIDEST // 2)
+    return clean[start : start + _WIDEST], column - start
 
 
 class TextError(DyKnowError):

@@ -34,8 +34,17 @@ class UnitSignature:
     factory: UnitFactory
 
 
+@dataclass(frozen=True, slots=True)
+class ConfigurationSignature:
+    """Name code that creates and removes processes, the type of its input, and what makes one."""
+
+    name: str
+    input: str
+    factory: UnitFactory
+
+
 class Registry:
-    """Hold the sources and units of a host by name.
+    """Hold the sources, units and configurations of a host by name.
 
     Examples
     --------
@@ -56,6 +65,7 @@ class Registry:
     def __init__(self) -> None:
         self._sources: dict[str, SourceSignature] = {}
         self._units: dict[str, UnitSignature] = {}
+        self._configurations: dict[str, ConfigurationSignature] = {}
 
     @property
     def sources(self) -> Mapping[str, SourceSignature]:
@@ -66,6 +76,11 @@ class Registry:
     def units(self) -> Mapping[str, UnitSignature]:
         """Return the units by name, in the order in which they were registered."""
         return MappingProxyType(self._units)
+
+    @property
+    def configurations(self) -> Mapping[str, ConfigurationSignature]:
+        """Return the configurations by name, in the order in which they were registered."""
+        return MappingProxyType(self._configurations)
 
     def source(self, name: str, *, output: str) -> None:
         """Register a source: the host publishes values of type ``output`` to streams made of it.
@@ -94,6 +109,38 @@ class Registry:
             """Bind the factory, and give it back as it is."""
             self._refuse_taken(name)
             self._units[name] = UnitSignature(name, inputs, output, factory)
+            return factory
+
+        return register
+
+    def configuration(self, name: str, *, input: str) -> Callable[[_Factory], _Factory]:  # noqa: A002 - as in KPL
+        """Register what makes configurations of this name: objects with ``wanted(value)`` and ``build(node, key)``.
+
+        Both are as `Node.add_configuration` takes them; ``input`` is the type of the values.
+
+        Raises
+        ------
+        RegistryError
+            If a source, unit or configuration has this name.
+
+        Examples
+        --------
+        >>> registry = Registry()
+        >>> @registry.configuration("followed", input="set(string)")
+        ... class Followed:
+        ...     def wanted(self, value):
+        ...         return sorted(value)
+        ...     def build(self, node, key):
+        ...         node.add_source(f"pos[{key}]")
+        >>> registry.configurations["followed"].input
+        'set(string)'
+        """
+        self._refuse_taken(name)
+
+        def register(factory: _Factory) -> _Factory:
+            """Bind the factory, and give it back as it is."""
+            self._refuse_taken(name)
+            self._configurations[name] = ConfigurationSignature(name, input, factory)
             return factory
 
         return register
@@ -128,9 +175,19 @@ class Registry:
         """
         return self.unit_named(name).factory()
 
+    def create_configuration(self, name: str) -> Any:  # Any: see UnitFactory
+        """Make a new configuration.
+
+        Raises
+        ------
+        RegistryError
+            If there is none of this name.
+        """
+        return _find(self._configurations, "configuration", name).factory()
+
     def _refuse_taken(self, name: str) -> None:
-        if name in self._sources or name in self._units:
-            raise RegistryError(f"{name!r}: expected a new name for a source or unit, got one that is in use")
+        if name in self._sources or name in self._units or name in self._configurations:
+            raise RegistryError(f"{name!r}: expected a new name for host code, got one that is in use")
 
 
 _Signature = TypeVar("_Signature")

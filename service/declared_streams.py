@@ -5,7 +5,8 @@ from pathlib import Path
 from msgspec import Struct
 
 from dyknow.kpl.checks import check_kpl
-from dyknow.kpl.model import GeneratorDeclaration, Term
+from dyknow.kpl.loader import made_of
+from dyknow.kpl.model import ConfigureDeclaration, MediationDeclaration, Process, Term
 from dyknow.kpl.policies import policy_of
 from dyknow.kpl.vocabulary import Vocabulary
 from service.chronicle_files import read_text
@@ -69,14 +70,25 @@ def read_declared_streams(path: Path | None = None) -> DeclaredStreams:
     )
 
 
-def _process(declared: GeneratorDeclaration, vocabulary: Vocabulary) -> ProcessRecord:
+def _process(declared: Process, vocabulary: Vocabulary) -> ProcessRecord:
+    is_configuration = isinstance(declared, ConfigureDeclaration)
     return ProcessRecord(
         label=str(declared.label),
-        kind="refinement" if declared.inputs else "source",
-        made_of=declared.function.text,
-        type=str(vocabulary.functions[declared.function.text].type),
+        kind=_kind(declared),
+        made_of=made_of(declared),
+        type="" if is_configuration else str(vocabulary.output_of(vocabulary.processes[str(declared.label)])),
         inputs=tuple(StreamInput(str(term.label), _policy(term)) for term in declared.inputs),
     )
+
+
+def _kind(declared: Process) -> str:
+    match declared:
+        case MediationDeclaration(kind=kind):
+            return kind.value
+        case ConfigureDeclaration():
+            return "configuration"
+        case _:
+            return "refinement" if declared.inputs else "source"
 
 
 def _policy(term: Term) -> str:

@@ -12,23 +12,34 @@ from service.records import ProcessRecord, StreamInput, StreamRecord
 from service.store.log import open_log
 
 
+class RanStream(StreamRecord, frozen=True, kw_only=True):
+    """What one process and its stream did in a run, and what that cost.
+
+    Attributes
+    ----------
+    busy_us : time spent in the code of the process, by a clock; None in logs from before it was kept.
+    """
+
+    busy_us: int | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class StoredStreams:
     """Hold the report of a run, inputs before what reads them."""
 
     run: str
-    streams: tuple[StreamRecord, ...]
+    streams: tuple[RanStream, ...]
 
 
 def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
     """Describe every process of a pipeline, for the log."""
-    made_of = pipeline.deployment.made_of
+    deployment = pipeline.deployment
     return tuple(
         StreamRecord(
             label=report.label,
             kind=report.kind,
-            made_of=made_of[report.label],
-            type=pipeline.output_of[made_of[report.label]],
+            made_of=deployment.made_of.get(report.label, ""),  # none if a configuration has created it
+            type=_type(report.label, pipeline),
             inputs=tuple(map(StreamInput, report.inputs, report.policies)),
             waiting_for=report.waiting_for,
             published=report.published,
@@ -46,6 +57,17 @@ def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
     )
 
 
+def _type(label: str, pipeline: Pipeline) -> str:
+    """Name the type of a label as the host does; what is no host code has the type that the text says, or none."""
+    made_of = pipeline.deployment.made_of.get(label, "")
+    return pipeline.output_of.get(made_of) or pipeline.deployment.types.get(label, "")
+
+
+def stream_costs(pipeline: Pipeline) -> dict[str, int]:
+    """Give the microseconds that each process of a pipeline took, by label, for the log."""
+    return {report.label: report.busy_ns // 1_000 for report in pipeline.node.report()}
+
+
 def read_streams(url: str, *, run: str | None = None) -> StoredStreams:
     """Read the report of a run.
 
@@ -60,13 +82,13 @@ def read_streams(url: str, *, run: str | None = None) -> StoredStreams:
     """
     with open_log(url) as log:
         record = log.run(run)
-        streams = log.streams(record.id)
+        streams, costs = log.streams(record.id), log.costs(record.id)
     if not streams:
         raise NotInLogError(
             f"run {record.id!r}: expected a report of its streams, got none with status {record.status!r}; "
             "it is written when a run ends, so process the input again"
         )
-    return StoredStreams(record.id, streams)
+    return StoredStreams(record.id, tuple(RanStream(**asdict(one), busy_us=costs.get(one.label)) for one in streams))
 
 
 def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:
@@ -75,7 +97,7 @@ def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:
 
 
 def _report(process: ProcessRecord) -> StreamReport:
-    stream = StreamRecord(**asdict(process))
+    stream = RanStream(**asdict(process))
     return StreamReport(
         label=stream.label,
         kind=stream.kind,
@@ -92,5 +114,5 @@ def _report(process: ProcessRecord) -> StreamReport:
         last_valid_us=stream.last_valid_us,
         last_value=stream.last_value,
         updates=stream.updates,
-        busy_ns=0,
+        busy_ns=1_000 * (stream.busy_us or 0),
     )

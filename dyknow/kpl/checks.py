@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from graphlib import CycleError, TopologicalSorter
+from graphlib import TopologicalSorter
 
 from dyknow.diagnostics import Diagnostic, Reporter
 from dyknow.kpl import model
-from dyknow.kpl.findings import KplError
+from dyknow.kpl.cycles import take_out_cycles
+from dyknow.kpl.doubts import doubt
+from dyknow.kpl.findings import KplError, normalised
 from dyknow.kpl.parser import read_statements
 from dyknow.kpl.policies import check_policy
+from dyknow.kpl.terms import policies_of
 from dyknow.kpl.type_checks import check_declarations, check_process, check_term
 from dyknow.kpl.vocabulary import Vocabulary
+
+_LONGEST_CYCLE = 10  # labels that a message names
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,13 +26,13 @@ class Checked:
     Attributes
     ----------
     vocabulary : its declarations by name.
-    processes : its processes, inputs before what reads them.
+    processes : its processes, inputs before what reads them, configurations last.
     warnings : what is allowed but probably not meant.
     """
 
     specification: model.Specification
     vocabulary: Vocabulary
-    processes: tuple[model.GeneratorDeclaration, ...]
+    processes: tuple[model.Process, ...]
     warnings: tuple[Diagnostic, ...]
 
 
@@ -59,55 +63,36 @@ def check_kpl(text: str, *, name: str = "kpl") -> Checked:
       |                                 ^^^
       = help: did you mean 'gps'?
     """
-    reporter = Reporter(text, name, KplError)
+    reporter = Reporter(normalised(text), name, KplError)
     specification, doubtful = read_statements(text, reporter)
     vocabulary = Vocabulary(specification, reporter, doubtful)
     check_declarations(specification, vocabulary, reporter)
     for statement in specification.statements:
-        if isinstance(statement, model.GeneratorDeclaration):
+        if isinstance(statement, model.Process):
             check_process(statement, vocabulary, reporter)
         elif isinstance(statement, model.StreamDeclaration):
             check_term(statement.term, vocabulary, reporter)
-    for term in terms_of(specification):
-        check_policy(term.constraints, reporter)
+    for constraints in policies_of(specification):
+        check_policy(constraints, reporter)
     processes = _inputs_first(vocabulary, reporter)
     reporter.raise_if_any()
-    _doubt_unread(specification, vocabulary, reporter)
+    doubt(specification, vocabulary, reporter)
     return Checked(specification, vocabulary, processes, reporter.warnings)
 
 
-def terms_of(specification: model.Specification) -> Iterator[model.Term]:
-    """Give every place where the stream of a process is read, in the order of the text."""
-    for statement in specification.statements:
-        if isinstance(statement, model.GeneratorDeclaration):
-            yield from statement.inputs
-        elif isinstance(statement, model.StreamDeclaration):
-            yield statement.term
+def _inputs_first(vocabulary: Vocabulary, reporter: Reporter) -> tuple[model.Process, ...]:
+    """Sort the processes so that each comes after what it reads; report every cycle.
 
-
-def _inputs_first(vocabulary: Vocabulary, reporter: Reporter) -> tuple[model.GeneratorDeclaration, ...]:
-    """Sort the processes so that each comes after what it reads; report every cycle."""
+    Configurations come last: nobody reads them, and what they create at once may read everything else.
+    """
     processes = vocabulary.processes
     inputs = {  # lists without repetition, not sets: the order of creation must not depend on hashes
         label: [one for one in dict.fromkeys(str(term.label) for term in process.inputs) if one in processes]
         for label, process in processes.items()
     }
-    while True:
-        try:
-            return tuple(processes[label] for label in TopologicalSorter(inputs).static_order())
-        except CycleError as found:
-            cycle: list[str] = found.args[1]  # each is read by the next; the last is the first
-            inputs[cycle[1]].remove(cycle[0])
-            order = list(processes)
-            start = min(range(1, len(cycle)), key=lambda index: order.index(cycle[index]))
-            path = " -> ".join([*cycle[start:], *cycle[1 : start + 1]])
-            message = f"expected a label that does not read itself, got the cycle {path}"
-            reporter.error("K0501", message, processes[cycle[start]].label.span)
-
-
-def _doubt_unread(specification: model.Specification, vocabulary: Vocabulary, reporter: Reporter) -> None:
-    read = {str(term.label) for term in terms_of(specification)}
-    for label, process in vocabulary.processes.items():
-        if label not in read:
-            hint = f"stream NAME = {label}; hands it to the host"
-            reporter.warning("K0601", f"label {label!r} is read by no unit and no stream", process.label.span, hint)
+    for cycle in take_out_cycles(inputs):
+        first, *others = cycle if len(cycle) <= _LONGEST_CYCLE else [*cycle[: _LONGEST_CYCLE - 1], "..."]
+        path = " -> ".join([first, *others, first])
+        message = f"expected a label that does not read itself, got the cycle {path}"
+        reporter.error("K0501", message, processes[cycle[0]].label.span)
+    return (*(processes[label] for label in TopologicalSorter(inputs).static_order()), *vocabulary.configures.values())

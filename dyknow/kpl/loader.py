@@ -7,19 +7,20 @@ called once for every process, so two processes never share a unit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from dyknow.diagnostics import Diagnostic, Reporter, suggest
+from dyknow.diagnostics import Diagnostic, Reporter
 from dyknow.kpl import model
-from dyknow.kpl.checks import Checked, check_kpl, terms_of
-from dyknow.kpl.findings import KplError
+from dyknow.kpl.checks import Checked, check_kpl
+from dyknow.kpl.findings import KplError, normalised, shown
 from dyknow.kpl.model import ConstraintKind
 from dyknow.kpl.parser import parse_type
 from dyknow.kpl.policies import policy_of
 from dyknow.kpl.printer import print_statement
-from dyknow.kpl.vocabulary import Function
+from dyknow.kpl.terms import terms_of
+from dyknow.kpl.type_checks import types_in
 from dyknow.node import Node
 from dyknow.policy import Policy
 from dyknow.pull_stream import Stream, WhenFull
@@ -57,7 +58,9 @@ class Deployment:
     Attributes
     ----------
     node : the node.
-    made_of : the label of each process with the name of its source or unit, inputs before what reads them.
+    made_of : the label of each process with the name of its source, unit or configuration, or the kind of mediation;
+        inputs before what reads them, configurations last.
+    types : the label of each process with the type of its values, in the words of KPL; configurations have none.
     sources : where the host publishes, by label.
     streams : what the host reads, by name.
     warnings : see `dyknow.kpl.checks.Checked`.
@@ -65,13 +68,14 @@ class Deployment:
 
     node: Node
     made_of: Mapping[str, str]
+    types: Mapping[str, str]
     sources: Mapping[str, StreamGenerator]
     streams: Mapping[str, DeclaredStream]
     warnings: tuple[Diagnostic, ...]
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Return the labels of all processes, inputs before what reads them."""
+        """Return the labels of all processes of the text, inputs before what reads them, configurations last."""
         return tuple(self.made_of)
 
     def publishers(self, source: str) -> tuple[StreamGenerator, ...]:
@@ -79,7 +83,10 @@ class Deployment:
         return tuple(stream for label, stream in self.sources.items() if self.made_of[label] == source)
 
     def remove(self) -> None:
-        """Remove every process of the text from the node, readers before what they read."""
+        """Remove every process of the text from the node, readers before what they read.
+
+        Configurations go first, and with each what it has created.
+        """
         for label in reversed(self.labels):
             self.node.remove(label)
 
@@ -128,29 +135,43 @@ def load_kpl(text: str, registry: Registry, node: Node, *, name: str = "kpl") ->
     [(0, False), (2, True), (4, False)]
     """
     checked = check_kpl(text, name=name)
-    reporter = Reporter(text, name, KplError)
+    reporter = Reporter(normalised(text), name, KplError)
     _check_host_code(checked, registry, reporter)
     _check_labels(checked, node, reporter)
     reporter.raise_if_any()
     return _deploy(checked, registry, node)
 
 
+_HostCode = model.SourceDeclaration | model.UnitDeclaration | model.ConfigurationDeclaration
+
+
 def _check_host_code(checked: Checked, registry: Registry, reporter: Reporter) -> None:
-    for name, declared in checked.vocabulary.functions.items():
-        is_source = isinstance(declared, model.SourceDeclaration)
-        offered = registry.sources if is_source else registry.units
+    declared: dict[str, _HostCode] = {**checked.vocabulary.functions, **checked.vocabulary.configurations}
+    for name, statement in declared.items():
+        kind, offered = _offered(statement, registry)
         if name in offered:
-            _check_signature(declared, _as_registered(name, registry), checked, reporter)
+            _check_signature(statement, _as_registered(name, registry), checked, reporter)
         else:
-            kind = "source" if is_source else "unit"
-            message = f"expected a {kind} that the host offers, got {name!r}"
-            reporter.error("K0701", message, declared.name.span, suggest(name, offered))
+            message = f"expected a {kind} that the host offers, got {shown(name)}"
+            reporter.error("K0701", message, statement.name.span, checked.vocabulary.nearest(name, offered))
 
 
-def _as_registered(name: str, registry: Registry) -> Function:
-    """Write the signature of a source or unit as the statement that would declare it."""
+def _offered(statement: _HostCode, registry: Registry) -> tuple[str, Mapping[str, object]]:
+    match statement:
+        case model.SourceDeclaration():
+            return "source", registry.sources
+        case model.UnitDeclaration():
+            return "unit", registry.units
+        case _:
+            return "configuration", registry.configurations
+
+
+def _as_registered(name: str, registry: Registry) -> _HostCode:
+    """Write the signature of host code as the statement that would declare it."""
     if name in registry.sources:
         return model.SourceDeclaration(_type(registry.sources[name].output, name), model.Name(name))
+    if name in registry.configurations:
+        return model.ConfigurationDeclaration(model.Name(name), _type(registry.configurations[name].input, name))
     unit = registry.units[name]
     inputs = tuple(_type(text, name) for text in unit.inputs)
     return model.UnitDeclaration(_type(unit.output, name), model.Name(name), inputs)
@@ -160,77 +181,116 @@ def _type(text: str, name: str) -> model.Type:
     return parse_type(text, name=f"type of {name} in the registry")
 
 
-def _check_signature(
-    declared: Function,
-    registered: Function,
-    checked: Checked,
-    reporter: Reporter,
-) -> None:
-    theirs, ours = _types_of(registered), _types_of(declared)
+def _check_signature(declared: _HostCode, registered: _HostCode, checked: Checked, reporter: Reporter) -> None:
+    theirs, ours = types_in(registered), types_in(declared)
     if len(theirs) != len(ours) or not all(map(checked.vocabulary.are_same, theirs, ours)):
         message = f"expected {print_statement(registered)!r} as the host has it, got {print_statement(declared)!r}"
         reporter.error("K0702", message, declared.name.span)
 
 
-def _types_of(function: Function) -> tuple[model.Type, ...]:
-    inputs = function.inputs if isinstance(function, model.UnitDeclaration) else ()
-    return (function.type, *inputs)
-
-
 def _check_labels(checked: Checked, node: Node, reporter: Reporter) -> None:
     for process in checked.processes:
         if str(process.label) in node:
-            message = f"expected a label that is new in the node, got {str(process.label)!r}"
+            message = f"expected a label that is new in the node, got {shown(str(process.label))}"
             reporter.error("K0703", message, process.label.span)
 
 
 def _deploy(checked: Checked, registry: Registry, node: Node) -> Deployment:
-    generators: dict[str, StreamGenerator] = {}
-    oldest_us = _oldest_us(checked)
+    created: list[str] = []
+    stored_us = _stored_us(checked)
     try:
         for process in checked.processes:
             label = str(process.label)
-            generators[label] = _create(process, registry, node)
-            if label in oldest_us:
-                generators[label].remember(oldest_us[label])
+            _create(process, registry, node)
+            created.append(label)
+            if label in stored_us:
+                node.stream(label).remember(stored_us[label])
     except BaseException:
-        for label in reversed(generators):
+        for label in reversed(created):
             node.remove(label)
         raise
-    streams = {
-        name: _declared_stream(declared, generators[str(declared.term.label)])
-        for name, declared in checked.vocabulary.streams.items()
-    }
-    sources = {str(one.label): generators[str(one.label)] for one in checked.processes if not one.inputs}
+    streams = {name: _declared_stream(one, node) for name, one in checked.vocabulary.streams.items()}
+    sources = {label: node.stream(label) for label in _sources(checked)}
     return Deployment(
         node,
-        made_of=MappingProxyType({str(one.label): one.function.text for one in checked.processes}),
+        made_of=MappingProxyType({str(one.label): made_of(one) for one in checked.processes}),
+        types=MappingProxyType(dict(_output_types(checked))),
         sources=MappingProxyType(sources),
         streams=MappingProxyType(streams),
         warnings=checked.warnings,
     )
 
 
-def _create(process: model.GeneratorDeclaration, registry: Registry, node: Node) -> StreamGenerator:
+def made_of(process: model.Process) -> str:
+    """Name the source, unit or configuration of a process, or the kind of a mediation.
+
+    Examples
+    --------
+    >>> [made_of(one) for one in check_kpl("source int gps; strmgen pos = gps; stream seen = pos;").processes]
+    ['gps']
+    """
+    return process.kind.value if isinstance(process, model.MediationDeclaration) else process.function.text
+
+
+def _create(process: model.Process, registry: Registry, node: Node) -> None:
     label = str(process.label)
-    if not process.inputs:
-        return node.add_source(label)
-    unit = registry.create(process.function.text)
     labels = tuple(str(term.label) for term in process.inputs)
     policies = tuple(policy_of(term.constraints) for term in process.inputs)
-    return node.add_refinement(label, unit, of=labels, policy=policies).output
+    match process:
+        case model.MediationDeclaration(kind=kind, constraints=constraints):
+            node.add_mediation(label, kind, control=labels[0], policy=policy_of(constraints))
+        case model.ConfigureDeclaration(function=name):
+            code = registry.create_configuration(name.text)
+            node.add_configuration(label, of=labels[0], wanted=code.wanted, build=code.build, policy=policies[0])
+        case model.GeneratorDeclaration(inputs=()):
+            node.add_source(label)
+        case model.GeneratorDeclaration(function=name):
+            node.add_refinement(label, registry.create(name.text), of=labels, policy=policies)
 
 
-def _declared_stream(declared: model.StreamDeclaration, generator: StreamGenerator) -> DeclaredStream:
-    return DeclaredStream(declared.name.text, generator.label, policy_of(declared.term.constraints), generator)
+def _declared_stream(declared: model.StreamDeclaration, node: Node) -> DeclaredStream:
+    label = str(declared.term.label)
+    return DeclaredStream(declared.name.text, label, policy_of(declared.term.constraints), node.stream(label))
 
 
-def _oldest_us(checked: Checked) -> dict[str, int]:
-    """Find how long each label's samples must be stored for those that ask for the oldest."""
+def _sources(checked: Checked) -> Iterator[str]:
+    for process in checked.processes:
+        if isinstance(process, model.GeneratorDeclaration) and not process.inputs:
+            yield str(process.label)
+
+
+def _output_types(checked: Checked) -> Iterator[tuple[str, str]]:
+    for label, process in checked.vocabulary.processes.items():
+        output = checked.vocabulary.output_of(process)
+        assert output is not None, "a checked process runs declared code"
+        yield label, str(output)
+
+
+def _stored_us(checked: Checked) -> dict[str, int]:
+    """Find how long each label's samples must be stored for those that ask for the oldest.
+
+    A mediation may be told to pass on any label of its type. At least a microsecond is stored: `oldest 0s` asks for
+    what is valid just now.
+    """
     stored_us: dict[str, int] = {}
-    for term in terms_of(checked.specification):
-        for constraint in term.constraints:
-            if constraint.kind is ConstraintKind.OLDEST and constraint.us:
-                label = str(term.label)
-                stored_us[label] = max(stored_us.get(label, 0), constraint.us)
+    for label, constraints in _readings(checked):
+        for constraint in constraints:
+            if constraint.kind is ConstraintKind.OLDEST:
+                stored_us[label] = max(stored_us.get(label, 0), constraint.us or 1)
     return stored_us
+
+
+def _asks_for_oldest(constraints: tuple[model.Constraint, ...]) -> bool:
+    return any(constraint.kind is ConstraintKind.OLDEST for constraint in constraints)
+
+
+def _readings(checked: Checked) -> Iterator[tuple[str, tuple[model.Constraint, ...]]]:
+    for term in terms_of(checked.specification):
+        yield str(term.label), term.constraints
+    vocabulary = checked.vocabulary
+    for mediation in vocabulary.processes.values():
+        if isinstance(mediation, model.MediationDeclaration) and _asks_for_oldest(mediation.constraints):
+            for label, process in vocabulary.processes.items():
+                output = vocabulary.output_of(process)
+                if output is not None and vocabulary.are_same(mediation.type, output):
+                    yield label, mediation.constraints

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from dyknow.diagnostics import Span
+from dyknow.mediation import MediationKind
 
 _NOWHERE = Span(1, 1, 1, 2)
 
@@ -54,7 +55,17 @@ class SetType:
         return f"set({self.element})"
 
 
-Type = NamedType | TupleType | SetType
+@dataclass(frozen=True, slots=True)
+class CollectedType:
+    """Describe values that come with the label of the stream they were taken from."""
+
+    value: Type
+
+    def __str__(self) -> str:
+        return f"collected({self.value})"
+
+
+Type = NamedType | TupleType | SetType | CollectedType
 
 
 class ConstraintKind(Enum):
@@ -171,12 +182,62 @@ class UnitDeclaration:
 
 
 @dataclass(frozen=True, slots=True)
+class ConfigurationDeclaration:
+    """Name code of the host that creates and removes processes, and the type of its input."""
+
+    name: Name
+    input: Type
+
+
+@dataclass(frozen=True, slots=True)
 class GeneratorDeclaration:
     """Create a process: `function` names a source if there are no inputs, a unit otherwise."""
 
     label: Label
     function: Name
     inputs: tuple[Term, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MediationDeclaration:
+    """Create a process that passes on the streams whose labels a control stream names.
+
+    Attributes
+    ----------
+    type : what the streams carry that are passed on.
+    constraints : under which each of them is read.
+    control : the stream of sets of labels, read as it is.
+    """
+
+    label: Label
+    kind: MediationKind
+    type: Type
+    constraints: tuple[Constraint, ...]
+    control: Term
+
+    @property
+    def inputs(self) -> tuple[Term, ...]:
+        """Return what the text says that the process reads: the control stream."""
+        return (self.control,)
+
+    @property
+    def output(self) -> Type:
+        """Return what the stream of the process carries."""
+        return self.type if self.kind is MediationKind.SELECTION else CollectedType(self.type)
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigureDeclaration:
+    """Create a process that runs a configuration of the host; its label has no values."""
+
+    label: Label
+    function: Name
+    input: Term
+
+    @property
+    def inputs(self) -> tuple[Term, ...]:
+        """Return the one stream that the process reads."""
+        return (self.input,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,13 +248,16 @@ class StreamDeclaration:
     term: Term
 
 
+Producer = GeneratorDeclaration | MediationDeclaration  # processes with values
+Process = Producer | ConfigureDeclaration
 Statement = (
     SortDeclaration
     | ObjectDeclaration
     | FeatureDeclaration
     | SourceDeclaration
     | UnitDeclaration
-    | GeneratorDeclaration
+    | ConfigurationDeclaration
+    | Process
     | StreamDeclaration
 )
 

@@ -17,8 +17,8 @@ from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from dyknow.diagnostics import Reporter, Span
 from dyknow.kpl import model
-from dyknow.kpl.findings import KplError
-from dyknow.kpl.syntax_errors import STATEMENT_WORDS, describe_unexpected
+from dyknow.kpl.findings import KplError, normalised
+from dyknow.kpl.syntax_errors import STATEMENT_WORDS, describe_unexpected, hint_on_character
 from dyknow.kpl.tree_builder import TreeBuilder, span_of
 
 _STATEMENT_KINDS = frozenset(word.upper() for word in STATEMENT_WORDS)
@@ -54,7 +54,7 @@ def parse_kpl(text: str, *, name: str = "kpl") -> model.Specification:
       |                               ^^^^
       = help: did you mean 'every'?
     """
-    reporter = Reporter(text, name, KplError)
+    reporter = Reporter(normalised(text), name, KplError)
     specification, _ = read_statements(text, reporter)
     reporter.raise_if_any()
     return specification
@@ -112,7 +112,7 @@ def parse_type(text: str, *, name: str = "type") -> model.Type:
     >>> str(parse_type("set(<float,float>)"))
     'set(<float, float>)'
     """
-    reporter = Reporter(text, name, KplError)
+    reporter = Reporter(normalised(text), name, KplError)
     tree = _parse(_read_words(text, reporter), "type", reporter)
     type_ = TreeBuilder(reporter).type(tree) if tree is not None else None
     reporter.raise_if_any()
@@ -129,11 +129,11 @@ def _grammar() -> Lark:
 
 def _read_words(text: str, reporter: Reporter) -> list[Token]:
     """Cut a text into words; each kind of character that no word has is reported once."""
-    words = list(_grammar().lex(text))
+    words = list(_grammar().lex(normalised(text)))
     strange = {str(word): word for word in reversed(words) if word.type == "STRANGE"}
     for bad, word in strange.items():
-        hint = {"{": "labels have their arguments in [ ]", ":": "statements give a name by '='"}.get(bad, "")
-        reporter.error("K0101", f"expected a word of the language, got the character {bad!r}", span_of(word), hint)
+        message = f"expected a word of the language, got the character {bad!r}"
+        reporter.error("K0101", message, span_of(word), hint_on_character(bad))
     return words
 
 

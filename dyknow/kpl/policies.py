@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from dyknow.diagnostics import Reporter
 from dyknow.durations import format_duration
-from dyknow.kpl.findings import KplError
+from dyknow.kpl.findings import KplError, normalised
 from dyknow.kpl.model import Constraint, ConstraintKind
 from dyknow.kpl.parser import read_constraints
 from dyknow.policy import AnyChange, AnyUpdate, Approximation, Cause, Order, Policy, SampleEvery
@@ -30,6 +30,7 @@ def parse_policy(text: str, *, name: str = "policy") -> Policy:
     Policy(cause=AnyChange(), approximation=<Approximation.NONE: 'no approximation'>, max_delay_us=2000000,
            from_us=None, to_us=None, oldest_us=None, order=<Order.ANY: 'any order'>)
     """
+    text = normalised(text)
     reporter = Reporter(text, name, KplError)
     constraints = read_constraints(text, reporter)
     check_policy(constraints, reporter)
@@ -95,10 +96,7 @@ def _check_sampling(cause: Constraint, written: dict[str, Constraint], reporter:
     order = written.get("order")
     if not cause.us:
         reporter.error("K0402", "expected a period longer than 0s, got 0s", cause.span)
-    if delay is not None and delay.us == 0:
-        message = "expected a delay that leaves time to settle sampled values, got 0s"
-        reporter.error("K0403", message, delay.span, "allow a delay of a period of the input or more")
-    elif (delay is None or delay.us is None) and (order is None or order.kind is ConstraintKind.ANY_ORDER):
+    if (delay is None or delay.us is None) and (order is None or order.kind is ConstraintKind.ANY_ORDER):
         message = "expected 'max delay' or an order, or no sampled value is ever settled, got neither"
         reporter.error("K0404", message, cause.span, "add 'strict order', or a delay such as 'max delay 400ms'")
 

@@ -46,6 +46,12 @@ def print_statement(statement: model.Statement) -> str:  # noqa: PLR0911 - one f
             return f"source {type_} {name}"
         case model.UnitDeclaration(type_, name, inputs):
             return f"compunit {type_} {name}({_list(inputs)})"
+        case model.ConfigurationDeclaration(name, input_):
+            return f"configuration {name}({input_})"
+        case model.MediationDeclaration(label, kind, type_, constraints, control):
+            return f"strmgen {label} = {kind.value} of {type_}{_with(constraints)} by {_term(control)}"
+        case model.ConfigureDeclaration(label, function, input_):
+            return f"configure {label} = {function}({_term(input_)})"
         case model.GeneratorDeclaration(label, function, inputs):
             arguments = f"({', '.join(map(_term, inputs))})" if inputs else ""
             return f"strmgen {label} = {function}{arguments}"
@@ -84,7 +90,11 @@ def _constraint(constraint: Constraint) -> str:
 
 
 def _term(term: model.Term) -> str:
-    return f"{term.label} with {print_constraints(term.constraints)}" if term.constraints else str(term.label)
+    return f"{term.label}{_with(term.constraints)}"
+
+
+def _with(constraints: Sequence[Constraint]) -> str:
+    return f" with {print_constraints(constraints)}" if constraints else ""
 
 
 def _list(parts: Sequence[model.Name | model.Type]) -> str:

@@ -10,10 +10,13 @@ from lark import Token, Tree
 from dyknow.diagnostics import Reporter, Span
 from dyknow.durations import LARGEST_US, US_PER_UNIT, to_us
 from dyknow.kpl import model
+from dyknow.kpl.findings import shown
 from dyknow.kpl.model import Constraint, ConstraintKind
+from dyknow.mediation import MediationKind
 
 _Node = Tree[Any]
 _DEEPEST = 20
+_MOST_DIGITS = 25  # decimals are exact up to 28
 _WRONG = -1  # microseconds of a duration that was reported; none is negative
 
 
@@ -45,9 +48,13 @@ class TreeBuilder:
                 return model.SourceDeclaration(self.type(parts[0]), _name(parts[1]))
             case "compunit":
                 return model.UnitDeclaration(self.type(parts[0]), _name(parts[1]), tuple(map(self.type, parts[2:])))
+            case "configuration":
+                return model.ConfigurationDeclaration(_name(parts[0]), self.type(parts[1]))
             case "strmgen":
-                inputs = tuple(self._term(part) for part in parts[2:] if part)
-                return model.GeneratorDeclaration(_label(parts[0]), _name(parts[1]), inputs)
+                return self._process(_label(parts[0]), parts[1], parts[2:])
+            case "configure":
+                label = model.Label(_name(parts[0]), (), span_of(parts[0]))
+                return model.ConfigureDeclaration(label, _name(parts[1]), self._term(parts[2]))
             case _:
                 return model.StreamDeclaration(_name(parts[0]), self._term(parts[1]))
 
@@ -69,8 +76,18 @@ class TreeBuilder:
                 return model.TupleType(tuple(self.type(part, depth + 1) for part in parts))
             case "set":
                 return model.SetType(self.type(parts[0], depth + 1))
+            case "collected":
+                return model.CollectedType(self.type(parts[0], depth + 1))
             case _:
                 return model.NamedType(_name(parts[0]))
+
+    def _process(self, label: model.Label, made_of: _Node | Token, inputs: list[_Node | None]) -> model.Producer:
+        if isinstance(made_of, Token):
+            return model.GeneratorDeclaration(label, _name(made_of), tuple(self._term(one) for one in inputs if one))
+        type_, policy, control = made_of.children
+        kind = MediationKind(made_of.data)
+        constraints = self.constraints(policy) if policy else ()
+        return model.MediationDeclaration(label, kind, self.type(type_), constraints, model.Term(_label(control)))
 
     def _term(self, tree: _Node) -> model.Term:
         label, policy = tree.children
@@ -89,14 +106,17 @@ class TreeBuilder:
             return None
         word: Any = part.children[0]
         unit = word.lstrip("0123456789. \t")
-        amount = Decimal(word.removesuffix(unit))
+        digits = word.removesuffix(unit).strip()
+        amount = Decimal(digits if len(digits) <= _MOST_DIGITS else "Infinity")
         if not unit and amount:
             hint = "units are " + ", ".join(US_PER_UNIT)
-            self._reporter.error("K0104", f"expected a duration with a unit, got {str(word)!r}", span_of(word), hint)
+            self._reporter.error(
+                "K0104", f"expected a duration with a unit, got {shown(str(word))}", span_of(word), hint
+            )
             return _WRONG
-        us = to_us(amount, unit or "us")
+        us = to_us(amount, unit or "us") if amount.is_finite() else None
         if us is None or us > LARGEST_US:
-            message = f"expected a whole number of microseconds up to 35 years, got {str(word)!r}"
+            message = f"expected a whole number of microseconds up to 35 years, got {shown(str(word))}"
             self._reporter.error("K0105", message, span_of(word))
             return _WRONG
         return us

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dyknow.diagnostics import Reporter, suggest
+from collections.abc import Sequence
+
+from dyknow.diagnostics import Reporter
 from dyknow.kpl import model
+from dyknow.kpl.findings import shown
 from dyknow.kpl.model import ConstraintKind, Name
 from dyknow.kpl.vocabulary import BASIC_TYPES, Vocabulary, names_in
 
@@ -11,51 +14,76 @@ from dyknow.kpl.vocabulary import BASIC_TYPES, Vocabulary, names_in
 def check_declarations(specification: model.Specification, vocabulary: Vocabulary, reporter: Reporter) -> None:
     """Report unknown names of types and sorts in all declarations, and sorts that are made of themselves."""
     for statement in specification.statements:
+        for written in types_in(statement):
+            _check_type(written, vocabulary)
         match statement:
-            case model.SortDeclaration(name, type_) if type_:
-                _check_type(type_, vocabulary)
-                if vocabulary.is_made_of_itself(name):
-                    message = f"expected a sort that is not made of itself, got {name.text!r}"
-                    reporter.error("K0306", message, name.span)
+            case model.SortDeclaration(name, type_) if type_ and vocabulary.is_made_of_itself(name):
+                message = f"expected a sort that is not made of itself, got {shown(name.text)}"
+                reporter.error("K0306", message, name.span)
             case model.ObjectDeclaration(sort):
                 vocabulary.knows(vocabulary.sorts, "sort", sort)
-            case model.FeatureDeclaration(type_, _, sorts):
-                _check_type(type_, vocabulary)
+            case model.FeatureDeclaration(_, _, sorts):
                 for sort in sorts:
                     vocabulary.knows(vocabulary.sorts, "sort", sort)
-            case model.SourceDeclaration(type_):
-                _check_type(type_, vocabulary)
-            case model.UnitDeclaration(type_, _, inputs):
-                for one in (type_, *inputs):
-                    _check_type(one, vocabulary)
 
 
-def check_process(process: model.GeneratorDeclaration, vocabulary: Vocabulary, reporter: Reporter) -> None:
-    """Report a source or unit that is applied wrongly, and a label that cannot carry what comes out."""
+def types_in(statement: model.Statement) -> tuple[model.Type, ...]:
+    """Give the types that a statement is written with."""
+    match statement:
+        case model.SortDeclaration(_, type_):
+            return (type_,) if type_ else ()
+        case model.FeatureDeclaration(type_) | model.SourceDeclaration(type_):
+            return (type_,)
+        case model.UnitDeclaration(type_, _, inputs):
+            return (type_, *inputs)
+        case model.ConfigurationDeclaration(_, type_) | model.MediationDeclaration(_, _, type_):
+            return (type_,)
+        case _:
+            return ()
+
+
+def check_process(process: model.Process, vocabulary: Vocabulary, reporter: Reporter) -> None:
+    """Report host code that is applied wrongly, and a label that cannot carry what comes out."""
     for term in process.inputs:
         check_term(term, vocabulary, reporter)
-    output = _output_type(process, vocabulary)
+    if isinstance(process, model.ConfigureDeclaration):
+        _check_configure(process, vocabulary, reporter)
+        return
+    output = vocabulary.output_of(process)
     feature = _check_label(process.label, vocabulary, reporter)
-    _check_function(process, vocabulary, reporter)
+    if isinstance(process, model.MediationDeclaration):
+        _check_control(process, vocabulary, reporter)
+        _check_interpolation(process.constraints, f"streams of type {process.type}", process.type, vocabulary, reporter)
+    else:
+        _check_function(process, vocabulary, reporter)
     if feature and output and not vocabulary.are_same(feature.type, output):
         message = f"expected values of type {feature.type} for the feature {feature.name}, got {output}"
-        reporter.error("K0303", message, process.function.span)
+        span = process.label.span if isinstance(process, model.MediationDeclaration) else process.function.span
+        reporter.error("K0303", message, span)
 
 
 def check_term(term: model.Term, vocabulary: Vocabulary, reporter: Reporter) -> None:
     """Report a label that does not exist, and an interpolation of what is no number."""
     label = str(term.label)
     hint = ""
-    if label in vocabulary.streams:
+    if label in vocabulary.configures:
+        hint = "a configuration gives no values; read what it creates"
+    elif label in vocabulary.streams:
         hint = "a stream is read by the host only; read the label behind it"
     elif label in vocabulary.functions:
         hint = "that is host code; 'strmgen' gives its stream a label"
-    if not vocabulary.knows(vocabulary.processes, "label", term.label, hint=hint):
-        return
-    type_ = _output_type(vocabulary.processes[label], vocabulary)
-    for constraint in term.constraints:
-        if constraint.kind is ConstraintKind.LINEAR and type_ and not vocabulary.is_numeric(type_):
-            message = f"expected numbers or tuples of numbers to interpolate, got {label!r} of type {type_}"
+    if vocabulary.knows(vocabulary.processes, "label", term.label, hint=hint):
+        type_ = vocabulary.output_of(vocabulary.processes[label])
+        if type_:
+            _check_interpolation(term.constraints, f"{shown(label)} of type {type_}", type_, vocabulary, reporter)
+
+
+def _check_interpolation(
+    constraints: Sequence[model.Constraint], came: str, type_: model.Type, vocabulary: Vocabulary, reporter: Reporter
+) -> None:
+    for constraint in constraints:
+        if constraint.kind is ConstraintKind.LINEAR and not vocabulary.is_numeric(type_):
+            message = f"expected numbers or tuples of numbers to interpolate, got {came}"
             reporter.error("K0304", message, constraint.span, "write 'use most recent'")
 
 
@@ -73,61 +101,84 @@ def _check_label(label: model.Label, vocabulary: Vocabulary, reporter: Reporter)
         if vocabulary.knows(vocabulary.objects, "object", argument):
             actual = vocabulary.objects[argument.text]
             if not vocabulary.are_same(model.NamedType(actual), model.NamedType(sort)):
-                message = f"expected an object of sort {sort}, got {argument.text!r} of sort {actual}"
+                message = f"expected an object of sort {sort}, got {shown(argument.text)} of sort {actual}"
                 reporter.error("K0305", message, argument.span)
     return feature
 
 
+def _check_control(process: model.MediationDeclaration, vocabulary: Vocabulary, reporter: Reporter) -> None:
+    label = process.control.label
+    producer = vocabulary.processes.get(str(label))
+    actual = vocabulary.output_of(producer) if producer else None
+    if actual and not vocabulary.are_same(_SET_OF_LABELS, actual):
+        message = f"expected a control of type {_SET_OF_LABELS}, the labels to pass on, got {label} of type {actual}"
+        reporter.error("K0303", message, label.span)
+
+
+_SET_OF_LABELS = model.SetType(model.NamedType(Name("string")))
+
+
+def _check_configure(process: model.ConfigureDeclaration, vocabulary: Vocabulary, reporter: Reporter) -> None:
+    name = process.function
+    hint = "'strmgen' runs a unit" if name.text in vocabulary.functions else ""
+    if vocabulary.knows(vocabulary.configurations, "configuration", name, hint=hint):
+        declared = vocabulary.configurations[name.text]
+        _check_input(process.input, declared.input, f"configuration {name}", vocabulary, reporter)
+
+
 def _check_function(process: model.GeneratorDeclaration, vocabulary: Vocabulary, reporter: Reporter) -> None:
     name = process.function
-    kind = "unit" if process.inputs else "source"
-    hint = "a stream under a policy is declared by 'stream'" if name.text in vocabulary.processes else ""
-    known = {text for text, one in vocabulary.functions.items() if isinstance(one, _CLASSES[kind])}
     function = vocabulary.functions.get(name.text)
     if function is None:
-        hint = "" if suggest(name.text, known).startswith("did") else hint
-        vocabulary.knows(dict.fromkeys(known), kind, name, hint=hint)
+        _report_unknown_function(process, vocabulary)
     elif isinstance(function, model.SourceDeclaration):
         if process.inputs:
-            reporter.error("K0302", f"expected a unit before '(', got the source {name.text!r}", name.span)
+            reporter.error("K0302", f"expected a unit before '(', got the source {shown(name.text)}", name.span)
     elif len(function.inputs) != len(process.inputs):
         message = (
             f"expected {_count(len(function.inputs), 'input')} for the unit {name}, got {len(process.inputs) or 'none'}"
         )
         reporter.error("K0302", message, name.span)
     else:
-        _check_inputs(process, function, vocabulary, reporter)
+        for term, expected in zip(process.inputs, function.inputs, strict=True):
+            _check_input(term, expected, f"unit {name}", vocabulary, reporter)
 
 
-_CLASSES = {"unit": model.UnitDeclaration, "source": model.SourceDeclaration}
+def _report_unknown_function(process: model.GeneratorDeclaration, vocabulary: Vocabulary) -> None:
+    name = process.function
+    kind, class_ = ("unit", model.UnitDeclaration) if process.inputs else ("source", model.SourceDeclaration)
+    known = [text for text, one in vocabulary.functions.items() if isinstance(one, class_)]
+    hint = vocabulary.nearest(name.text, known)
+    if not hint.startswith("did"):
+        if name.text in vocabulary.configurations:
+            hint = "'configure' runs a configuration"
+        elif name.text in vocabulary.processes:
+            hint = "a stream under a policy is declared by 'stream'"
+    vocabulary.knows({}, kind, name, hint=hint)
 
 
-def _check_inputs(
-    process: model.GeneratorDeclaration, unit: model.UnitDeclaration, vocabulary: Vocabulary, reporter: Reporter
+def _check_input(
+    term: model.Term, expected: model.Type, reader: str, vocabulary: Vocabulary, reporter: Reporter
 ) -> None:
-    for term, expected in zip(process.inputs, unit.inputs, strict=True):
-        producer = vocabulary.processes.get(str(term.label))
-        actual = _output_type(producer, vocabulary) if producer else None
-        if actual and not vocabulary.are_same(expected, actual):
-            message = (
-                f"expected an input of type {expected} for the unit {unit.name}, got {term.label} of type {actual}"
-            )
-            reporter.error("K0303", message, term.label.span)
-
-
-def _output_type(process: model.GeneratorDeclaration, vocabulary: Vocabulary) -> model.Type | None:
-    function = vocabulary.functions.get(process.function.text)
-    return function.type if function else None
+    producer = vocabulary.processes.get(str(term.label))
+    actual = vocabulary.output_of(producer) if producer else None
+    is_interpolated = any(constraint.kind is ConstraintKind.LINEAR for constraint in term.constraints)
+    if actual and not vocabulary.are_same(expected, actual, is_interpolated=is_interpolated):
+        message = f"expected an input of type {expected} for the {reader}, got {term.label} of type {actual}"
+        is_between = is_interpolated and vocabulary.are_same(expected, actual)
+        hint = "interpolated between whole numbers, it gives floats" if is_between else ""
+        reporter.error("K0303", message, term.label.span, hint)
 
 
 def _check_type(type_: model.Type, vocabulary: Vocabulary) -> None:
     for name in names_in(type_):
         if name.text not in BASIC_TYPES:
-            vocabulary.knows(vocabulary.sorts, "type", name, hint=_nearest_type(name, vocabulary))
+            hint = "" if name.text in vocabulary.sorts else _nearest_type(name, vocabulary)
+            vocabulary.knows(vocabulary.sorts, "type", name, hint=hint)
 
 
 def _nearest_type(name: Name, vocabulary: Vocabulary) -> str:
-    return suggest(name.text, [*BASIC_TYPES, *vocabulary.sorts]) or f"'sort {name};' declares it"
+    return vocabulary.nearest(name.text, [*BASIC_TYPES, *vocabulary.sorts]) or f"'sort {name};' declares it"
 
 
 def _count(number: int, word: str) -> str:

@@ -1,20 +1,23 @@
 """Which names does a specification declare, and as what?
 
-There are five kinds of names: sorts, objects, features, host code (sources and units), and labels (of processes and of
-streams). One name may be of several kinds, but is declared only once in each.
+There are five kinds of names: sorts, objects, features, host code (sources, units and configurations), and labels (of
+processes and of streams). One name may be of several kinds, but is declared only once in each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from dyknow.diagnostics import Reporter, suggest
 from dyknow.kpl import model
+from dyknow.kpl.findings import shown
 from dyknow.kpl.model import Label, Name
 
 BASIC_TYPES = ("bool", "int", "float", "string", "time", "object")
 _NUMERIC = ("float", "int")
+_HOST_CODE = "source, unit or configuration"
+_MOST_SUGGESTIONS = 50  # looking for the nearest of thousands of names takes milliseconds
 
 Function = model.SourceDeclaration | model.UnitDeclaration
 _Value = TypeVar("_Value")
@@ -37,10 +40,13 @@ class Vocabulary:
         self.objects: dict[str, Name] = {}  # each with the name of its sort
         self.features: dict[str, model.FeatureDeclaration] = {}
         self.functions: dict[str, Function] = {}
-        self.processes: dict[str, model.GeneratorDeclaration] = {}
+        self.configurations: dict[str, model.ConfigurationDeclaration] = {}
+        self.processes: dict[str, model.Producer] = {}
+        self.configures: dict[str, model.ConfigureDeclaration] = {}  # processes without values
         self.streams: dict[str, model.StreamDeclaration] = {}
         self._reporter = reporter
         self._doubtful = doubtful
+        self._suggestions_left = _MOST_SUGGESTIONS
         self._declared: dict[tuple[str, str], Name | Label] = {}
         for statement in specification.statements:
             self._enter(statement)
@@ -59,9 +65,14 @@ class Vocabulary:
             return True
         stem = name.name.text if isinstance(name, Label) else text
         if stem not in self._doubtful:
-            message = f"expected a declared {kind}, got {text!r}"
-            self._reporter.error("K0202", message, name.span, hint or suggest(text, table))
+            message = f"expected a declared {kind}, got {shown(text)}"
+            self._reporter.error("K0202", message, name.span, hint or self.nearest(text, table))
         return False
+
+    def nearest(self, text: str, known: Iterable[str]) -> str:
+        """Suggest the nearest of the known names; after many suggestions, which nobody reads, nothing any more."""
+        self._suggestions_left -= 1
+        return suggest(text, known) if self._suggestions_left >= 0 else ""
 
     def meaning(self, type_: model.Type) -> model.Type:
         """Follow the names of sorts to the type that they stand for, but not into its parts."""
@@ -72,9 +83,17 @@ class Vocabulary:
             type_ = sort.type if sort is not None and sort.type is not None else type_
         return type_
 
-    def are_same(self, one: model.Type, other: model.Type) -> bool:
+    def output_of(self, process: model.Producer) -> model.Type | None:
+        """Give what the stream of a process carries; None if its source or unit is not declared."""
+        if isinstance(process, model.MediationDeclaration):
+            return process.output
+        function = self.functions.get(process.function.text)
+        return function.type if function else None
+
+    def are_same(self, one: model.Type, other: model.Type, *, is_interpolated: bool = False) -> bool:
         """Tell whether two types are the same when all sorts are replaced by what they stand for.
 
+        Between two whole numbers of the ``other`` type lies a float, if it is interpolated.
         Each pair is compared once: written out, a few sorts of sorts may be longer than any memory.
         """
         waiting, seen = [(one, other)], set[tuple[model.Type, model.Type]]()
@@ -88,8 +107,12 @@ class Vocabulary:
                     waiting += zip(parts, others, strict=True)
                 case model.SetType(element), model.SetType(other_element):
                     waiting.append((element, other_element))
-                case model.NamedType(name), model.NamedType(other_name) if name == other_name:
-                    pass
+                case model.CollectedType(value), model.CollectedType(other_value):
+                    waiting.append((value, other_value))
+                case model.NamedType(name), model.NamedType(other_name):
+                    is_float = is_interpolated and other_name.text == "int"
+                    if name.text != ("float" if is_float else other_name.text):
+                        return False
                 case _:
                     return False
         return True
@@ -135,9 +158,13 @@ class Vocabulary:
             case model.FeatureDeclaration(_, name):
                 self._declare(self.features, "feature", name, statement)
             case model.SourceDeclaration(_, name) | model.UnitDeclaration(_, name):
-                self._declare(self.functions, "source or unit", name, statement)
-            case model.GeneratorDeclaration(label):
+                self._declare(self.functions, _HOST_CODE, name, statement)
+            case model.ConfigurationDeclaration(name):
+                self._declare(self.configurations, _HOST_CODE, name, statement)
+            case model.GeneratorDeclaration(label) | model.MediationDeclaration(label):
                 self._declare(self.processes, "label", label, statement)
+            case model.ConfigureDeclaration(label):
+                self._declare(self.configures, "label", label, statement)
             case model.StreamDeclaration(name):
                 self._declare(self.streams, "label", name, statement)
 
@@ -145,9 +172,11 @@ class Vocabulary:
         text = str(name)
         earlier = self._declared.setdefault((kind, text), name)
         if kind == "sort" and text in BASIC_TYPES:
-            self._reporter.error("K0203", f"expected a new name for a sort, got the basic type {text!r}", name.span)
+            self._reporter.error(
+                "K0203", f"expected a new name for a sort, got the basic type {shown(text)}", name.span
+            )
         elif earlier is not name:
-            message = f"expected a new {kind}, got {text!r}, declared in line {earlier.span.line}"
+            message = f"expected a new {kind}, got {shown(text)}, declared in line {earlier.span.line}"
             self._reporter.error("K0201", message, name.span)
         else:
             table[text] = value
@@ -161,5 +190,5 @@ def names_in(type_: model.Type) -> Iterator[Name]:
         case model.TupleType(parts):
             for part in parts:
                 yield from names_in(part)
-        case model.SetType(element):
-            yield from names_in(element)
+        case model.SetType(inner) | model.CollectedType(inner):
+            yield from names_in(inner)

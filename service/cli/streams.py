@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from service.declared_streams import DeclaredStreams
-    from service.records import ProcessRecord, StreamInput, StreamRecord
-    from service.stored_streams import StoredStreams
+    from service.records import ProcessRecord, StreamInput
+    from service.stored_streams import RanStream, StoredStreams
 
 GRAPHS = (".svg", ".dot")
 
@@ -32,13 +32,13 @@ def streams(
         from service.declared_streams import read_declared_streams
 
         declared = read_declared_streams(kpl)
-        _draw(graph, declared.processes)
+        _draw(graph, declared.processes, has_run=False)
         _print_declared(declared, as_json=as_json)
     else:
         from service.stored_streams import read_streams
 
         stored = read_streams(log, run=run)
-        _draw(graph, stored.streams)
+        _draw(graph, stored.streams, has_run=True)
         _print_stored(stored, as_json=as_json)
 
 
@@ -53,14 +53,16 @@ def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph:
         raise InputError(f"--graph: expected a path ending in .svg or .dot, got {str(graph)!r}")
 
 
-def _draw(path: Path | None, processes: "Sequence[ProcessRecord]") -> None:
+def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: bool) -> None:
     if path is None:
         return
     from dyknow.graph import to_dot, to_svg
     from service.stored_streams import as_reports
 
     write = to_svg if path.suffix.lower() == ".svg" else to_dot
-    path.write_text(write(as_reports(processes)), encoding="utf-8")
+    made_of = {one.label: one.made_of for one in processes if one.made_of}
+    drawn = write(as_reports(processes), made_of=made_of, has_counts=has_run)
+    path.write_text(drawn, encoding="utf-8")
     print(f"graph: {path}", file=sys.stderr)
 
 
@@ -70,24 +72,34 @@ def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
     if as_json:
         _print_json(stored)
         return
-    titles = ["label", "made of", "reads", "published", "dropped", "rate", "lag", "last time", "last value"]
+    titles = ["label", "made of", "reads", "published", "dropped", "queued", "rate", "lag", "cost"]
+    titles += ["last time", "last value"]
     print(format_table(titles, [_stored_row(one) for one in stored.streams]), end="")
 
 
-def _stored_row(stream: "StreamRecord") -> list[str]:
+def _stored_row(stream: "RanStream") -> list[str]:
     from service.times import format_media
 
     return [
         stream.label,
         stream.made_of,
-        _reads(stream.inputs),
+        _reads(stream.inputs) + (f"; waits for {', '.join(stream.waiting_for)}" if stream.waiting_for else ""),
         str(stream.published),
         ", ".join(f"{count} ({cause})" for cause, count in stream.dropped.items()) or "0",
+        ", ".join(map(str, stream.queued)) or "0",
         f"{stream.rate_hz:.1f}/s",
         "" if stream.lag_us is None else f"{stream.lag_us / 1000:.0f} ms",
+        _cost(stream),
         "" if stream.last_valid_us is None else format_media(stream.last_valid_us),
         stream.last_value or "",
     ]
+
+
+def _cost(stream: "RanStream") -> str:
+    """Say how long the code of the process took, in all and each time; empty for a source, which has none."""
+    if stream.busy_us is None or not stream.updates:
+        return ""
+    return f"{stream.busy_us / 1e6:.2f} s, {stream.busy_us / 1e3 / stream.updates:.2f} ms each"
 
 
 def _print_declared(declared: "DeclaredStreams", *, as_json: bool) -> None:

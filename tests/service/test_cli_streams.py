@@ -1,6 +1,7 @@
 """`dyknow streams`: what ran in a run, and what is declared to run."""
 
 import json
+import re
 import sqlite3
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,7 +15,7 @@ from service.store.log import open_log
 from tests.service.logs import write_small_log
 from tests.service.test_monitoring import run_race, write_race
 
-LABELS = ["vision_objects", "cars", "relations", "verdicts", "occurrences"]
+LABELS = ["vision_objects", "cars", "relations", "states", "verdicts", "occurrences"]
 SVG_TEXT = "{http://www.w3.org/2000/svg}text"
 
 
@@ -49,7 +50,14 @@ def test_the_report_of_the_node_is_stored_with_the_run(tmp_path: Path) -> None:
     assert [(one.label, one.kind, one.published, one.updates, one.last_value) for one in stored] == [
         (one.label, one.kind, one.published, one.updates, one.last_value) for one in summary.streams
     ]
-    assert [one.made_of for one in stored] == ["trajectories", "anchoring", "qsr", "monitoring", "chronicles"]
+    assert [one.made_of for one in stored] == [
+        "trajectories",
+        "anchoring",
+        "qsr",
+        "synchronisation",
+        "monitoring",
+        "chronicles",
+    ]
 
 
 def test_a_repeated_run_stores_the_same_report_again(tmp_path: Path) -> None:
@@ -65,9 +73,25 @@ def test_every_process_is_listed_with_what_it_reads(tmp_path: Path, capsys: pyte
     title, *lines = capsys.readouterr().out.splitlines()
     assert title.split("  ")[0] == "label"
     assert [line.split()[0] for line in lines] == LABELS
-    assert lines[0].split()[1:8] == ["trajectories", "120", "0", "10.0/s", "0", "ms", "00:11.900"]
+    assert lines[0].split()[1:9] == ["trajectories", "120", "0", "0", "10.0/s", "0", "ms", "00:11.900"]
+    assert title.split() == [
+        "label",
+        "made",
+        "of",
+        "reads",
+        "published",
+        "dropped",
+        "queued",
+        "rate",
+        "lag",
+        "cost",
+        "last",
+        "time",
+        "last",
+        "value",
+    ]
     assert "cars with any update, strict order; relations with any update, strict order" in lines[3]
-    assert "Occurrence(chronicle='pass'" in lines[4]
+    assert "Occurrence(chronicle='pass'" in lines[5]
 
 
 def test_what_a_policy_drops_is_listed_by_cause(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -104,7 +128,9 @@ def test_json_of_a_run_is_one_object(tmp_path: Path, capsys: pytest.CaptureFixtu
         "lag_us": 0,
         "last_valid_us": 11_900_000,
         "updates": 0,
+        "busy_us": 0,
     }
+    assert all(one["busy_us"] > 0 for one in found["streams"][1:3])
 
 
 def test_a_run_that_is_not_in_the_log_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -125,6 +151,21 @@ def test_a_log_from_before_reports_is_read_and_written(tmp_path: Path, capsys: p
     assert "expected a report of its streams" in capsys.readouterr().err
     run_race(tmp_path, "")
     assert run(["streams", url]) == 0
+
+
+def test_cost_is_told_of_each_process_with_code_and_left_out_where_the_log_has_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url = run_race(tmp_path, "")
+    assert run(["streams", url]) == 0
+    costs = [re.findall(r"(\d+\.\d\d) s, (\d+\.\d\d) ms each", line) for line in capsys.readouterr().out.splitlines()]
+    [(total_s, each_ms)] = costs[2]
+    assert float(total_s) == pytest.approx(120 * float(each_ms) / 1000, abs=0.01)
+    assert costs[1] == []
+    with sqlite3.connect(tmp_path / "log.db") as connection:
+        connection.execute("drop table costs")
+    assert run(["streams", url]) == 0
+    assert " ms each" not in capsys.readouterr().out
 
 
 # ---- of a text
@@ -156,6 +197,25 @@ def test_json_of_a_text_has_processes_and_streams(tmp_path: Path, capsys: pytest
     }
 
 
+def test_every_kind_of_process_of_a_text_is_listed_and_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, picture = tmp_path / "a.kpl", tmp_path / "a.svg"
+    path.write_text("""source float gps; source set(string) operator; configuration follow(set(string));
+    strmgen pos = gps; strmgen chosen = operator; strmgen all = collection of float with any change by chosen;
+    configure followed = follow(chosen with strict order); stream seen = all;""")
+    assert run(["streams", "--kpl", str(path), "--graph", str(picture)]) == 0
+    rows = [re.split("  +", line) for line in capsys.readouterr().out.splitlines()]
+    assert rows[3:] == [
+        ["all", "collection", "collection", "collected(float)", "chosen with any update"],
+        ["followed", "configuration", "follow", "chosen with any update, strict order"],
+        ["seen", "stream", "all with any update"],
+    ]
+    drawn = [text.text or "" for text in ElementTree.parse(picture).iter(SVG_TEXT)]
+    assert {"source gps", "collection", "configuration follow"} <= set(drawn)
+    assert not any("samples" in text for text in drawn)
+
+
 def test_a_text_is_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.kpl"
     path.write_text("source float gps; strmgen pos = gsp; stream seen = pos;")
@@ -183,8 +243,9 @@ def test_a_run_is_drawn_with_what_it_carried(tmp_path: Path) -> None:
     assert run(["streams", run_race(tmp_path, ""), "--graph", str(picture)]) == 0
     drawn = [text.text or "" for text in ElementTree.parse(picture).iter(SVG_TEXT)]
     assert set(LABELS) <= set(drawn)
-    assert "120 samples, 10.0/s" in drawn
-    assert not any("busy" in text for text in drawn)
+    assert {"120 samples, 10.0/s, lag 0 ms", "source trajectories", "refinement qsr"} <= set(drawn)
+    assert {"any update,", "  strict order"} <= set(drawn)
+    assert sum(text.startswith("busy ") for text in drawn) >= 2
 
 
 def test_a_declaration_is_drawn_with_its_policies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -111,5 +111,5 @@ def can_be_a_name(word: str) -> bool:
 
 def test_statements_of_the_table_are_statements() -> None:
     table = re.findall(r"^\| `([a-z]+ [^`]*;)` \|", TEXT, re.MULTILINE)
-    assert len(table) == 9
-    assert len(parse_kpl("\n".join(table)).statements) == 9
+    assert len(table) == 13
+    assert len(parse_kpl("\n".join(table)).statements) == 13

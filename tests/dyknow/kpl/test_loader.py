@@ -243,5 +243,6 @@ def test_two_texts_run_side_by_side() -> None:
 
 
 def test_warnings_come_with_the_deployment() -> None:
-    [found] = load_kpl(HOST + "strmgen pos = gps;", host(), Node()).warnings
+    text = "source float gps; strmgen pos = gps;"
+    [found] = load_kpl(text, host(), Node()).warnings
     assert found.code == "K0601"

@@ -9,6 +9,7 @@ from dyknow.kpl.model import Constraint, ConstraintKind, Label, Name, Specificat
 from dyknow.kpl.parser import parse_kpl, parse_type
 from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
+from dyknow.mediation import MediationKind
 from dyknow.policy import AnyChange, AnyUpdate, Approximation, Order, Policy, SampleEvery
 
 EVERY_FORM = """sort Frame;
@@ -19,8 +20,14 @@ feature int lights;
 feature bool behind(Car, Car);
 source Frame video;
 compunit set(Point) points(Frame, Point);
+configuration follow(set(string));
 strmgen frames = video;
 strmgen behind[car1, car2] = test(pos[car1] with any update, any order, pos[car2], map with oldest 2h);
+strmgen near[car1] = selection of Point by chosen;
+strmgen all = collection of set(Point) with any change, strict order by chosen[car1];
+strmgen of = by(selection with to 5s, collection);
+configure collected = follow(chosen with sample every 1s, max delay 0s);
+sort Place = collected(<Point, collected(int)>);
 stream a = frames with any change, no approximation, max delay 1500ms, from 90s to 2min, monotone order;
 stream b = frames with sample every 200ms, use most recent, max delay oo, from now to oo, strict order;
 stream c = frames with sample every 1us, linear interpolation, to 5s, max delay 0s;
@@ -69,7 +76,7 @@ def random_policy(rng: random.Random) -> Policy:
     return Policy(
         rng.choice([AnyUpdate(), AnyChange(), SampleEvery(rng.randrange(1, 10**7))]),
         rng.choice(list(Approximation)),
-        max_delay_us=rng.randrange(1, 10**7),
+        max_delay_us=rng.randrange(10**7) * rng.randrange(2),
         from_us=from_us,
         to_us=rng.choice([None, rng.randrange(10**6, 10**9)]),
         oldest_us=rng.choice([None, rng.randrange(10**8)]),
@@ -78,16 +85,36 @@ def random_policy(rng: random.Random) -> Policy:
 
 
 def random_specification(rng: random.Random) -> Specification:
-    makers = (_sort, _objects, _feature, _source, _unit, _process, _stream)
+    makers = (_sort, _objects, _feature, _source, _unit, _configuration, _process, _mediation, _configure, _stream)
     return Specification(tuple(rng.choice(makers)(rng) for _ in range(rng.randrange(6))))
 
 
+NAMES = [
+    "a",
+    "B2",
+    "_x",
+    "samples",
+    "ooo",
+    "to_",
+    "anyway",
+    "nowhere",
+    "set_",
+    "Max",
+    "s",
+    "ms",
+    "order",
+    "now",
+    "of",
+    "by",
+    "selection",
+    "collection",
+    "collected",
+    "configurations",
+]
+
+
 def _name(rng: random.Random) -> Name:
-    return Name(
-        rng.choice(
-            ["a", "B2", "_x", "samples", "ooo", "to_", "anyway", "nowhere", "set_", "Max", "s", "ms", "order", "now"]
-        )
-    )
+    return Name(rng.choice(NAMES))
 
 
 def _names(rng: random.Random, least: int = 1) -> tuple[Name, ...]:
@@ -95,7 +122,9 @@ def _names(rng: random.Random, least: int = 1) -> tuple[Name, ...]:
 
 
 def _type(rng: random.Random, depth: int = 0) -> model.Type:
-    form = rng.randrange(5 if depth < 3 else 3)
+    form = rng.randrange(6 if depth < 3 else 3)
+    if form == 5:
+        return model.CollectedType(_type(rng, depth + 1))
     if form == 3:
         return model.SetType(_type(rng, depth + 1))
     if form == 4:
@@ -125,6 +154,19 @@ def _unit(rng: random.Random) -> model.Statement:
 
 def _process(rng: random.Random) -> model.Statement:
     return model.GeneratorDeclaration(_label(rng), _name(rng), tuple(_term(rng) for _ in range(rng.randrange(4))))
+
+
+def _configuration(rng: random.Random) -> model.Statement:
+    return model.ConfigurationDeclaration(_name(rng), _type(rng))
+
+
+def _mediation(rng: random.Random) -> model.Statement:
+    kind = rng.choice(list(MediationKind))
+    return model.MediationDeclaration(_label(rng), kind, _type(rng), _term(rng).constraints, Term(_label(rng)))
+
+
+def _configure(rng: random.Random) -> model.Statement:
+    return model.ConfigureDeclaration(Label(_name(rng)), _name(rng), _term(rng))
 
 
 def _stream(rng: random.Random) -> model.Statement:
