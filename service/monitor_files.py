@@ -1,21 +1,23 @@
 """Which monitors does a user want? Texts of monitors, checked against what the pipeline knows of traffic."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 from chronicles.chronicle_set import ChronicleSet
+from dyknow.diagnostics import Reporter, Span
 from dyknow.monitors.features import features_of
-from dyknow.monitors.kinds import check_kinds
-from dyknow.monitors.monitors import Outcome, version_of
+from dyknow.monitors.monitors import version_of
+from dyknow.mtl.errors import FormulaError
 from dyknow.mtl.formula import Monitor
 from dyknow.mtl.parser import parse_monitors
 from dyknow.mtl.printer import print_monitors
 from qsr.relations import RANK
 from service.chronicle_files import read_text
 from service.errors import InputError
-from service.monitored_features import KINDS, NEED_ROADS, SIGNATURE
+from service.monitor_messages import Messages, messages_of
+from service.monitored_features import NEED_ROADS, SIGNATURE
 from service.records import MonitorRecord
 
 
@@ -43,6 +45,11 @@ class LoadedMonitors:
             MonitorRecord(one.name, version_of(one), print_monitors([one]).strip()) for one in self.definitions
         )
 
+    @property
+    def messages(self) -> Messages:
+        """Return the messages that the monitors give to chronicles."""
+        return messages_of(self.definitions)
+
     def check_roads(self, where: str, *, has_roads: bool) -> None:
         """Refuse monitors that ask for roads where there are none.
 
@@ -55,28 +62,23 @@ class LoadedMonitors:
         if asked and not has_roads:
             raise InputError(f"{where}: expected roads, which the monitors need for {', '.join(asked)}, got none")
 
-    def check_chronicles(self, chronicles: ChronicleSet) -> None:
-        """Refuse chronicles that cannot run with these monitors.
+    def check_names(self, chronicles: ChronicleSet) -> None:
+        """Refuse chronicles that cannot be told from these monitors in a log.
 
         Raises
         ------
         InputError
-            If a chronicle has the name of a monitor, or looks at a monitor's events with another number of objects, so
-            that none would ever match.
+            If a chronicle has the name of a monitor, or gives what is a message of one.
         """
         for one in self.definitions:
             if one.name in chronicles.names:
                 raise InputError(f"monitor {one.name!r}: expected a name that no chronicle has, got that of one")
-        arities = {
-            f"{one.name}_{outcome}": len(one.subjects) for one in self.definitions for outcome in get_args(Outcome)
-        }
         for plan in chronicles.plans:
-            tests = [one.test for one in plan.positions] + [one.test for one in plan.counts]
-            for test in tests:
-                arity = arities.get(test.name, test.arity)
-                if arity != test.arity:
-                    came = f"expected {arity} arguments of {test.name!r}, as the monitor has, got {test.arity}"
-                    raise InputError(f"chronicle {plan.name!r}: {came}")
+            taken = sorted(self.messages.keys() & {plan.name, *plan.produces})
+            if taken:
+                raise InputError(
+                    f"chronicle {plan.name!r}: expected names of events that no monitor gives, got {taken[0]!r}"
+                )
 
 
 NO_MONITORS = LoadedMonitors()
@@ -88,22 +90,36 @@ def load_monitor_files(paths: Sequence[Path]) -> LoadedMonitors:
     Raises
     ------
     InputError
-        If a file cannot be read or has no monitor, or two files have one of the same name.
-    FormulaError, KindError
-        If a text is malformed, names what there is not, or compares what cannot be compared.
+        If a file cannot be read or has no monitor.
+    FormulaError
+        If a text is malformed, names what there is not, compares what cannot be compared, or has a monitor with the
+        name of another one.
     """
     definitions: list[Monitor] = []
     file_of: dict[str, Path] = {}
     for path in paths:
-        found = parse_monitors(read_text(path), name=str(path), signature=SIGNATURE)
-        check_kinds(found, KINDS, name=str(path))
+        text = read_text(path)
+        found = parse_monitors(text, name=str(path), signature=SIGNATURE)
         if not found:
             raise InputError(f"{path}: expected at least one monitor, got none")
-        for one in found:
-            if one.name in file_of:
-                raise InputError(
-                    f"{path}: expected a new name of a monitor, got {one.name!r} as in {file_of[one.name]}"
-                )
-            file_of[one.name] = path
+        _refuse_known_names(text, path, found, file_of)
+        file_of |= dict.fromkeys((one.name for one in found), path)
         definitions += found
     return LoadedMonitors(tuple(definitions), features_of(definitions))
+
+
+def _refuse_known_names(text: str, path: Path, found: Sequence[Monitor], file_of: Mapping[str, Path]) -> None:
+    reporter = Reporter(text, str(path), FormulaError)
+    for one in found:
+        if one.name in file_of:
+            message = f"expected a new name of a monitor, got {one.name!r} as in {file_of[one.name]}"
+            reporter.error("F0206", message, _place_of(one.name, text))
+    reporter.raise_if_any()
+
+
+def _place_of(name: str, text: str) -> Span:
+    """Find where a monitor gets its name: the word before it is reserved, and a comment ends with its line."""
+    found = re.search(rf"^[^#\n]*?\bmonitor(?:\s|#.*)+({name})\b", text, re.MULTILINE)
+    start = found.start(1) if found else 0
+    line, column = text.count("\n", 0, start) + 1, start - text.rfind("\n", 0, start)
+    return Span(line, column, line, column + len(name))

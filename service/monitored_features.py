@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from dyknow.monitors.kinds import Kind
+from anchoring.classes import CLASS_NAMES
+from dyknow.mtl.kinds import Kind
 from dyknow.mtl.signature import Signature
 from qsr.relations import RELATIONS
 from service.records import CarState
@@ -55,7 +56,20 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
     | {one.name: Kind.WORD if one.name == "turn" else Kind.TRUTH for one in RELATIONS}
 )
 
-SIGNATURE = Signature(dict.fromkeys(CAR_FEATURES, 1) | {one.name: one.arity for one in RELATIONS}, sorts=("Car",))
+# Words that a feature can be, where they do not depend on the site.
+WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "class": CLASS_NAMES,
+        "turn": ("left", "right", "straight", "uturn"),
+    }
+)
+
+SIGNATURE = Signature(
+    dict.fromkeys(CAR_FEATURES, 1) | {one.name: one.arity for one in RELATIONS},
+    sorts=("Car",),
+    kinds=KINDS,
+    values=WORDS,
+)
 
 NEED_ROADS = frozenset(name for name, one in CAR_FEATURES.items() if one.needs_roads) | frozenset(
     one.name for one in RELATIONS if one.frame == "map"

@@ -3,95 +3,63 @@
 ::
 
     cars ──────┐
-               ├── monitors ──> verdicts ──┐
-    relations ─┤                           ├── chronicles ──> occurrences
-               └───────────────────────────┘
+               ├── states ── monitors ──> verdicts ──┐
+    relations ─┤                                     ├── chronicles ──> occurrences
+               └─────────────────────────────────────┘
 
 A verdict speaks of a time that lies back by the dating back of relations, just as far as the recogniser waits for them.
 So it is not late, as the monitors get each frame's relations before the chronicles: a process that reads another one is
 made after it.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable
 
-from anchoring.adapter import Anchored
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
-from dyknow.monitors.monitors import MonitorEvent, MonitorReport, Monitors
+from dyknow.monitors.monitors import MonitorEvent, Monitors
 from dyknow.sample import Sample
-from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
-from qsr.changes import RelationChange
-from service.car_states import CarRows
 from service.monitor_files import LoadedMonitors
-from service.monitored_states import TrafficState, WaitingStates
-from service.records import CarState
+from service.monitored_states import IDLE_US, TrafficState
 
 # Speeds of a video wobble about a limit; what is back within a second was no new deed.
 CALM_US = 1_000_000
 
 
-class TrafficMonitors:
-    """Runs monitors over the cars and relations of one frame after another, live or out of a log.
-
-    Parameters
-    ----------
-    lag_us : how far back relation changes are dated, at most; verdicts come that much later than what they speak of.
-    """
-
-    def __init__(self, monitors: LoadedMonitors, *, lag_us: int) -> None:
-        self._monitors = Monitors(monitors.definitions, calm_us=CALM_US)
-        self._waiting = WaitingStates(monitors.features, lag_us=lag_us)
-
-    def take_cars(self, t_us: int, cars: Sequence[CarState], hypotheses: Mapping[str, tuple[str, ...]]) -> None:
-        """Take the cars of a frame, with the links on trial below them."""
-        self._waiting.take_cars(t_us, cars, hypotheses)
-
-    def take_relations(
-        self, t_us: int, changes: Iterable[tuple[RelationChange, tuple[str, ...]]], refuted: Collection[str]
-    ) -> list[MonitorEvent]:
-        """Take what a frame decided about relations and links, and say which verdicts follow."""
-        return self._run(self._waiting.take_relations(t_us, changes, refuted))
-
-    def finish(self) -> list[MonitorEvent]:
-        """Give the verdicts on the last states, and end."""
-        events = self._run(self._waiting.finish())
-        self._monitors.finish()
-        return events
-
-    def report(self) -> tuple[MonitorReport, ...]:
-        """Count what became of each monitor."""
-        return self._monitors.report()
-
-    def _run(self, states: Iterator[tuple[int, TrafficState]]) -> list[MonitorEvent]:
-        return [event for t_us, state in states for event in self._monitors.update(t_us, state)]
+def traffic_monitors(loaded: LoadedMonitors) -> Monitors:
+    """Set monitors up for traffic, live or out of a log."""
+    return Monitors(loaded.definitions, calm_us=CALM_US)
 
 
 class MonitoringUnit:
-    """Run monitors as a computational unit: cars (input 0) and relations (input 1) in, monitor events out."""
+    """Run monitors as a computational unit: traffic states in, monitor events out.
 
-    def __init__(self, monitors: LoadedMonitors, network: RoadNetwork | None, *, lag_us: int) -> None:
-        self._has_monitors = bool(monitors.definitions)
-        self._traffic = TrafficMonitors(monitors, lag_us=lag_us)
-        self._rows = CarRows(network)
+    Parameters
+    ----------
+    lag_us : how long after its time a state is complete; the idle time of the synchroniser comes on top.
+    """
+
+    def __init__(self, loaded: LoadedMonitors, *, lag_us: int) -> None:
+        self._monitors = traffic_monitors(loaded)
+        self._wait_us = lag_us + IDLE_US
         self._now_us = 0
 
-    def update(self, index: int, sample: Sample[Anchored] | Sample[FrameRelations]) -> Iterable[Sample[MonitorEvent]]:
-        """Take one frame's cars, or one frame's relations, which make earlier states complete."""
-        if not self._has_monitors:
-            return ()
-        value = sample.value
-        if isinstance(value, Anchored):
-            self._traffic.take_cars(sample.valid_us, tuple(self._rows.of(value.cars)), value.hypotheses)
-            return ()
+    def update(self, sample: Sample[TrafficState]) -> Iterable[Sample[MonitorEvent]]:
+        """Give the verdicts on the next state."""
         self._now_us = sample.available_us
-        changes = ((change, value.hypotheses_of(change)) for change in value.changes)
-        return self._samples(self._traffic.take_relations(sample.valid_us, changes, value.refuted))
+        return self._samples(self._monitors.update(sample.valid_us, sample.value))
+
+    def advance(self, available_us: int) -> Iterable[Sample[MonitorEvent]]:
+        """Give the verdicts on deadlines that have passed without a state: the synchroniser lets none wait longer."""
+        self._now_us = available_us
+        return self._samples(self._monitors.advance(available_us - self._wait_us))
 
     def finish(self) -> Iterable[Sample[MonitorEvent]]:
-        """Give the verdicts on the states that still wait."""
-        return self._samples(self._traffic.finish())
+        """Give the verdicts on what has passed by now, and end every instance; what is still open is no event."""
+        events = self._samples(self._monitors.advance(self._now_us))
+        self._monitors.finish()
+        return events
 
     def _samples(self, events: Iterable[MonitorEvent]) -> list[Sample[MonitorEvent]]:
         return [Sample(self._now_us, event.t_us, event) for event in events]

@@ -2,7 +2,8 @@
 
 Every monitor runs once for each combination of the objects of its sorts: an *instance* begins with the first state that
 has all of them, and ends with the first that has not. What is told is certain whatever may come. So ``always ...`` can
-only be violated: that it held to the end is no event, and neither is what was still open when an object left.
+only be violated: that it held to the end is no event, and neither is what was still open when an object left. But what
+was due before that state is decided: no other state lies in between.
 
 After a violation a new instance begins with the next state. As long as that one fails as well, it is the same
 violation, told once; it is over when an instance has come through the longest time in which the formula can fail, and
@@ -12,7 +13,7 @@ through the time of calm.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
@@ -40,7 +41,7 @@ class MonitorEvent:
     monitor, version : name of the monitor, and a digest of its text.
     roles : (variable, object), in the order of the monitor.
     since_us : the first state of the instance that came to this verdict.
-    t_us : the state at which the verdict was certain.
+    t_us : the state, or the time told, at which the verdict was certain.
     """
 
     monitor: str
@@ -139,6 +140,21 @@ class Monitors:
         """
         return tuple(event for run in self._runs for event in run.step(t_us, state))
 
+    def advance(self, t_us: int) -> tuple[MonitorEvent, ...]:
+        """Let time pass: no state before this time comes any more, so deadlines before it are over.
+
+        Examples
+        --------
+        >>> from dyknow.mtl.parser import parse_monitors
+        >>> from dyknow.mtl.states import DictState
+        >>> monitors = Monitors(parse_monitors("monitor starts per Car: eventually[0s, 10s] moving[?c]"))
+        >>> monitors.update(0, DictState({("moving", ("car7",)): False}, {"Car": ["car7"]}))
+        ()
+        >>> [(one.name, one.t_us) for t_us in (10_000_000, 12_000_000) for one in monitors.advance(t_us)]
+        [('starts_violated', 12000000)]
+        """
+        return tuple(event for run in self._runs for event in run.advance(t_us))
+
     def finish(self) -> None:
         """End every instance; the report then counts what stayed open as undecided."""
         for run in self._runs:
@@ -172,7 +188,12 @@ class _Run:
             self._instances[objects] = instance
             if instance.progressor is not None:
                 yield from self._progress(objects, instance, t_us, state)
+        yield from self._let_pass(before, t_us)
         self._undecided += sum(one.is_open for one in before.values())
+
+    def advance(self, t_us: int) -> Iterator[MonitorEvent]:
+        """Tell every instance that no state before a time comes any more."""
+        return self._let_pass(self._instances, t_us)
 
     def finish(self) -> None:
         self._undecided += sum(one.is_open for one in self._instances.values())
@@ -187,7 +208,15 @@ class _Run:
         assert progressor is not None
         if instance.begins_anew:
             instance.since_us, instance.begins_anew = t_us, False
-        verdict = progressor.progress(t_us, state)
+        yield from self._conclude(progressor.progress(t_us, state), objects, instance, t_us)
+
+    def _let_pass(self, instances: Mapping[Objects, _Instance], t_us: int) -> Iterator[MonitorEvent]:
+        for objects, instance in instances.items():
+            if instance.is_open:
+                assert instance.progressor is not None
+                yield from self._conclude(instance.progressor.advance(t_us), objects, instance, t_us)
+
+    def _conclude(self, verdict: Verdict, objects: Objects, instance: _Instance, t_us: int) -> Iterator[MonitorEvent]:
         if verdict is Verdict.FALSE:
             if not instance.is_violated:
                 yield self._event("violated", objects, instance, t_us)
@@ -195,7 +224,7 @@ class _Run:
         elif verdict is Verdict.TRUE:
             instance.progressor = None
             yield self._event("satisfied", objects, instance, t_us)
-        elif progressor.is_final:
+        elif instance.is_final:
             instance.progressor = None
             self._undecided += 1
         elif instance.is_violated and t_us - instance.since_us >= self._recovery_us:
@@ -228,6 +257,10 @@ class _Instance:
         self.progressor: Progressor | None = progressor
         self.begins_anew = False
         self.is_violated = False
+
+    @property
+    def is_final(self) -> bool:
+        return self.progressor is not None and self.progressor.is_final
 
     @property
     def is_open(self) -> bool:

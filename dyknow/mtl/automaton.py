@@ -20,6 +20,7 @@ from dyknow.mtl.residual import (
     Residual,
     Waiting,
     is_timeless,
+    next_end_us,
     size_of_residual,
 )
 from dyknow.mtl.state_test import Bound, StateTest
@@ -64,11 +65,13 @@ class Place:
     ----------
     edges : the place that follows, by time step (None for the first state) and values of the tests.
     verdict, size, is_timeless : of the residual.
+    next_end_us : from the last state to the earliest end of a window; `NEVER_US` or nearly so where none ends.
     """
 
-    __slots__ = ("edges", "is_timeless", "relative", "size", "verdict")
+    __slots__ = ("edges", "is_timeless", "next_end_us", "relative", "size", "verdict")
 
-    def __init__(self, relative: Relative, residual: Residual) -> None:
+    def __init__(self, relative: Relative, residual: Residual, t_us: int) -> None:
+        self.next_end_us = next_end_us(residual) - t_us
         self.relative = relative
         self.edges: dict[Step, Place] = {}
         self.verdict = verdict_of(residual)
@@ -120,14 +123,18 @@ class Automaton:
         self.is_full = self._edges >= _MOST_EDGES or len(self._steps) > _MOST_STEPS
         if self.is_full:
             return None
+        place = self.place_of(residual, t_us)
+        if place is not None:
+            self._edges += 1
+            edges[step] = place
+        return place
+
+    def place_of(self, residual: Residual, t_us: int) -> Place | None:
+        """Give the place that stands for a residual when the last state was at `t_us`; None when there are too many."""
         relative = _relative(residual, t_us)
         place = self._places.get(relative)
-        if place is None:
-            if len(self._places) >= _MOST_PLACES:
-                return None
-            place = self._places[relative] = Place(relative, residual)
-        self._edges += 1
-        edges[step] = place
+        if place is None and len(self._places) < _MOST_PLACES:
+            place = self._places[relative] = Place(relative, residual, t_us)
         return place
 
 

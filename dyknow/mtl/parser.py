@@ -6,23 +6,30 @@ one reading finds one malformed place in each monitor and everything that is wro
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
+from itertools import islice
+from types import MappingProxyType
 from typing import Any  # lark leaves the children of a tree untyped
 
 from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+from lark.exceptions import UnexpectedToken
+from lark.lexer import PatternStr
 
-from dyknow.diagnostics import Reporter, Span
+from dyknow.diagnostics import Reporter
 from dyknow.mtl.errors import FormulaError
 from dyknow.mtl.formula import Formula, Monitor
+from dyknow.mtl.places import span_of
 from dyknow.mtl.signature import Signature
 from dyknow.mtl.syntax_errors import describe_unexpected
-from dyknow.mtl.tree_builder import TreeBuilder, span_of
+from dyknow.mtl.syntax_hints import hint_for_character
+from dyknow.mtl.tree_builder import TreeBuilder, check_nesting
 
 # Reading, printing and progression call themselves for each operator inside another.
 _DEEPEST = 100
+# More kinds of strange characters than this are counted, not shown: such a text is no text of formulas.
+_MOST_STRANGE = 10
 
 
 def parse_formula(
@@ -35,7 +42,7 @@ def parse_formula(
     text : the formula.
     name : its file name or label, for messages.
     variables : names that may stay free; the progressor wants an object for each.
-    signature : if given, features, their numbers of arguments, and sorts are checked against it.
+    signature : if given, features, their numbers of arguments, kinds and values, and sorts are checked against it.
 
     Raises
     ------
@@ -57,12 +64,11 @@ def parse_formula(
       |            ^^
     """
     reporter = Reporter(text, name, FormulaError)
-    words = _read_words(text, reporter)
-    reporter.raise_if_any()
-    tree = _parse(words, "formula", reporter)
+    tree = _parse(_read_words(text, reporter), "formula", reporter)
     reporter.raise_if_any()
     assert tree is not None
     formula = TreeBuilder(reporter, signature).formula(tree, dict.fromkeys(variables, None))
+    check_nesting(formula, tree, reporter)
     reporter.raise_if_any()
     return formula
 
@@ -102,21 +108,32 @@ def parse_monitors(text: str, *, name: str = "monitors", signature: Signature | 
 @cache  # The grammar is a constant that costs 50 ms to load: loaded when the first text is parsed, not on import.
 def _grammar() -> Lark:
     text = files("dyknow.mtl").joinpath("formula.lark").read_text(encoding="utf-8")
-    return Lark(text, parser="lalr", lexer="basic", start=["formula", "monitor"], propagate_positions=True)
+    starts = ["formula", "monitor", "strange"]
+    return Lark(text, parser="lalr", lexer="basic", start=starts, propagate_positions=True)
+
+
+@cache  # as long-lived as the grammar
+def _spellings() -> Mapping[str, str]:
+    """Give what a user types for each kind of word that has one spelling."""
+    terminals = _grammar().terminals
+    return MappingProxyType({one.name: one.pattern.value for one in terminals if isinstance(one.pattern, PatternStr)})
 
 
 def _read_words(text: str, reporter: Reporter) -> list[Token]:
-    """Cut a text into words; each kind of character that no word has is reported once and read as a blank."""
-    while True:
-        try:
-            return list(_grammar().lex(text))
-        except UnexpectedCharacters as found:
-            at = found.pos_in_stream or 0
-            bad = text[at]
-            hint = {'"': 'texts start and end with " on one line', "&": "write 'and'", "|": "write 'or'"}.get(bad, "")
-            span = Span(found.line, found.column, found.line, found.column + 1)
-            reporter.error("F0101", f"expected a word of the language, got the character {bad!r}", span, hint)
-            text = text[:at] + text[at:].replace(bad, " ")
+    """Cut a text into words; each kind of character that no word has is reported once."""
+    words = list(_grammar().lex(text))
+    kinds: dict[str, Token] = {}
+    for word in words:
+        if word.type == "STRANGE":
+            kinds.setdefault(str(word), word)
+    for character, first in islice(kinds.items(), _MOST_STRANGE):
+        message = f"expected a word of the language, got the character {character!r}"
+        reporter.error("F0101", message, span_of(first), hint_for_character(character))
+    if len(kinds) > _MOST_STRANGE:
+        first = list(kinds.values())[_MOST_STRANGE]
+        message = f"expected words of the language, got {len(kinds) - _MOST_STRANGE} more kinds of characters from here"
+        reporter.error("F0101", message, span_of(first))
+    return words
 
 
 def _pieces(words: Iterable[Token]) -> Iterator[list[Token]]:
@@ -132,25 +149,33 @@ def _pieces(words: Iterable[Token]) -> Iterator[list[Token]]:
 
 
 def _parse(words: list[Token], start: str, reporter: Reporter) -> Tree[Any] | None:
+    if any(word.type == "STRANGE" for word in words):
+        return None  # reported; what else is said about such words only follows from it
     parser = _grammar().parse_interactive("", start=start)
-    previous = Token("$START", "", line=1, column=1, end_line=1, end_column=1)
+    taken = 0
     try:
         for word in words:
             parser.feed_token(word)
-            previous = word
-        tree: Tree[Any] = parser.feed_eof(previous)  # type: ignore[no-untyped-call]  # lark's
-    except UnexpectedToken as found:
-        token = found.token
-        fitting = set(parser.accepts())  # type: ignore[no-untyped-call]  # lark's
-        message, hint = describe_unexpected(token, fitting, previous)
-        at_end = token.type == "$END"
-        reporter.error("F0103" if at_end else "F0102", message, span_of(previous if at_end else token), hint)
+            taken += 1
+        last = words[-1] if words else Token("$START", "", line=1, column=1)
+        tree: Tree[Any] = parser.feed_eof(last)  # type: ignore[no-untyped-call]  # lark's
+    except UnexpectedToken:
+        found = describe_unexpected(words, taken, _fitting(words[:taken], start), _spellings())
+        reporter.error("F0103" if found.is_end else "F0102", found.message, found.span, found.hint)
         return None
     if _depth(tree) > _DEEPEST:
         message = f"expected operators in one another up to {_DEEPEST} deep, got more"
         reporter.error("F0104", message, span_of(words[0]), "give parts of it monitors of their own")
         return None
     return tree
+
+
+def _fitting(words: list[Token], start: str) -> frozenset[str]:
+    """Give the kinds of words that fit after these; the parser that failed has forgotten some of them."""
+    parser = _grammar().parse_interactive("", start=start)
+    for word in words:
+        parser.feed_token(word)
+    return frozenset(parser.accepts())  # type: ignore[no-untyped-call]  # lark's
 
 
 def _depth(tree: Tree[Any]) -> int:

@@ -8,6 +8,8 @@ right end, which is in.
 
 from __future__ import annotations
 
+import operator
+
 from dyknow.mtl.moment import Moment
 from dyknow.mtl.residual import (
     FALSE,
@@ -49,6 +51,39 @@ def progress(residual: Residual, moment: Moment, table: FormulaTable) -> Residua
     if found is None:
         found = moment.memo[residual] = _progressed(residual, moment, table)
     return found
+
+
+def advance(residual: Residual, t_us: int, table: FormulaTable) -> Residual:  # noqa: PLR0911 - one rule after another
+    """Let time pass without a state: what is left if no state comes before a time?
+
+    A window that ends before it is over: nothing can happen in it any more, and nothing can go wrong. One that is open
+    by then is open already, as no state can tell the difference.
+
+    Parameters
+    ----------
+    residual : made by `table`, in its present generation.
+    t_us : the next state is at this time or later.
+    table : makes the residuals.
+
+    Returns
+    -------
+    The same object where nothing changes.
+    """
+    if isinstance(residual, Waiting):
+        if residual.end_us < t_us:
+            return TRUE if residual.shape.is_universal else FALSE
+        if STARTED_US < residual.start_us <= t_us:
+            return table.waiting(residual.shape, residual.bound, STARTED_US, residual.end_us)
+        return residual
+    if isinstance(residual, Guarded):
+        inner = advance(residual.inner, t_us, table)
+        return residual if inner is residual.inner else table.guarded(residual.sort, residual.member, inner)
+    if isinstance(residual, Junction):
+        parts = [advance(part, t_us, table) for part in residual.parts]
+        if all(map(operator.is_, parts, residual.parts)):
+            return residual
+        return table.join(parts, is_conjunction=residual.is_conjunction)
+    return residual
 
 
 def finish(residual: Residual) -> Residual:

@@ -95,27 +95,56 @@ def is_timeless(residual: Residual) -> bool:
             return True
 
 
-def implies(one: Residual, other: Residual) -> bool:  # noqa: PLR0911 - one rule after another
+def next_end_us(residual: Residual) -> int:
+    """Give the earliest end of a window in a residual; `NEVER_US` where no window has one."""
+    match residual:
+        case Waiting(end_us=end_us):
+            return end_us
+        case Guarded(inner=inner):
+            return next_end_us(inner)
+        case Junction(parts=parts):
+            return min(map(next_end_us, parts))
+        case _:
+            return NEVER_US
+
+
+Implied: TypeAlias = dict["tuple[Residual, Residual]", bool]
+"""What was found out about pairs of which one is a junction: inside each other they meet again and again."""
+
+
+def implies(one: Residual, other: Residual, known: Implied) -> bool:
     """Tell whether `other` is at least as true as `one`, whatever comes; False where the form does not show it.
 
     Windows of one shape about the same objects are compared by inclusion: what holds everywhere in a window holds
     everywhere in a part of it, and what holds somewhere in a part holds somewhere in the whole.
+
+    Parameters
+    ----------
+    known : remembers what is found out.
     """
     if one is other or one is FALSE or other is TRUE:
         return True
-    if isinstance(one, Junction) and not one.is_conjunction:
-        return all(implies(part, other) for part in one.parts)
-    if isinstance(other, Junction) and other.is_conjunction:
-        return all(implies(one, part) for part in other.parts)
-    if isinstance(one, Junction) and any(implies(part, other) for part in one.parts):
-        return True
-    if isinstance(other, Junction):
-        return any(implies(one, part) for part in other.parts)
+    if isinstance(one, Junction) or isinstance(other, Junction):
+        pair = (one, other)
+        found = known.get(pair)
+        if found is None:
+            found = known[pair] = _implies_with_junction(one, other, known)
+        return found
     if isinstance(one, Waiting) and isinstance(other, Waiting):
         if one.shape is not other.shape or one.bound != other.bound:
             return False
         wide, narrow = (one, other) if one.shape.is_universal else (other, one)
         return wide.start_us <= narrow.start_us and narrow.end_us <= wide.end_us
     if isinstance(one, Guarded) and isinstance(other, Guarded):
-        return one.member == other.member and one.sort == other.sort and implies(one.inner, other.inner)
+        return one.member == other.member and one.sort == other.sort and implies(one.inner, other.inner, known)
     return False
+
+
+def _implies_with_junction(one: Residual, other: Residual, known: Implied) -> bool:
+    if isinstance(one, Junction) and not one.is_conjunction:
+        return all(implies(part, other, known) for part in one.parts)
+    if isinstance(other, Junction) and other.is_conjunction:
+        return all(implies(one, part, known) for part in other.parts)
+    if isinstance(one, Junction) and any(implies(part, other, known) for part in one.parts):
+        return True
+    return isinstance(other, Junction) and any(implies(one, part, known) for part in other.parts)

@@ -1,8 +1,12 @@
-"""What is inside a formula? Its parts, whether it looks beyond one state, and the variables that it leaves free."""
+"""What is inside a formula? Its parts, whether it looks beyond one state, and the variables that it leaves free.
+
+`with_objects` puts objects in the place of these.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from dyknow.mtl.formula import (
     Always,
@@ -15,13 +19,17 @@ from dyknow.mtl.formula import (
     Implies,
     Next,
     Not,
+    Object,
+    Operand,
     Or,
     Proposition,
     Quantified,
     Scaled,
     Sum,
     Term,
+    Text,
     Tolerate,
+    Truth,
     Until,
     Variable,
 )
@@ -94,3 +102,67 @@ def _variables(term: Term) -> Iterator[str]:
     elif isinstance(term, Sum):
         yield from _variables(term.left)
         yield from _variables(term.right)
+
+
+def with_objects(formula: Formula, objects: Mapping[str, str]) -> Formula:  # noqa: PLR0911 - one case per kind
+    """Put objects in the place of free variables.
+
+    Parameters
+    ----------
+    objects : names of objects by names of variables; variables that are left out stay.
+
+    Examples
+    --------
+    >>> from dyknow.mtl.parser import parse_formula
+    >>> from dyknow.mtl.printer import print_formula
+    >>> nobody_near = parse_formula("forall ?b in Car: ?a = ?b or not close[?a, ?b]", variables=["a"])
+    >>> print_formula(with_objects(nobody_near, {"a": "car7"}))
+    'forall ?b in Car: "car7" = ?b or not close[car7, ?b]'
+    """
+
+    def inside(part: Formula) -> Formula:
+        return with_objects(part, objects)
+
+    match formula:
+        case Proposition(feature):
+            return Proposition(_feature_with(feature, objects))
+        case Comparison(left, comparator, right):
+            return Comparison(_term_with(left, objects), comparator, _term_with(right, objects))
+        case Quantified(variable=variable, body=body):
+            rest = {name: one for name, one in objects.items() if name != variable.name}
+            return replace(formula, body=with_objects(body, rest))
+        case And(parts) | Or(parts):
+            return replace(formula, parts=tuple(map(inside, parts)))
+        case Implies(left, right) | Iff(left, right) | Until(left, right):
+            return replace(formula, left=inside(left), right=inside(right))
+        case Truth():
+            return formula
+        case _:
+            return replace(formula, body=inside(formula.body))
+
+
+def _feature_with(feature: Feature, objects: Mapping[str, str]) -> Feature:
+    found = (
+        Object(objects[one.name]) if isinstance(one, Variable) and one.name in objects else one
+        for one in feature.arguments
+    )
+    return Feature(feature.name, tuple(found))
+
+
+def _term_with(term: Term, objects: Mapping[str, str]) -> Term:
+    if isinstance(term, Sum):
+        right = _operand_with(term.right, objects)
+        return Sum(_term_with(term.left, objects), term.sign, right)
+    return _operand_with(term, objects)
+
+
+def _operand_with(operand: Operand, objects: Mapping[str, str]) -> Operand:
+    match operand:
+        case Variable(name) if name in objects:
+            return Text(objects[name])
+        case Feature():
+            return _feature_with(operand, objects)
+        case Scaled(factor, feature):
+            return Scaled(factor, _feature_with(feature, objects))
+        case _:
+            return operand

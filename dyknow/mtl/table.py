@@ -16,6 +16,7 @@ from dyknow.mtl.residual import (
     TRUE,
     Expected,
     Guarded,
+    Implied,
     Junction,
     Known,
     Residual,
@@ -45,6 +46,7 @@ class FormulaTable:
         self._least_kept = least_kept
         self.generation = 0
         self._made: dict[object, Residual] = {}
+        self._implied: Implied = {}
         self._limit = least_kept
         self._adopted = 0
 
@@ -141,7 +143,7 @@ class FormulaTable:
             else:
                 kept += _narrowest(windows)
         kept += [self._merged_guards(same, is_conjunction=is_conjunction) for same in guarded.values()]
-        return _absorbed(kept, compound, is_conjunction=is_conjunction) if compound else kept
+        return _absorbed(kept, compound, self._implied, is_conjunction=is_conjunction) if compound else kept
 
     def _merged_guards(self, same: list[Guarded], *, is_conjunction: bool) -> Residual:
         """Join what is asked about one member inside its guard."""
@@ -166,11 +168,14 @@ class FormulaTable:
 
     def forget_if_full(self) -> None:
         """Start a new generation when too much was made; only between states, or equal residuals would differ."""
+        if len(self._implied) > 10 * self._limit:
+            self._implied = {}
         if len(self._made) <= self._limit:
             return
         self._limit = max(self._least_kept, 2 * self._adopted)
         self._adopted = 0
         self._made = {}
+        self._implied = {}
         self.generation += 1
 
 
@@ -186,15 +191,17 @@ def _narrowest(windows: list[Waiting]) -> list[Waiting]:
     return kept
 
 
-def _absorbed(simple: list[Residual], compound: list[Residual], *, is_conjunction: bool) -> list[Residual]:
+def _absorbed(
+    simple: list[Residual], compound: list[Residual], known: Implied, *, is_conjunction: bool
+) -> list[Residual]:
     """Leave out each junction that another part makes superfluous; `simple` parts were merged before."""
     kept = list(simple)
     for index, one in enumerate(compound):
         others = (*kept, *compound[index + 1 :])
         if is_conjunction:
-            is_needed = not any(implies(other, one) for other in others)
+            is_needed = not any(implies(other, one, known) for other in others)
         else:
-            is_needed = not any(implies(one, other) for other in others)
+            is_needed = not any(implies(one, other, known) for other in others)
         if is_needed:
             kept.append(one)
     return kept

@@ -76,6 +76,15 @@ class ForEach:
 Template: TypeAlias = Test | Joined | Operator | Following | ForEach
 
 
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What a template was made of: a formula, or its negation; `scope` names the variable of each slot."""
+
+    formula: Formula
+    scope: tuple[str, ...]
+    is_negated: bool
+
+
 def operands(template: Template) -> tuple[Template, ...]:
     """Give the templates directly inside a template."""
     match template:
@@ -90,15 +99,26 @@ def operands(template: Template) -> tuple[Template, ...]:
 
 
 def every(template: Template) -> Iterator[Template]:
-    """Give a template and all inside it, outer ones first."""
-    yield template
-    for part in operands(template):
-        yield from every(part)
+    """Give a template and all inside it, outer ones first, and each once: templates share what is inside them."""
+    seen: dict[Template, None] = {}
+    waiting = [template]
+    while waiting:
+        one = waiting.pop()
+        if one not in seen:
+            seen[one] = None
+            yield one
+            waiting += reversed(operands(one))
 
 
 def size_of(template: Template) -> int:
     """Count the nodes of a template as a tree."""
-    return sum(1 for _ in every(template))
+    return _size_of(template, {})
+
+
+def _size_of(template: Template, memo: dict[Template, int]) -> int:
+    if template not in memo:
+        memo[template] = 1 + sum(_size_of(part, memo) for part in operands(template))
+    return memo[template]
 
 
 class TemplateMaker:
@@ -115,16 +135,29 @@ class TemplateMaker:
 
     def __init__(self) -> None:
         self._made: dict[tuple[object, ...], Template | Shape] = {}
-        self._of_formulas: dict[tuple[Formula, tuple[str, ...]], Template] = {}
+        self._of_formulas: dict[tuple[Formula, tuple[str, ...], bool], Template] = {}
+        self._sources: dict[Template, Source] = {}
 
     def make(self, formula: Formula, variables: tuple[str, ...]) -> Template:
         """Make the template of a formula whose free variables have the slots 0, 1, ... in the given order."""
-        key = (formula, variables)
-        if key not in self._of_formulas:
-            self._of_formulas[key] = self._make(formula, variables, is_negated=False)
-        return self._of_formulas[key]
+        return self._make(formula, variables, is_negated=False)
 
-    def _make(self, formula: Formula, scope: tuple[str, ...], *, is_negated: bool) -> Template:  # noqa: PLR0911
+    def _make(self, formula: Formula, scope: tuple[str, ...], *, is_negated: bool) -> Template:
+        # Remembered, since `iff` and `tolerate` speak of their parts more than once: inside each other they would
+        # double the work with each level.
+        key = (formula, scope, is_negated)
+        found = self._of_formulas.get(key)
+        if found is None:
+            found = self._of_formulas[key] = self._made_of(formula, scope, is_negated=is_negated)
+            # After what is inside was made: what `tolerate` or `implies` stands for is shown in its author's words.
+            self._sources[found] = Source(formula, scope, is_negated)
+        return found
+
+    def source_of(self, template: Template) -> Source:
+        """Give a formula that a template of this maker was made of, the last one if there were several."""
+        return self._sources[template]
+
+    def _made_of(self, formula: Formula, scope: tuple[str, ...], *, is_negated: bool) -> Template:  # noqa: PLR0911
         if isinstance(formula, model.Not):
             return self._make(formula.body, scope, is_negated=not is_negated)
         if not has_tense(formula):

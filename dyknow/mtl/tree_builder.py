@@ -1,7 +1,8 @@
 """How does a parse tree become a formula, and does the formula mean something?
 
 One short method per rule of `formula.lark`. What the grammar cannot say is checked here, where the places are known:
-variables bound once, windows in order, durations in whole microseconds, names and numbers of arguments as declared.
+variables bound once, windows in order, durations in whole microseconds, names and numbers of arguments as declared, and
+by `kind_checks` that what is compared goes together.
 """
 
 from __future__ import annotations
@@ -9,27 +10,31 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from decimal import Decimal
-from typing import Any, TypeAlias, cast  # Any: lark leaves the children of a tree untyped
+from typing import Any, cast  # Any: lark leaves the children of a tree untyped
 
-from lark import Token, Tree
+from lark import Token
 
-from dyknow.diagnostics import Reporter, Span, suggest
+from dyknow.diagnostics import Reporter
 from dyknow.durations import LARGEST_US, US_PER_UNIT, format_duration, to_us
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
+from dyknow.mtl.kind_checks import KindChecker, suggest_name
+from dyknow.mtl.nesting import MOST_CHANGES, window_changes
+from dyknow.mtl.places import Node, operands, span_of
 from dyknow.mtl.signature import Signature
 from dyknow.mtl.structure import free_variables
 
-_Node: TypeAlias = Any  # a Tree, whose children lark types as trees or anything
 Scope = Mapping[str, "str | None"]
 _QUANTITY = re.compile(r"([0-9.]+)[ \t]*(.*)")
 
 
-def span_of(part: _Node | Token) -> Span:
-    """Give the place of a word or a tree."""
-    at = part.meta if isinstance(part, Tree) else part
-    line, column = at.line or 1, at.column or 1
-    return Span(line, column, at.end_line or line, at.end_column or column + 1)
+def check_nesting(formula: Formula, tree: Node, reporter: Reporter) -> None:
+    """Refuse windows that change between always and eventually too often: nobody could pay for their progression."""
+    found = window_changes(formula)
+    if found > MOST_CHANGES:
+        message = f"expected windows that are always and eventually in turn at most {MOST_CHANGES} deep, got {found}"
+        hint = "make the inner part a feature or a monitor of its own; tolerate counts twice"
+        reporter.error("F0105", message, span_of(tree), hint)
 
 
 class TreeBuilder:
@@ -38,17 +43,17 @@ class TreeBuilder:
     def __init__(self, reporter: Reporter, signature: Signature | None) -> None:
         self._reporter = reporter
         self._signature = signature
+        self._kinds = KindChecker(reporter, signature if signature is not None else Signature({}))
         self._monitors: set[str] = set()
         self._builders: dict[str, Callable[[list[Any], Scope], Formula]] = {
             "true": lambda _parts, _scope: model.Truth(True),
             "false": lambda _parts, _scope: model.Truth(False),
-            "proposition": lambda parts, scope: model.Proposition(self._feature(parts[0], scope)),
-            "comparison": self._comparison,
+            "proposition": self._proposition,
             "negation": lambda parts, scope: model.Not(self.formula(parts[0], scope)),
             "conjunction": lambda parts, scope: model.And(self._formulas(parts, scope)),
             "disjunction": lambda parts, scope: model.Or(self._formulas(parts, scope)),
-            "implies": lambda parts, scope: model.Implies(*self._formulas(_operands(parts), scope)),
-            "iff": lambda parts, scope: model.Iff(*self._formulas(_operands(parts), scope)),
+            "implies": lambda parts, scope: model.Implies(*self._formulas(operands(parts), scope)),
+            "iff": lambda parts, scope: model.Iff(*self._formulas(operands(parts), scope)),
             "always": lambda parts, scope: model.Always(self.formula(parts[1], scope), self._window(parts[0])),
             "eventually": lambda parts, scope: model.Eventually(self.formula(parts[1], scope), self._window(parts[0])),
             "next": lambda parts, scope: model.Next(self.formula(parts[0], scope)),
@@ -57,7 +62,7 @@ class TreeBuilder:
             "quantified": self._quantified,
         }
 
-    def monitor(self, tree: _Node) -> model.Monitor | None:
+    def monitor(self, tree: Node) -> model.Monitor | None:
         """Build a monitor from the tree of rule `monitor`; None if its subjects are no variables of its formula."""
         name, subjects, body = tree.children
         if str(name) in self._monitors:
@@ -72,17 +77,20 @@ class TreeBuilder:
         unnamed = [part for part in parts if part.data == "sort"]
         if not unnamed:
             formula = self.formula(body, scope)
+            check_nesting(formula, body, self._reporter)
             found = (model.Subject(model.Variable(name), str(sort)) for name, sort in scope.items())
             return model.Monitor(str(name), tuple(found), formula)
         return self._monitor_per_sort(str(name), parts, body)
 
-    def formula(self, tree: _Node, scope: Scope) -> Formula:
+    def formula(self, tree: Node, scope: Scope) -> Formula:
         """Build a formula in which the variables of `scope` are bound."""
+        if tree.data == "comparison":
+            return self._comparison(tree, scope)
         return self._builders[tree.data](tree.children, scope)
 
     # ---- monitors
 
-    def _monitor_per_sort(self, name: str, parts: list[_Node], body: _Node) -> model.Monitor | None:
+    def _monitor_per_sort(self, name: str, parts: list[Node], body: Node) -> model.Monitor | None:
         """``per Car`` means the one variable that the formula leaves free."""
         sort = parts[0].children[0]
         if len(parts) > 1:
@@ -92,6 +100,7 @@ class TreeBuilder:
             return None
         every = dict.fromkeys((str(word)[1:] for word in body.scan_values(_is_variable)), None)
         formula = self.formula(body, _Lenient(every))
+        check_nesting(formula, body, self._reporter)
         free = free_variables(formula)
         if len(free) != 1:
             came = " and ".join("?" + one for one in free) or "none"
@@ -129,14 +138,21 @@ class TreeBuilder:
             formula = model.Quantified(quantifier, model.Variable(str(variable)[1:]), str(sort), formula)
         return formula
 
-    def _comparison(self, parts: list[Any], scope: Scope) -> Formula:
-        left, comparator, right = parts
+    def _proposition(self, parts: list[Any], scope: Scope) -> Formula:
+        feature = self._feature(parts[0], scope)
+        self._kinds.check_proposition(feature, parts[0])
+        return model.Proposition(feature)
+
+    def _comparison(self, tree: Node, scope: Scope) -> Formula:
+        left, comparator, right = tree.children
         sign = cast(model.Comparator, str(comparator.children[0]))
-        return model.Comparison(self._term(left, scope), sign, self._term(right, scope))
+        comparison = model.Comparison(self._term(left, scope), sign, self._term(right, scope))
+        self._kinds.check_comparison(comparison, tree)
+        return comparison
 
     # ---- terms
 
-    def _term(self, tree: _Node, scope: Scope) -> Term:
+    def _term(self, tree: Node, scope: Scope) -> Term:
         parts = tree.children
         match tree.data:
             case "feature":
@@ -151,17 +167,17 @@ class TreeBuilder:
             case "scaled":
                 return model.Scaled(Decimal(str(parts[0])), self._feature(parts[1], scope))
             case _:
-                left, right = (self._term(part, scope) for part in _operands(parts))
+                left, right = (self._term(part, scope) for part in operands(parts))
                 assert not isinstance(right, model.Sum)
                 return model.Sum(left, "+" if tree.data == "sum" else "-", right)
 
-    def _feature(self, tree: _Node, scope: Scope) -> model.Feature:
+    def _feature(self, tree: Node, scope: Scope) -> model.Feature:
         name, *rest = tree.children
         arguments = [part for part in rest if part is not None]
         self._check_feature(name, len(arguments))
         return model.Feature(str(name), tuple(self._argument(part, scope) for part in arguments))
 
-    def _argument(self, tree: _Node, scope: Scope) -> model.Argument:
+    def _argument(self, tree: Node, scope: Scope) -> model.Argument:
         token = tree.children[0]
         if tree.data == "variable":
             return self._variable(token, scope)
@@ -170,13 +186,13 @@ class TreeBuilder:
     def _variable(self, token: Token, scope: Scope) -> model.Variable:
         name = str(token)[1:]
         if name not in scope:
-            hint = suggest(name, scope) or "bind it: forall ?x in Sort: ..."
+            hint = suggest_name(name, scope) or "bind it: forall ?x in Sort: ..."
             self._reporter.error("F0204", f"expected a bound variable, got {str(token)!r}", span_of(token), hint)
         return model.Variable(name)
 
     # ---- windows
 
-    def _window(self, tree: _Node | None) -> model.Window:
+    def _window(self, tree: Node | None) -> model.Window:
         if tree is None:
             return model.ALWAYS_OPEN
         start, end = tree.children
@@ -189,7 +205,7 @@ class TreeBuilder:
             self._reporter.error("F0301", f"expected {expected}, got {format_duration(end_us)}", span_of(end))
         return model.Window(start_us, end_us)
 
-    def _duration(self, tree: _Node) -> int:
+    def _duration(self, tree: Node) -> int:
         token = tree.children[0]
         amount, unit = _quantity(token)
         if unit not in US_PER_UNIT and (unit or amount):
@@ -217,24 +233,21 @@ class TreeBuilder:
             return
         name, known = str(token), self._signature.features
         if name not in known:
-            hint = suggest(name, known)
+            hint = suggest_name(name, known)
             self._reporter.error("F0201", f"expected a known feature, got {name!r}", span_of(token), hint)
         elif known[name] != count:
-            message = f"expected {known[name]} arguments of {name!r}, got {count}"
+            plural = "" if known[name] == 1 else "s"
+            message = f"expected {known[name]} argument{plural} of {name!r}, got {count}"
             self._reporter.error("F0202", message, span_of(token))
 
     def _check_sort(self, token: Token) -> None:
         if self._signature is not None and str(token) not in self._signature.sorts:
-            hint = suggest(str(token), self._signature.sorts)
+            hint = suggest_name(str(token), self._signature.sorts)
             self._reporter.error("F0203", f"expected a known sort, got {str(token)!r}", span_of(token), hint)
 
 
 class _Lenient(dict[str, "str | None"]):
     """A scope where any variable of the text may stay free, so that the free ones can be counted afterwards."""
-
-
-def _operands(parts: list[Any]) -> list[_Node]:
-    return [part for part in parts if part is not None and getattr(part, "data", "") not in ("_iff", "_implies")]
 
 
 def _is_variable(value: object) -> bool:

@@ -169,24 +169,30 @@ def defined(
     names = [one.variable.name for one in monitor.subjects]
     for objects in product("abc", repeat=len(names)):
         bound = {name: ("Car", one) for name, one in zip(names, objects, strict=True)}
-        for stretch in stretches(states, objects):
-            for t_us, since_us, outcome in verdicts(monitor, stretch, bound, calm_us):
+        for stretch, left_us in stretches(states, objects):
+            for t_us, since_us, outcome in verdicts(monitor, stretch, bound, calm_us, left_us):
                 yield objects, t_us, since_us, outcome
 
 
-def stretches(states: Sequence[tuple[int, DictState]], objects: Sequence[str]) -> Iterator[list[tuple[int, DictState]]]:
-    """Cut out the runs of states that have all the objects."""
+def stretches(
+    states: Sequence[tuple[int, DictState]], objects: Sequence[str]
+) -> Iterator[tuple[list[tuple[int, DictState]], int]]:
+    """Cut out the runs of states that have all the objects; with each, when they had left, or 0."""
     stretch: list[tuple[int, DictState]] = []
     for one in [*states, (0, DictState({}))]:
         if set(objects) <= set(one[1].members("Car")):
             stretch.append(one)
         elif stretch:
-            yield stretch
+            yield stretch, one[0]
             stretch = []
 
 
 def verdicts(
-    monitor: Monitor, stretch: list[tuple[int, DictState]], bound: Mapping[str, tuple[str, str]], calm_us: int
+    monitor: Monitor,
+    stretch: list[tuple[int, DictState]],
+    bound: Mapping[str, tuple[str, str]],
+    calm_us: int,
+    left_us: int,
 ) -> Iterator[tuple[int, int, str]]:
     recovery_us = max(calm_us, horizon_us(monitor.formula))
     goes_on, first = False, 0
@@ -202,3 +208,61 @@ def verdicts(
             goes_on, first = True, last + 1
         elif t_us - since_us >= recovery_us:
             goes_on = False
+    if first < len(stretch):
+        verdict = Sequences(stretch[first:], False, left_us).holds(monitor.formula, 0, dict(bound))
+        if verdict == T or (verdict == F and not goes_on):
+            yield left_us, stretch[first][0], "satisfied" if verdict == T else "violated"
+
+
+# ---- time without states
+
+STARTS = "monitor starts per Car: eventually[0s, 3s] p[?c]"
+
+
+def test_a_deadline_that_passed_before_an_object_was_missed_is_decided() -> None:
+    monitors = Monitors(parse_monitors(STARTS))
+    monitors.update(0, world(a=False, b=False))
+    assert monitors.update(2 * SECOND_US, world(b=False)) == ()  # a might have started yet
+    assert [told(one) for one in monitors.update(4 * SECOND_US, world())] == [("starts_violated", ("b",), 0, 4)]
+    [report] = monitors.report()
+    assert (report.violated, report.undecided) == (1, 1)
+
+
+def test_time_that_passes_decides_deadlines_once() -> None:
+    monitors = Monitors(parse_monitors(STARTS))
+    monitors.update(0, world(a=False))
+    assert monitors.advance(3 * SECOND_US) == ()
+    assert [told(one) for one in monitors.advance(5 * SECOND_US)] == [("starts_violated", ("a",), 0, 5)]
+    assert monitors.advance(60 * SECOND_US) == ()
+    monitors.finish()
+    assert [(one.violated, one.undecided) for one in monitors.report()] == [(1, 0)]
+
+
+def test_the_instance_after_a_violation_by_time_begins_with_the_next_state() -> None:
+    monitors = Monitors(parse_monitors(STARTS))
+    monitors.update(0, world(a=False))
+    monitors.advance(5 * SECOND_US)
+    assert [told(one) for one in monitors.update(9 * SECOND_US, world(a=True))] == [("starts_satisfied", ("a",), 9, 9)]
+
+
+def test_a_state_before_the_time_told_is_refused() -> None:
+    monitors = Monitors(parse_monitors(STARTS))
+    monitors.update(0, world(a=False))
+    monitors.advance(2 * SECOND_US)
+    with pytest.raises(StateError, match="expected a state at 2000000 us or later"):
+        monitors.update(SECOND_US, world(a=True))
+
+
+def test_time_told_in_between_loses_nothing() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(100):
+        monitor = Monitor("m", (Subject(Variable("x0"), "Car"),), random_formula(rng, 2, ("x0",)))
+        states = random_states(rng, 12)
+        plain, hurried = Monitors([monitor]), Monitors([monitor])
+        for t_us, state in states:
+            plain.update(t_us, state)
+            hurried.advance(t_us)
+            hurried.update(t_us, state)
+        [one], [other] = plain.report(), hurried.report()
+        # A failure that is known before a state leaves that state to the next instance, so there may be more of them.
+        assert bool(one.violated) == bool(other.violated)

@@ -30,7 +30,7 @@ def test_the_monitors_and_the_chronicle_of_the_page_go_together(tmp_path: Path) 
     (tmp_path / "page.monitors").write_text(monitors)
     loaded = load_monitor_files([tmp_path / "page.monitors"])
     chronicles = load_texts(with_relations([("page", chronicle)]))
-    loaded.check_chronicles(chronicles)
+    loaded.check_names(chronicles)
     assert "within_limit_violated" in chronicles.plan("races_past").consumes
 
 

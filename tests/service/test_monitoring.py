@@ -5,25 +5,22 @@ from pathlib import Path
 
 import pytest
 
-from anchoring.adapter import TRIAL_US
-from dyknow.monitors.kinds import KindError
+from chronicles.errors import ChronicleError
 from dyknow.monitors.monitors import MonitorEvent
 from dyknow.mtl.errors import FormulaError
-from qsr.changes import RelationChange, Value
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings
 from service.errors import InputError, LogError, NotInLogError
 from service.explaining import Explainer
 from service.monitor_files import load_monitor_files
 from service.monitored_features import CAR_FEATURES, SIGNATURE
-from service.monitored_states import TrafficState, WaitingStates
 from service.queries import EventFilter
 from service.recognition import recognise_stored
 from service.records import EventRecord
 from service.runs import RunRequest, process
 from service.store.log import open_log
 from service.stored_monitoring import monitor_log
-from tests.service.logs import SECOND_US, read_all, state
+from tests.service.logs import SECOND_US, read_all
 from tests.service.tracks import HEADER
 
 LIMIT = "monitor limit per ?car in Car: always speed[?car] < 15 m/s\n"
@@ -35,83 +32,6 @@ APART = (
 def written(folder: Path, name: str, text: str) -> Path:
     (folder / name).write_text(text)
     return folder / name
-
-
-# ---- states
-
-
-def beside(t_us: int, new: Value, decided_us: int | None = None) -> RelationChange:
-    return RelationChange("beside", ("a", "b"), t_us, t_us if decided_us is None else decided_us, None, new)
-
-
-def values(waiting: WaitingStates, frames: dict[int, list[RelationChange]]) -> list[tuple[int, Value]]:
-    """Run frames with cars a and b; give beside[a, b] in every state."""
-    found: list[tuple[int, TrafficState]] = []
-    for t_us, changes in frames.items():
-        found += waiting.take_relations(t_us, [(one, ()) for one in changes])
-        waiting.take_cars(t_us, [state(t_us, "a"), state(t_us, "b")])
-    found += waiting.finish()
-    return [(t_us, one.value("beside", ("a", "b"))) for t_us, one in found]  # type: ignore[misc]  # no numbers here
-
-
-def test_a_change_counts_from_when_it_happened_not_from_when_it_was_decided() -> None:
-    frames = {0: [beside(0, False)], 10: [], 20: [], 30: [beside(10, True, decided_us=30)], 40: []}
-    assert values(WaitingStates({"beside"}, lag_us=20), frames) == [
-        (0, False),
-        (10, True),
-        (20, True),
-        (30, True),
-        (40, True),
-    ]
-
-
-def test_a_pair_that_is_not_looked_at_any_more_is_unknown_again() -> None:
-    frames = {0: [beside(0, True)], 10: [beside(10, None)], 20: []}
-    assert values(WaitingStates({"beside"}, lag_us=0), frames) == [(0, True), (10, None), (20, None)]
-
-
-def test_a_state_comes_as_soon_as_no_change_up_to_its_time_can_follow() -> None:
-    waiting = WaitingStates({"beside"}, lag_us=20)
-    came: list[list[int]] = []
-    for t_us in (0, 10, 20, 35, 50):
-        came.append([one for one, _ in waiting.take_relations(t_us, ())])
-        waiting.take_cars(t_us, [state(t_us, "a")])
-    assert came == [[], [], [0], [10], [20]]
-
-
-def test_what_was_not_seen_is_unknown() -> None:
-    waiting = WaitingStates({"speed", "seen", "on"}, lag_us=0)
-    waiting.take_cars(0, [state(0, "a"), state(0, "b", linked=False)])
-    [(_, one)] = waiting.finish()
-    assert [one.value("speed", (car,)) for car in "abc"] == [13.9, None, None]
-    assert [one.value("seen", (car,)) for car in "abc"] == [True, False, None]
-    assert one.members("Car") == ("a", "b")
-    assert one.members("Road") == ()
-
-
-def test_what_rests_on_a_refuted_link_is_left_out() -> None:
-    waiting = WaitingStates({"speed", "beside"}, lag_us=20)
-    list(waiting.take_relations(0, [(beside(0, False), ()), (beside(5, True), ("wrong",))]))
-    waiting.take_cars(0, [state(0, "a"), state(0, "b")], {"a": ("right", "wrong"), "b": ("right",)})
-    assert list(waiting.take_relations(10, (), refuted=("wrong",))) == []
-    waiting.take_cars(10, [state(10, "a"), state(10, "b")])
-    before, after = (one for _, one in waiting.finish())
-    assert [before.value("speed", (car,)) for car in "ab"] == [None, 13.9]
-    assert [after.value("speed", (car,)) for car in "ab"] == [13.9, 13.9]
-    assert after.value("beside", ("a", "b")) is False
-
-
-def test_states_that_were_given_out_do_not_change() -> None:
-    waiting = WaitingStates({"beside"}, lag_us=0)
-    waiting.take_cars(0, [state(0, "a")])
-    [(_, first)] = waiting.take_relations(0, [(beside(0, True), ())])
-    waiting.take_cars(10, [state(10, "a")])
-    [(_, second)] = waiting.take_relations(10, [(beside(10, False), ())])
-    assert (first.value("beside", ("a", "b")), second.value("beside", ("a", "b"))) == (True, False)
-
-
-def test_links_are_decided_before_a_state_on_them_is_judged() -> None:
-    assert RelationSettings().backdate_us >= TRIAL_US
 
 
 # ---- texts
@@ -133,7 +53,7 @@ def test_an_unknown_sort_is_refused(tmp_path: Path) -> None:
 
 
 def test_values_of_different_kinds_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(KindError, match="got a speed and a length"):
+    with pytest.raises(FormulaError, match=r"expected a speed, as 'speed.*' is, got a length"):
         load_monitor_files([written(tmp_path, "a.monitors", LIMIT.replace("m/s", "m"))])
 
 
@@ -142,10 +62,19 @@ def test_a_file_without_a_monitor_is_refused(tmp_path: Path) -> None:
         load_monitor_files([written(tmp_path, "a.monitors", "# nothing\n")])
 
 
-def test_names_are_shared_by_all_files(tmp_path: Path) -> None:
-    paths = [written(tmp_path, name, LIMIT) for name in ("a.monitors", "b.monitors")]
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        (LIMIT, "1:9"),
+        ("# monitor limit\n" + APART + "  monitor # a\n  limit per ?car in Car: always moving[?car]\n", "4:3"),
+    ],
+    ids=["first", "in_pieces"],
+)
+def test_names_are_shared_by_all_files(tmp_path: Path, text: str, place: str) -> None:
+    paths = [written(tmp_path, "a.monitors", LIMIT), written(tmp_path, "b.monitors", text)]
     with pytest.raises(
-        InputError, match=r"b.monitors: expected a new name of a monitor, got 'limit' as in .*a.monitors"
+        FormulaError,
+        match=rf"expected a new name of a monitor, got 'limit' as in .*a.monitors\n --> .*b.monitors:{place}\n",
     ):
         load_monitor_files(paths)
 
@@ -244,7 +173,7 @@ def test_a_chronicle_looks_at_violations_in_the_same_run(tmp_path: Path) -> None
 
 def test_a_chronicle_that_no_verdict_could_match_is_refused(tmp_path: Path) -> None:
     chronicle = "message limit_violated[?a, ?b] chronicle late[?a](t1) { event(limit_violated[?a, car2], t1) }"
-    with pytest.raises(InputError, match="chronicle 'late': expected 1 arguments of 'limit_violated', as the monitor"):
+    with pytest.raises(ChronicleError, match="expected 1 argument of 'limit_violated', as its monitor has, got 2"):
         run_race(tmp_path, LIMIT, chronicle)
     assert not (tmp_path / "log.db").exists()
 
@@ -252,6 +181,12 @@ def test_a_chronicle_that_no_verdict_could_match_is_refused(tmp_path: Path) -> N
 def test_a_monitor_with_the_name_of_a_chronicle_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="monitor 'overtake': expected a name that no chronicle has, got that of one"):
         run_race(tmp_path, LIMIT.replace("limit", "overtake"))
+
+
+def test_a_chronicle_that_gives_the_event_of_a_monitor_is_refused(tmp_path: Path) -> None:
+    chronicle = "chronicle limit_violated[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }"
+    with pytest.raises(InputError, match="expected names of events that no monitor gives, got 'limit_violated'"):
+        run_race(tmp_path, LIMIT, chronicle)
 
 
 def test_what_rests_on_a_verdict_can_be_explained_and_found_again(tmp_path: Path) -> None:
@@ -332,17 +267,3 @@ def test_roads_are_refused_where_there_are_none(tmp_path: Path) -> None:
     url = run_race(tmp_path, "")
     with pytest.raises(InputError, match="expected roads"):
         monitor_log(url, [written(tmp_path, "b.monitors", text)])
-
-
-def test_little_is_kept_of_what_has_passed() -> None:
-    waiting = WaitingStates({"moving"}, lag_us=50)
-    for t_us in range(0, 5000, 10):
-        car = f"car{t_us}"
-        gone = RelationChange("moving", (f"car{t_us - 10}",), t_us, t_us, True, None)
-        came = RelationChange("moving", (car,), t_us, t_us, None, True)
-        released = list(waiting.take_relations(t_us, [(gone, ()), (came, ())]))
-        waiting.take_cars(t_us, [state(t_us, car)])
-        assert len(released) <= 1
-    rest = list(waiting.finish())
-    assert len(rest) == 5
-    assert [rest[-1][1].value("moving", (f"car{t_us}",)) for t_us in (4970, 4980, 4990)] == [None, None, True]

@@ -21,10 +21,11 @@ COMPARE = {">=": operator.ge, "!=": operator.ne}
 
 @dataclass(frozen=True)
 class Sequences:
-    """States at increasing times; more may follow unless the sequence has ended."""
+    """States at increasing times; more may follow unless the sequence has ended, none before `least_us`."""
 
     states: Sequence[tuple[int, DictState]]
     has_ended: bool
+    least_us: int = 0
 
     def holds(self, formula: Formula, i: int, objects: Objects) -> int:  # noqa: PLR0911, PLR0912 - one case a line
         """Say whether a formula holds in state i: F, U or T."""
@@ -80,7 +81,8 @@ class Sequences:
             if passed_us >= window.start_us:
                 found = max(found, min(so_far, self.holds(right, j, objects)))
             so_far = min(so_far, self.holds(left, j, objects))
-        passed_us = self.states[-1][0] - start_us
+        # All states up to this time are known: those after the last one, or after a promise, are not.
+        passed_us = max(self.states[-1][0], self.least_us - 1) - start_us
         if self.has_ended or (window.end_us is not None and passed_us >= window.end_us):
             return found
         return max(found, min(so_far, U))

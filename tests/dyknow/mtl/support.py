@@ -112,3 +112,23 @@ def agrees_with_the_oracle(seed: int, *, remembers: bool) -> None:
     for _ in range(2):
         states = random_states(rng, 3 + pick(rng, 7), unknown=0.05 * pick(rng, 3), step_us=1 + pick(rng, 3))
         assert verdicts(formula, states, shared) == expected_verdicts(formula, states), (seed, formula)
+
+
+def agrees_with_the_oracle_while_time_passes(seed: int, *, remembers: bool) -> None:
+    """Compare the verdicts on one random formula where time also passes without states."""
+    rng = np.random.default_rng([9, seed])
+    formula = random_formula(rng, 1 + pick(rng, 4))
+    shared = SharedWork(remembers=remembers, least_kept=10 + pick(rng, 100))
+    for _ in range(2):
+        states = random_states(rng, 3 + pick(rng, 5), unknown=0.05 * pick(rng, 3), step_us=1 + pick(rng, 5))
+        progressor = Progressor(formula, shared=shared)
+        for k, (t_us, state) in enumerate(states):
+            found = [progressor.progress(t_us, state)]
+            end_us = states[k + 1][0] if k + 1 < len(states) else t_us + 6
+            promises = sorted(int(one) for one in rng.integers(t_us - 1, end_us + 1, pick(rng, 4)))
+            found += [progressor.advance(one) for one in promises]
+            asked = [Sequences(states[: k + 1], has_ended=False, least_us=one) for one in (0, *promises)]
+            expected = [VERDICTS.get(one.holds(formula, 0, {}), Verdict.UNKNOWN) for one in asked]
+            assert found == expected, (seed, t_us, promises, formula)
+        at_the_end = Sequences(states, has_ended=True).holds(formula, 0, {})
+        assert progressor.finish() is VERDICTS.get(at_the_end, Verdict.UNKNOWN), (seed, formula)

@@ -1,0 +1,80 @@
+"""What is the value of a feature: a truth value, a word, a speed, a length? Only values of one kind can be compared."""
+
+from __future__ import annotations
+
+from enum import Enum
+from types import MappingProxyType
+
+
+class Kind(Enum):
+    """Name what the value of a feature is; `NUMBER` is one without a unit."""
+
+    TRUTH = "truth value"
+    WORD = "word"
+    OBJECT = "object"
+    NUMBER = "number"
+    LENGTH = "length"
+    SPEED = "speed"
+    ACCELERATION = "acceleration"
+    ANGLE = "angle"
+    DURATION = "duration"
+
+
+NUMERIC = frozenset({Kind.NUMBER, Kind.LENGTH, Kind.SPEED, Kind.ACCELERATION, Kind.ANGLE, Kind.DURATION})
+_UNITS = MappingProxyType(
+    {
+        Kind.NUMBER: ("",),
+        Kind.LENGTH: ("m", "km"),
+        Kind.SPEED: ("m/s", "km/h"),
+        Kind.ACCELERATION: ("m/s2",),
+        Kind.ANGLE: ("rad", "deg"),
+        Kind.DURATION: ("us", "ms", "s", "min", "h"),
+    }
+)
+_OF_UNIT = MappingProxyType({unit: kind for kind, units in _UNITS.items() for unit in units})
+
+
+def kind_of_unit(unit: str) -> Kind:
+    """Give the kind of a number with this unit; "" is that of a bare one.
+
+    Examples
+    --------
+    >>> kind_of_unit("km/h"), kind_of_unit("")
+    (<Kind.SPEED: 'speed'>, <Kind.NUMBER: 'number'>)
+    """
+    return _OF_UNIT[unit]
+
+
+def units_of(kind: Kind) -> tuple[str, ...]:
+    """Give the units in which values of a kind are written; none where they have no unit.
+
+    Examples
+    --------
+    >>> units_of(Kind.SPEED), units_of(Kind.NUMBER), units_of(Kind.WORD)
+    (('m/s', 'km/h'), (), ())
+    """
+    return tuple(unit for unit in _UNITS.get(kind, ()) if unit)
+
+
+def are_comparable(left: Kind, right: Kind) -> bool:
+    """Tell whether two kinds can be compared: a number without a unit goes with every other, an object has a name.
+
+    Examples
+    --------
+    >>> are_comparable(Kind.SPEED, Kind.NUMBER), are_comparable(Kind.SPEED, Kind.LENGTH)
+    (True, False)
+    """
+    if left is right or {left, right} == {Kind.WORD, Kind.OBJECT}:
+        return True
+    return {left, right} <= NUMERIC and Kind.NUMBER in (left, right)
+
+
+def with_article(kind: Kind) -> str:
+    """Name a kind in a sentence.
+
+    Examples
+    --------
+    >>> with_article(Kind.ANGLE), with_article(Kind.SPEED)
+    ('an angle', 'a speed')
+    """
+    return f"{'an' if kind.value[0] in 'aeiou' else 'a'} {kind.value}"

@@ -1,0 +1,92 @@
+"""Which messages do monitors give to chronicles, and do chronicles look at them as they are?
+
+One rule for processing, recognising again and checking: each monitor gives ``NAME_violated`` and ``NAME_satisfied``,
+with the objects of its variables as arguments and without values. What asks for another shape would never match.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import get_args
+
+from chronicles.errors import ChronicleError
+from chronicles.language import model
+from chronicles.language.diagnostics import Diagnostic, Reporter
+from chronicles.language.parser import parse
+from dyknow.monitors.monitors import Outcome
+from dyknow.mtl.formula import Monitor
+from dyknow.mtl.parser import parse_monitors
+from service.records import RunRecord
+
+Messages = Mapping[str, int]
+
+NO_MESSAGES: Messages = {}
+
+
+def messages_of(monitors: Iterable[Monitor]) -> Messages:
+    """Give the messages of monitors, each with its number of arguments.
+
+    Examples
+    --------
+    >>> messages_of(parse_monitors("monitor careful per Car: always speed[?c] < 50 km/h"))
+    {'careful_violated': 1, 'careful_satisfied': 1}
+    """
+    return {f"{one.name}_{outcome}": len(one.subjects) for one in monitors for outcome in get_args(Outcome)}
+
+
+def messages_of_run(run: RunRecord) -> Messages:
+    """Give the messages of the monitors that were run with a run."""
+    return messages_of(monitor for one in run.monitors for monitor in parse_monitors(one.text, name=one.name))
+
+
+def check_uses(texts: Sequence[tuple[str, str]], messages: Messages) -> None:
+    """Refuse chronicle texts (name, text) that look at a monitor's message in another shape than it has.
+
+    Raises
+    ------
+    ChronicleError
+        If one does; it carries all such places.
+    """
+    found = misuses(texts, messages)
+    if found:
+        raise ChronicleError.from_diagnostics(found)
+
+
+def misuses(texts: Sequence[tuple[str, str]], messages: Messages) -> tuple[Diagnostic, ...]:
+    """Give the places where chronicles look at a monitor's message in another shape than it has.
+
+    Examples
+    --------
+    >>> text = "chronicle late[?a, ?b](t1) { event(careful_violated[?a, ?b], t1) }"
+    >>> [(one.code, one.column, one.message) for one in misuses([("a", text)], {"careful_violated": 1})]
+    [('C0301', 36, "expected 1 argument of 'careful_violated', as its monitor has, got 2")]
+    """
+    if not messages:
+        return ()
+    reporter = Reporter(dict(texts))
+    unread = Reporter(dict(texts))  # what is no chronicle is told by the compiler
+    for name, text in texts:
+        for declaration in parse(text, name, unread).declarations:
+            if isinstance(declaration, model.Chronicle):
+                for used, has_values in _looked_at(declaration):
+                    _check_use(used, messages, reporter, has_values=has_values)
+    return reporter.diagnostics
+
+
+def _looked_at(chronicle: model.Chronicle) -> Iterator[tuple[model.Pattern | model.Fluent, bool]]:
+    for one in chronicle.statements:
+        if isinstance(one, model.EventStatement | model.NoEventStatement | model.OccursStatement):
+            yield one.pattern, one.pattern.change is not None
+        elif isinstance(one, model.HoldStatement):
+            yield one.fluent, True
+
+
+def _check_use(used: model.Pattern | model.Fluent, messages: Messages, reporter: Reporter, *, has_values: bool) -> None:
+    expected = messages.get(used.name)
+    if expected is None:
+        return
+    if len(used.arguments) != expected:
+        arguments = "1 argument" if expected == 1 else f"{expected} arguments"
+        message = f"expected {arguments} of {used.name!r}, as its monitor has, got {len(used.arguments)}"
+        reporter.error("C0301", message, used.name_span)
+    elif has_values:
+        message = f"expected {used.name!r} without values, as its monitor gives it, got one with values"
+        reporter.error("C0302", message, used.name_span)
