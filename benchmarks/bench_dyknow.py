@@ -94,6 +94,15 @@ def print_chains(number: int = 40_000) -> None:
         print(f"{hops:5d} {rate:18,.0f} {p50_us:16.2f} us {p95_us:5.2f} us {lost:4d}")
 
 
+def print_long_chain(hops: int = 5_000, number: int = 20) -> None:
+    """Show a chain that nested calls would not get through."""
+    end = Counting()
+    _, source = chain(hops, end)
+    samples = samples_at(PERIOD_US, number)
+    rate = number * hops / best_s(lambda: publish_all(source, samples))
+    print(f"{hops:5d} {rate:18,.0f} {'':19} {'':8} {number * REPETITIONS - end.count:4d}")
+
+
 def delays_us(hops: int, samples: Sequence[Sample[int]]) -> list[float]:
     """Measure how long each sample takes from one end of a chain to the other, in wall time."""
     started_ns, taken_us = 0, []
@@ -203,6 +212,7 @@ def print_life_cycles(number: int = 5_000) -> None:
 
 def main() -> None:
     print_chains()
+    print_long_chain()
     print_subscribers()
     print_policies()
     print_synchroniser()

@@ -1,6 +1,7 @@
 """Which processes should exist now? A configuration process keeps the node as a stream says."""
 
 from collections.abc import Callable, Hashable, Iterable
+from contextlib import ExitStack
 from typing import Any
 
 from dyknow.policy import Policy
@@ -54,15 +55,25 @@ class Configuration(Process):
         for key in [key for key in self._built if key not in wanted]:
             self._remove(key)
         for key in wanted:
-            if key not in self._built:
+            if key not in self._built and not self.output.is_closed:
                 self._built[key] = self._build(key)
+        if self.output.is_closed:  # what was built has removed its builder
+            self._remove_all()
 
     def close(self) -> None:
         """Stop to read, and remove everything that was created."""
-        for key in tuple(self._built):
-            self._remove(key)
-        super().close()
+        with ExitStack() as steps:  # both are done, also when one fails; the last sample may still create something
+            steps.callback(self._remove_all)
+            super().close()
+
+    def _remove_all(self) -> None:
+        with ExitStack() as steps:
+            for key in reversed(self._built):
+                steps.callback(self._remove, key)
 
     def _remove(self, key: Hashable) -> None:
-        for label in reversed(self._built.pop(key)):
-            self._tear_down(label)
+        """Remove what was created for a key; what cannot be removed is remembered, and so tried again."""
+        while self._built.get(key):
+            self._tear_down(self._built[key][-1])
+            self._built[key] = self._built[key][:-1]
+        self._built.pop(key, None)

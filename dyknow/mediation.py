@@ -3,7 +3,7 @@
 *Selection* passes on one stream at a time, as it is. *Collection* merges many, and says where each value came from.
 """
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -12,6 +12,7 @@ from typing import Any
 from dyknow.errors import ProcessError
 from dyknow.policy import Policy
 from dyknow.process import Input, Process
+from dyknow.relay import NESTED_HOPS, Relay
 from dyknow.sample import Sample
 from dyknow.stream import EVERYTHING, StreamGenerator
 
@@ -54,6 +55,7 @@ class Mediation(Process):
         find: Callable[[str], StreamGenerator | None],
     ) -> None:
         super().__init__(output, kind=kind.value)
+        output.depth = NESTED_HOPS + 1  # it may be told to pass on the end of any chain
         self.control = control
         self._mediation_kind = kind
         self._policy = policy
@@ -63,7 +65,7 @@ class Mediation(Process):
 
     def follow(self, control: StreamGenerator) -> None:
         """Begin to read the control stream."""
-        self.read(control, self._select, EVERYTHING)
+        self.read(control, Relay(self._select, self.output), EVERYTHING)
 
     @property
     def waiting_for(self) -> tuple[str, ...]:
@@ -75,7 +77,8 @@ class Mediation(Process):
         stream = self._find(label) if label in self._wanted and label not in self._connected else None
         if stream is not None:
             is_collection = self._mediation_kind is MediationKind.COLLECTION
-            self.read(stream, partial(self._collect, label) if is_collection else self._pass_on, self._policy)
+            answer = partial(self._collect, label) if is_collection else self._pass_on
+            self.read(stream, Relay(answer, self.output), self._policy)
             self._connected[label] = self.inputs[-1]
 
     def disconnect(self, label: str) -> None:
@@ -83,24 +86,31 @@ class Mediation(Process):
         if label in self._connected:
             self.stop_reading(self._connected.pop(label))
 
-    def _select(self, sample: Sample[Any]) -> None:
+    def _select(self, sample: Sample[Any]) -> tuple[()]:
         self.updates += 1
         wanted = self._labels(sample.value)
+        for label in wanted - self._connected.keys():
+            self._find(label)  # refuses what must not be read, before anything has changed
         self._wanted = wanted
         for label in sorted(self._connected.keys() - wanted):
             self.disconnect(label)
         for label in sorted(wanted):
             self.connect(label)
+        return ()
 
     def _labels(self, value: object) -> Set[str]:
         if not isinstance(value, Set) or not all(isinstance(label, str) for label in value):
             raise ProcessError(f"{self.kind} {self.label!r}: expected a set of labels on its control, got {value!r}")
         if self._mediation_kind is MediationKind.SELECTION and len(value) > 1:
             raise ProcessError(f"{self.kind} {self.label!r}: expected at most one label, got {sorted(value)!r}")
+        if self.control in value:
+            raise ProcessError(
+                f"{self.kind} {self.label!r}: expected other streams than its control, got {self.control!r}"
+            )
         return frozenset(value)
 
-    def _pass_on(self, sample: Sample[Any]) -> None:
-        self.output.publish(sample)
+    def _pass_on(self, sample: Sample[Any]) -> Sequence[Sample[Any]]:
+        return (sample,)
 
-    def _collect(self, label: str, sample: Sample[Any]) -> None:
-        self.output.publish(Sample(sample.available_us, sample.valid_us, Collected(label, sample.value)))
+    def _collect(self, label: str, sample: Sample[Any]) -> Sequence[Sample[Any]]:
+        return (Sample(sample.available_us, sample.valid_us, Collected(label, sample.value)),)

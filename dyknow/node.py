@@ -5,6 +5,7 @@ cycles: a process reads what was there before it, and a mediation is refused wha
 """
 
 from collections.abc import Callable, Hashable
+from contextlib import ExitStack
 from itertools import repeat
 from typing import Any
 
@@ -197,12 +198,13 @@ class Node:
         del self._processes[label]
         self._mediations.pop(label, None)
         self._order = None
-        try:
-            process.close()
-        finally:  # also when the code of the process fails while it is flushed
+        with ExitStack() as steps:  # each is taken, last one first, also when the code of the process fails
             for mediation in mediations:
-                mediation.disconnect(label)
-            process.output.close()
+                steps.callback(self._connect_again, mediation, label)
+            steps.callback(process.output.close)
+            for mediation in reversed(mediations):
+                steps.callback(mediation.disconnect, label)
+            steps.callback(process.close)
 
     def stream(self, label: str) -> StreamGenerator:
         """Give the stream of a label.
@@ -227,14 +229,19 @@ class Node:
         for process in self._inputs_first():
             if self._processes.get(process.label) is process:  # else a process before it has removed it
                 process.advance(available_us)
-                process.output.advance(available_us)
 
     def finish(self) -> None:
-        """Flush every process, inputs before what reads them."""
-        for process in self._inputs_first():
-            if self._processes.get(process.label) is process:
-                process.finish()
-                process.output.finish()
+        """Tell every process that its input has ended, inputs before what reads them; also those created by that.
+
+        Nothing can be published to a stream that has ended. Doing so again reaches only what was created since.
+        """
+        while any(not process.is_finished for process in self._processes.values()):
+            order = self._inputs_first()
+            for process in order:
+                if self._processes.get(process.label) is process:
+                    process.finish()
+                if self._order is not order:  # what has come may belong before what is next
+                    break
 
     def report(self) -> tuple[StreamReport, ...]:
         """Describe every process and its stream, in the order of creation."""
@@ -277,6 +284,11 @@ class Node:
         finally:
             self._being_built.pop()
         return tuple(created)
+
+    def _connect_again(self, mediation: Mediation, label: str) -> None:
+        """Connect what was created under a label while its predecessor was removed."""
+        if label in self._processes and self._mediations.get(mediation.label) is mediation:
+            mediation.connect(label)
 
     def _remove_if_there(self, label: str) -> None:
         if label in self._processes:

@@ -22,7 +22,10 @@ class AnyUpdate:
 
 @dataclass(frozen=True, slots=True)
 class AnyChange:
-    """Deliver a sample only when its value differs from the last one delivered; the first always counts."""
+    """Deliver a sample only when its value differs from the last one delivered; the first always counts.
+
+    Values differ as `dyknow.sameness` says: by ``==``, and arrays by any of their elements.
+    """
 
     def __str__(self) -> str:
         return "any change"
@@ -76,7 +79,7 @@ class Policy:
     cause : what makes a sample worth delivering.
     approximation : the value at sampled times; read by `SampleEvery` and by a synchroniser.
     max_delay_us : no sample is delivered later than this after its valid time; None accepts any delay.
-    from_us, to_us : the first and the last valid time of interest, both included; None does not limit.
+    from_us, to_us : the first and the last valid time that is delivered, both included; None does not limit.
     oldest_us : on subscription, also deliver stored samples whose valid time is at most this long ago.
     order : late samples are dropped, never reordered; ``STRICT`` also drops a repeated valid time.
 
@@ -111,6 +114,10 @@ class Policy:
         ):
             if not isinstance(value, kind):
                 raise PolicyError(f"policy: expected {family} to be of type {kind}, got {value!r}")
+        times_us = {name: getattr(self, name) for name in ("max_delay_us", "from_us", "to_us", "oldest_us")}
+        for name, us in times_us.items():
+            if us is not None and type(us) is not int:  # nor a float, which would make times that are not exact
+                raise PolicyError(f"policy: {name} must be None or a whole number of us, got {us!r}")
         for name, us in (("max_delay_us", self.max_delay_us), ("oldest_us", self.oldest_us)):
             if us is not None and us < 0:
                 raise PolicyError(f"policy: {name} must be None or >= 0 us, got {us!r}")

@@ -1,6 +1,8 @@
 """What does a policy do to a stream? Four rules, one after another, for one subscriber.
 
-1. *Duration*: a sample whose valid time lies outside ``from_us`` to ``to_us`` is dropped.
+1. *Duration*: a sample whose valid time lies outside ``from_us`` to ``to_us`` is dropped. Under ``sample every`` it
+   limits the times that are sampled instead: a sample before ``from_us`` may be the most recent one at such a time,
+   one after ``to_us`` shows that nothing earlier comes, and may be a neighbour to interpolate to.
 2. *Order*: a sample whose valid time is before that of the last one that passed is dropped; ``strict order`` also
    drops a sample of the same time. Nothing is ever reordered.
 3. *Cause*: ``any update`` passes every sample; ``any change`` drops one whose value equals that of the last one
@@ -17,6 +19,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from dyknow.policy import AnyChange, Order, Policy, SampleEvery
+from dyknow.sameness import is_same
 from dyknow.sample import Sample
 from dyknow.sampled_fluent import SampledFluent
 from dyknow.sampling import Sampling
@@ -32,7 +35,7 @@ class PolicyPipeline:
     Attributes
     ----------
     dropped : ``duration``, ``order``, ``delay``, ``no change``; under ``sample every`` also ``not sampled`` (a sample
-        nearer to each sampled time is there), ``late`` and ``repeated``.
+        nearer to each sampled time is there; ``duration`` if it lies outside), ``late`` and ``repeated``.
 
     Examples
     --------
@@ -69,7 +72,7 @@ class PolicyPipeline:
         if self._sampler:
             return [*passed, *self._sampler.offer(sample)]
         if isinstance(self.policy.cause, AnyChange):
-            if self._last_value is not _NOTHING and self._last_value == sample.value:
+            if self._last_value is not _NOTHING and is_same(self._last_value, sample.value):
                 self.dropped["no change"] = self.dropped.get("no change", 0) + 1
                 return ()
             self._last_value = sample.value
@@ -85,9 +88,7 @@ class PolicyPipeline:
 
     def _first_objection(self, sample: Sample[Any]) -> str | None:
         policy, valid_us, last_us = self.policy, sample.valid_us, self._last_valid_us
-        if policy.from_us is not None and valid_us < policy.from_us:
-            return "duration"
-        if policy.to_us is not None and valid_us > policy.to_us:
+        if not self._sampler and not _is_within(policy, valid_us):
             return "duration"
         if last_us is not None and _is_out_of_order(policy.order, last_us, valid_us):
             return "order"
@@ -95,6 +96,10 @@ class PolicyPipeline:
         if not self._sampler and policy.max_delay_us is not None and sample.delay_us > policy.max_delay_us:
             return "delay"
         return None
+
+
+def _is_within(policy: Policy, valid_us: int) -> bool:
+    return (policy.from_us is None or policy.from_us <= valid_us) and (policy.to_us is None or valid_us <= policy.to_us)
 
 
 def _is_out_of_order(order: Order, last_us: int, valid_us: int) -> bool:
@@ -106,7 +111,7 @@ class Sampler:
 
     The times are ``from_us + k * period_us``, or multiples of the period where the policy does not say from when, so
     that two subscribers get the same times whenever they joined. The first is the earliest that is neither before the
-    first sample nor too late to be delivered in time when that comes.
+    first sample or ``from_us``, nor too late to be delivered in time when that sample comes.
     """
 
     __slots__ = ("_dropped", "_period_us", "_policy", "_sampling")
@@ -134,11 +139,18 @@ class Sampler:
     def _begin(self, first: Sample[Any]) -> Sampling:
         policy, period_us = self._policy, self._period_us
         phase_us = policy.from_us or 0
-        earliest_us = first.valid_us
+        earliest_us = first.valid_us if policy.from_us is None else max(first.valid_us, policy.from_us)
         if policy.max_delay_us is not None:
             earliest_us = max(earliest_us, first.available_us - policy.max_delay_us)
         start_us = phase_us - (phase_us - earliest_us) // period_us * period_us
-        fluent = SampledFluent(policy.approximation, policy.order, start_us=start_us, period_us=period_us)
+        fluent = SampledFluent(
+            policy.approximation,
+            policy.order,
+            start_us=start_us,
+            period_us=period_us,
+            from_us=policy.from_us,
+            to_us=policy.to_us,
+        )
         fluent.dropped = self._dropped
         return Sampling(
             [fluent],

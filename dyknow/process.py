@@ -8,17 +8,20 @@ A computational unit is a value-in, values-out object with its own state: it may
 starting up), one, or several samples. Units know nothing of labels, policies or each other.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol, runtime_checkable
 
 from dyknow.policy import Policy
+from dyknow.relay import Relay, deliver, nests
 from dyknow.sample import Sample
 from dyknow.stream import Consumer, StreamGenerator, Subscription
 
 Clock = Callable[[], int]
 Samples = Iterable[Sample[Any]]  # Any: a stream may carry any value
+Update = Callable[[Sample[Any]], Samples]
 
 
 class ComputationalUnit(Protocol):
@@ -54,6 +57,14 @@ class TimedUnit(Protocol):
         ...
 
 
+@runtime_checkable
+class SelectiveUnit(Protocol):
+    """Count by cause what was left out; what a unit of either kind may do besides."""
+
+    @property
+    def left_out(self) -> Mapping[str, int]: ...  # noqa: D102
+
+
 @dataclass(frozen=True, slots=True)
 class Input:
     """Tie a process to a stream that it reads."""
@@ -69,6 +80,7 @@ class Process:
     ----------
     kind : one word for reports.
     output : the stream of this process; a configuration publishes nothing to its own.
+    is_finished : whether the end of the input was told.
     inputs : what it reads, in the order in which it began.
     updates : how often its code was called with a sample.
     busy_ns : time spent inside that code, without the time of its subscribers, by the clock of the node.
@@ -78,6 +90,7 @@ class Process:
         self.kind = kind
         self.output = output
         self.inputs: list[Input] = []
+        self.is_finished = False
         self.updates = 0
         self.busy_ns = 0
 
@@ -86,28 +99,59 @@ class Process:
         """Return the label of the process and of its stream."""
         return self.output.label
 
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Return by cause what the code of the process took in and made nothing of."""
+        return {}
+
     def read(self, stream: StreamGenerator, consumer: Consumer, policy: Policy) -> None:
         """Begin to read a stream."""
-        self.inputs.append(Input(stream, stream.subscribe(consumer, policy, reader=self.label)))
+        one = Input(stream, stream.subscribe(consumer, policy, reader=self.label))
+        self.inputs.append(one)
+        if self.output.is_closed:  # a reader of what came of stored samples has removed this process
+            self.stop_reading(one)
 
     def stop_reading(self, one: Input) -> None:
-        """Stop to read a stream, after what its policy held back."""
+        """Stop to read a stream, after what its policy held back; doing so again does nothing."""
+        if one not in self.inputs:  # what the policy held back can have ended it
+            return
         self.inputs.remove(one)
-        one.subscription.finish()
-        one.stream.unsubscribe(one.subscription)
+        try:
+            one.subscription.finish()
+        finally:
+            if one.subscription.is_open:
+                one.stream.unsubscribe(one.subscription)
 
     def advance(self, available_us: int) -> None:
-        """Let time pass; inputs have been told before."""
+        """Let time pass, until the end; inputs have been told before."""
+        if not self.is_finished:
+            self._advance(available_us)
+            self.output.advance(available_us)
 
     def finish(self) -> None:
-        """Publish what is held back; inputs have been finished before."""
+        """Publish what is held back, here and by those who read the stream; inputs have been finished before.
+
+        Nothing can be published afterwards. Doing so again does nothing.
+        """
+        if not self.is_finished:
+            self.is_finished = True
+            try:
+                self._flush()
+            finally:  # the end is told once: who failed is not asked again
+                self.output.finish()
 
     def close(self) -> None:
         """Stop to read, and publish what the process and the policies around it hold back."""
-        for one in tuple(self.inputs):
-            self.stop_reading(one)
-        self.finish()
-        self.output.finish()
+        with ExitStack() as steps:  # each is taken, last one first, also when another one fails
+            steps.callback(self.finish)
+            for one in reversed(self.inputs):
+                steps.callback(self.stop_reading, one)
+
+    def _advance(self, available_us: int) -> None:
+        """Publish what the time releases."""
+
+    def _flush(self) -> None:
+        """Publish what the process holds back."""
 
 
 class Refinement(Process):
@@ -123,42 +167,45 @@ class Refinement(Process):
         super().__init__(output, kind="refinement")
         self._clock = clock
         self._unit = unit
-        self._advance = unit.advance if isinstance(unit, TimedUnit) else None
+        self._tell = unit.advance if isinstance(unit, TimedUnit) else None
         # Any: which of the two signatures `update` has follows from the number of inputs.
         self._update: Any = unit.update
 
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Return what the unit counts."""
+        return self._unit.left_out if isinstance(self._unit, SelectiveUnit) else {}
+
     def follow(self, inputs: Sequence[tuple[StreamGenerator, Policy]]) -> None:
         """Begin to read the inputs, each under its own policy."""
+        self.output.depth = 1 + max(stream.depth for stream, _ in inputs)
         for index, (stream, policy) in enumerate(inputs):
-            self.read(stream, self.consume if len(inputs) == 1 else partial(self.consume_from, index), policy)
+            update = self._update if len(inputs) == 1 else partial(self._update, index)
+            if nests(self.output):
+                self.read(stream, partial(self._consume, update), policy)
+            else:
+                self.read(stream, Relay(partial(self._answer, update), self.output), policy)
 
-    def consume(self, sample: Sample[Any]) -> None:
-        """Feed a sample of the only input to the unit and publish what comes out."""
+    def _consume(self, update: Update, sample: Sample[Any]) -> None:
+        output = self.output
+        for answer in self._answer(update, sample):
+            if not output.is_closed:  # a reader of the first answer may remove this process
+                output.publish(answer)
+
+    def _answer(self, update: Update, sample: Sample[Any]) -> tuple[Sample[Any], ...]:
+        """Feed a sample to the unit."""
         self.updates += 1
-        self._publish(self._timed(self._update, sample))
+        return self._timed(update, sample)
 
-    def consume_from(self, index: int, sample: Sample[Any]) -> None:
-        """Feed a sample of one of several inputs to the unit and publish what comes out."""
-        self.updates += 1
-        self._publish(self._timed(self._update, index, sample))
+    def _advance(self, available_us: int) -> None:
+        if self._tell is not None:
+            deliver(self.output, self._timed(self._tell, available_us))
 
-    def advance(self, available_us: int) -> None:
-        """Tell a timed unit the time, and publish what comes out."""
-        if self._advance is not None:
-            self._publish(self._timed(self._advance, available_us))
+    def _flush(self) -> None:
+        deliver(self.output, self._timed(lambda _: self._unit.finish(), None))
 
-    def finish(self) -> None:
-        """Publish what the unit still holds."""
-        self._publish(self._timed(self._unit.finish))
-
-    def _timed(self, code: Callable[..., Samples], *arguments: Any) -> tuple[Sample[Any], ...]:  # Any: see `Samples`
+    def _timed(self, code: Callable[[Any], Samples], argument: Any) -> tuple[Sample[Any], ...]:  # Any: see `Samples`
         started_ns = self._clock()
-        results = tuple(code(*arguments))
+        results = tuple(code(argument))
         self.busy_ns += self._clock() - started_ns
         return results
-
-    def _publish(self, results: tuple[Sample[Any], ...]) -> None:
-        output = self.output
-        for result in results:
-            if output.is_open:  # a reader of the first result may remove this process
-                output.publish(result)

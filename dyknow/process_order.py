@@ -11,16 +11,18 @@ def inputs_first(processes: Mapping[str, Process]) -> tuple[Process, ...]:
     The order of creation is not enough: a mediation may read what was created after it.
     """
     ordered: dict[str, Process] = {}
-    for process in processes.values():
-        _append(process, processes, ordered)
+    # One iterator for each process that waits for its inputs; not a recursive function, for chains may be long.
+    waiting: list[tuple[Process | None, Iterator[Process]]] = [(None, iter(processes.values()))]
+    while waiting:
+        process, inputs = waiting[-1]
+        one = next((found for found in inputs if found.label not in ordered), None)
+        if one is not None:
+            waiting.append((one, _read_by(one, processes)))
+        else:
+            waiting.pop()
+            if process is not None:
+                ordered[process.label] = process
     return tuple(ordered.values())
-
-
-def _append(process: Process, processes: Mapping[str, Process], ordered: dict[str, Process]) -> None:
-    if process.label not in ordered:
-        for one in _read_by(process, processes):
-            _append(one, processes, ordered)
-        ordered[process.label] = process
 
 
 def depends_on(processes: Mapping[str, Process], label: str, other: str) -> bool:

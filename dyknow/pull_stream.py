@@ -30,7 +30,7 @@ class Stream:
     Raises
     ------
     StreamError
-        If ``capacity`` is not positive.
+        If ``capacity`` is no positive number, or ``when_full`` no `WhenFull`.
 
     Examples
     --------
@@ -46,8 +46,10 @@ class Stream:
     __slots__ = ("_buffer", "_leave", "_when_full", "capacity", "dropped", "label")
 
     def __init__(self, label: str, capacity: int, when_full: WhenFull = WhenFull.DROP_OLDEST) -> None:
-        if capacity < 1:
+        if type(capacity) is not int or capacity < 1:
             raise StreamError(f"stream {label!r}: expected a capacity of at least 1 sample, got {capacity!r}")
+        if not isinstance(when_full, WhenFull):
+            raise StreamError(f"stream {label!r}: expected one of {[*map(str, WhenFull)]}, got {when_full!r}")
         self.label = label
         self.capacity = capacity
         self.dropped: dict[str, int] = {}
@@ -75,7 +77,15 @@ class Stream:
         self._buffer.append(sample)
 
     def take(self, limit: int | None = None) -> tuple[Sample[Any], ...]:
-        """Take up to ``limit`` samples out, or all that wait; oldest first, empty if there are none."""
+        """Take up to ``limit`` samples out, or all that wait; oldest first, empty if there are none.
+
+        Raises
+        ------
+        StreamError
+            If ``limit`` is negative.
+        """
+        if limit is not None and limit < 0:
+            raise StreamError(f"stream {self.label!r}: expected to take 0 samples or more, got {limit!r}")
         count = len(self._buffer) if limit is None else min(limit, len(self._buffer))
         return tuple(self._buffer.popleft() for _ in range(count))
 

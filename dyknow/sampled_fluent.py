@@ -14,7 +14,7 @@ from dyknow.errors import PolicyError
 from dyknow.policy import Approximation, Order
 from dyknow.sample import NO_VALUE, Sample
 
-_BEFORE_EVERYTHING_US = -(2**80)  # an int, so that times stay ints in every comparison
+_NEVER_US = 2**80  # after everything, and negated before; an int, so that times stay ints in every comparison
 
 # How many samples after one sampled time and up to the next can matter; without approximation only an exact one does.
 _NEEDED = MappingProxyType({Approximation.NONE: 0, Approximation.MOST_RECENT: 1, Approximation.LINEAR: 2})
@@ -28,8 +28,10 @@ class SampledFluent:
 
     Parameters
     ----------
-    start_us, period_us : sampled times are ``start_us + k * period_us`` for every integer k.
+    start_us, period_us : sampled times are ``start_us + k * period_us``, k = 0, 1, ...
     order : what the samples are known to keep; with ``ANY`` only an exact sample or a promise settles a time.
+    from_us, to_us : sampled times are not before the one nor after the other; None does not limit. A sample outside
+        can still be the nearest one of a sampled time; of one that is not, this is the cause.
 
     Attributes
     ----------
@@ -48,20 +50,34 @@ class SampledFluent:
     """
 
     __slots__ = (
-        "_approximation", "_is_ordered", "_needed", "_period_us", "_start_us", "_taken_us", "_times_us", "_values",
-        "dropped", "settled_us",
+        "_approximation", "_from_us", "_has_taken", "_is_ordered", "_last_us", "_needed", "_period_us", "_start_us",
+        "_taken_us", "_times_us", "_to_us", "_values", "dropped", "settled_us",
     )  # fmt: skip
 
-    def __init__(self, approximation: Approximation, order: Order, *, start_us: int, period_us: int) -> None:
+    def __init__(
+        self,
+        approximation: Approximation,
+        order: Order,
+        *,
+        start_us: int,
+        period_us: int,
+        from_us: int | None = None,
+        to_us: int | None = None,
+    ) -> None:
         self._approximation = approximation
         self._is_ordered = order is not Order.ANY
         self._needed = _NEEDED[approximation]
         self._start_us = start_us
         self._period_us = period_us
-        self._taken_us = _BEFORE_EVERYTHING_US
+        self._from_us = -_NEVER_US if from_us is None else from_us
+        self._to_us = _NEVER_US if to_us is None else to_us
+        self._last_us = self._time_from(self._to_us + 1) - period_us
+        # No time before the start is taken, so of the samples before it only the newest is needed.
+        self._taken_us = start_us - period_us
+        self._has_taken = False
         self._times_us: list[int] = []  # ascending, without repetition; _values goes with it
         self._values: list[Any] = []  # Any: fluents have values of any type
-        self.settled_us = _BEFORE_EVERYTHING_US
+        self.settled_us = -_NEVER_US
         self.dropped: dict[str, int] = {}
 
     def __len__(self) -> int:
@@ -97,9 +113,12 @@ class SampledFluent:
 
     def take(self, t_us: int) -> Any:  # Any: see above
         """Give the value at a sampled time, and forget what no later time needs; times must increase."""
-        self._taken_us = t_us
         times_us, values = self._times_us, self._values
         at = bisect_right(times_us, t_us) - 1  # the most recent sample
+        if not self._has_taken:
+            for unused_us in times_us[: max(at, 0)]:
+                self._drop(self._useless(unused_us))
+        self._taken_us, self._has_taken = t_us, True
         if at > 0:
             del times_us[:at], values[:at]
         if at < 0:
@@ -117,26 +136,35 @@ class SampledFluent:
         if end - first < needed:
             self._times_us.insert(at, valid_us)
             self._values.insert(at, value)
-        elif needed and at == end:  # the new last one
+        elif needed and at == end and until_us != _NEVER_US:  # the new last one
             self._replace(at - 1, valid_us, value)
-        elif needed == 2 and at == first:  # the new first one
+        elif at == first and (needed == 2 or (needed and until_us == _NEVER_US)):  # the new first one
             self._replace(at, valid_us, value)
         else:
-            self._drop("late" if until_us == self._taken_us else "not sampled")
+            self._drop("late" if until_us == self._taken_us and self._has_taken else self._useless(valid_us))
 
     def _gap(self, valid_us: int) -> tuple[int, int, int]:
         """Say after which time and up to which a sample competes with others, and how many of them are needed."""
-        start_us, period_us = self._start_us, self._period_us
-        next_us = start_us - (start_us - valid_us) // period_us * period_us
+        next_us = self._time_from(valid_us)
         if next_us <= self._taken_us:  # late, but perhaps still the most recent sample
-            return _BEFORE_EVERYTHING_US, self._taken_us, min(self._needed, 1)
-        return next_us - period_us, next_us, max(self._needed, 1) if valid_us == next_us else self._needed
+            return -_NEVER_US, self._taken_us, min(self._needed, 1)
+        if valid_us > self._last_us:  # between it and a sampled time only the first one can be needed
+            return self._last_us, _NEVER_US, self._needed // 2 if self._taken_us < self._last_us else 0
+        return next_us - self._period_us, next_us, max(self._needed, 1) if valid_us == next_us else self._needed
+
+    def _time_from(self, us: int) -> int:
+        """Return the first sampled time that is not before a time."""
+        return self._start_us - (self._start_us - us) // self._period_us * self._period_us
 
     def _replace(self, at: int, valid_us: int, value: Any) -> None:  # Any: see above
-        if self._times_us[at] > self._taken_us:  # else it served its time
-            self._drop("not sampled")
+        if self._times_us[at] > self._taken_us or not self._has_taken:  # else it served its time
+            self._drop(self._useless(self._times_us[at]))
         self._times_us[at] = valid_us
         self._values[at] = value
+
+    def _useless(self, valid_us: int) -> str:
+        """Name the cause for which a sample is dropped that is not the nearest one of any sampled time."""
+        return "not sampled" if self._from_us <= valid_us <= self._to_us else "duration"
 
     def _drop(self, cause: str) -> None:
         self.dropped[cause] = self.dropped.get(cause, 0) + 1

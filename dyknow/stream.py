@@ -2,6 +2,7 @@
 
 Delivery is a plain function call, in the order of subscription: the order of everything in a node is a function of
 its input, so a run can be repeated to the byte. Who wants to be asked instead of called opens a buffered stream.
+What a consumer raises goes to whoever published; those who come after it do not get that sample.
 """
 
 from collections import Counter
@@ -46,7 +47,13 @@ class Subscription:
 
     def offer(self, sample: Sample[Any]) -> None:
         """Hand over what the policy makes of a sample."""
-        self._deliver((sample,) if self.pipeline is None else self.pipeline.offer(sample))
+        self._deliver(self.passed(sample))
+
+    def passed(self, sample: Sample[Any]) -> Iterable[Sample[Any]]:
+        """Return what the policy makes of a sample, oldest first; nothing once the subscription has ended."""
+        if not self.is_open:
+            return ()
+        return (sample,) if self.pipeline is None else self.pipeline.offer(sample)
 
     def advance(self, available_us: int) -> None:
         """Let time pass, which may release sampled values."""
@@ -83,7 +90,9 @@ class StreamGenerator:
     published : samples published so far.
     last : the newest of them, if there is one.
     now_us : the latest available time that was told or published.
-    is_open : whether samples are still published.
+    depth : how many processes a sample can have passed to come here; see `dyknow.relay`.
+    is_open : whether samples are still published: it is neither finished nor closed.
+    is_closed : whether every subscriber was let go.
     subscriptions : in the order in which they came; a new tuple whenever one joins or leaves.
 
     Examples
@@ -102,13 +111,16 @@ class StreamGenerator:
         self.label = label
         self.published = 0
         self.last: Sample[Any] | None = None
+        self.depth = 0
         self.is_open = True
+        self.is_closed = False
         self.subscriptions: tuple[Subscription, ...] = ()
         self._departed_delivered = 0
         self._departed: Counter[str] = Counter()  # drops of subscriptions that have left
         self._first_us = 0
         self._told_us: int | None = None
         self._history: History | None = None
+        self._is_plain = False  # whether nothing but delivery is to be done for the next sample
 
     @property
     def now_us(self) -> int | None:
@@ -144,22 +156,30 @@ class StreamGenerator:
     def remember(self, duration_us: int, *, capacity: int = 100_000) -> None:
         """Store the samples of the last ``duration_us`` from now on, for subscribers that ask for the oldest.
 
-        Nothing is stored unless this was called; 0 forgets everything. ``capacity`` bounds the store whatever the rate.
+        What was stored before is forgotten, and 0 stores nothing. ``capacity`` bounds the store whatever the rate.
         """
         self._forget()
+        self._is_plain = False
         self._history = History(duration_us=duration_us, capacity=capacity) if duration_us else None
 
     def subscribe(self, consumer: Consumer, policy: Policy = EVERYTHING, *, reader: str | None = None) -> Subscription:
         """Call ``consumer`` with what ``policy`` makes of every sample from now on.
 
         A consumer that joins while a sample is delivered gets the next one. With ``oldest_us`` the stored samples of
-        that age come first, before this method returns.
+        that age come first, before this method returns. Who asks for them before the first sample misses none: from
+        then on they are stored, so that whoever asks as much later is not refused. After the end of the stream there
+        are only stored samples. A consumer that raises before this method returns is not subscribed.
 
         Raises
         ------
         StreamError
-            If the stream is closed, or if the policy asks for older samples than are stored.
+            If the stream is closed, if the policy asks for older samples than are stored, or if ``consumer`` cannot
+            be called or ``policy`` is none.
         """
+        if not callable(consumer) or not isinstance(policy, Policy):
+            raise StreamError(
+                f"stream {self.label!r}: expected a consumer to call and a policy, got {consumer!r} and {policy!r}"
+            )
         return self._join(Subscription(consumer, policy, reader=reader))
 
     def open(
@@ -177,10 +197,11 @@ class StreamGenerator:
         Raises
         ------
         StreamError
-            If the subscription does not belong to this generator.
+            If the subscription does not belong to this generator, or has ended.
         """
         if subscription not in self.subscriptions:
-            raise StreamError(f"stream {self.label!r}: expected one of its subscriptions, got another stream's")
+            came = "another stream's" if subscription.is_open else "one that has ended"
+            raise StreamError(f"stream {self.label!r}: expected one of its subscriptions, got {came}")
         self._leave(subscription)
 
     def publish(self, sample: Sample[Any]) -> None:
@@ -189,16 +210,12 @@ class StreamGenerator:
         Raises
         ------
         StreamError
-            If the stream is closed.
+            If the stream is finished or closed.
         """
-        if not self.is_open:
-            raise StreamError(f"stream {self.label!r}: expected an open stream to publish to, got a closed one")
-        if self.published == 0:
-            self._first_us = sample.available_us
+        if not self._is_plain:
+            self._prepare(sample)
         self.published += 1
         self.last = sample
-        if self._history is not None:
-            self._history.append(sample, now_us=self.now_us or 0)
         # Joining and leaving replace the tuple, so this loop serves those who were there when the sample came.
         for subscription in self.subscriptions:
             if subscription.pipeline is not None:
@@ -207,6 +224,26 @@ class StreamGenerator:
                 subscription.delivered += 1
                 subscription.consumer(sample)
 
+    def take_in(self, sample: Sample[Any]) -> tuple[Subscription, ...]:
+        """Do what `publish` does, but for the delivery: return those to offer the sample to."""
+        if not self._is_plain:
+            self._prepare(sample)
+        self.published += 1
+        self.last = sample
+        return self.subscriptions
+
+    def _prepare(self, sample: Sample[Any]) -> None:
+        """Do what few samples need: the first one, those that are stored, those that are refused."""
+        if not self.is_open:
+            came = "a closed one" if self.is_closed else "one that was finished"
+            raise StreamError(f"stream {self.label!r}: expected an open stream to publish to, got {came}")
+        if self.published == 0:
+            self._first_us = sample.available_us
+        self._is_plain = self._history is None
+        if self._history is not None:
+            told_us = sample.available_us if self._told_us is None else self._told_us
+            self._history.append(sample, now_us=max(sample.available_us, told_us))
+
     def advance(self, available_us: int) -> None:
         """Let time pass: nothing that became available before this time will be published any more."""
         self._told_us = available_us if self._told_us is None else max(self._told_us, available_us)
@@ -214,13 +251,19 @@ class StreamGenerator:
             subscription.advance(available_us)
 
     def finish(self) -> None:
-        """Hand over what the policies of the subscribers hold back: nothing will be published any more."""
-        for subscription in self.subscriptions:
-            subscription.finish()
+        """Hand over what the policies of the subscribers hold back: nothing can be published any more.
+
+        Doing so again does nothing.
+        """
+        if self.is_open:
+            self.is_open = self._is_plain = False
+            for subscription in self.subscriptions:
+                subscription.finish()
 
     def close(self) -> None:
         """Let every subscriber go and refuse what comes after."""
-        self.is_open = False
+        self.is_open = self._is_plain = False
+        self.is_closed = True
         self._forget()
         for subscription in self.subscriptions:
             self._leave(subscription)
@@ -231,22 +274,36 @@ class StreamGenerator:
         self._history = None
 
     def _join(self, subscription: Subscription) -> Subscription:
-        if not self.is_open:
+        if self.is_closed:
             raise StreamError(f"stream {self.label!r}: expected an open stream to subscribe to, got a closed one")
         stored = self._stored(subscription.policy.oldest_us)
         self.subscriptions = (*self.subscriptions, subscription)
-        for sample in stored:
-            subscription.offer(sample)
+        try:
+            for sample in stored:
+                subscription.offer(sample)
+            if not self.is_open:
+                subscription.finish()
+        except BaseException:  # its caller gets no subscription that could be ended
+            self._leave(subscription)
+            raise
         return subscription
 
     def _stored(self, oldest_us: int | None) -> Iterable[Sample[Any]]:
-        """Give the samples that a new subscriber asks for; before the first sample there are none to miss."""
-        if oldest_us is None or self.now_us is None:
+        """Give the samples that a new subscriber asks for."""
+        if oldest_us is None:
             return ()
-        if self._history is None or self._history.duration_us < oldest_us:
-            kept_us = self._history.duration_us if self._history is not None else 0
-            raise StreamError(f"stream {self.label!r}: expected at most 'oldest {kept_us}us', got {oldest_us!r} us")
-        return self._history.since(self.now_us - oldest_us)
+        kept_us = self._history.duration_us if self._history is not None else 0
+        if self.last is None:
+            # Nothing was missed. Who asks as much later is not refused either: it must not depend on the moment.
+            if kept_us < oldest_us:
+                self.remember(oldest_us)
+            return ()
+        if kept_us < oldest_us:
+            raise StreamError(
+                f"stream {self.label!r}: expected to remember at least {oldest_us!r} us for 'oldest', "
+                f"got {kept_us!r} us"
+            )
+        return self._history.since((self.now_us or 0) - oldest_us) if self._history is not None else ()
 
     def _leave(self, subscription: Subscription) -> None:
         if not subscription.is_open:

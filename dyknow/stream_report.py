@@ -19,7 +19,8 @@ class StreamReport:
     inputs, policies : the labels it reads and, at the same places, the policies in the words of KPL.
     waiting_for : labels that a mediation was told to pass on and that no stream has.
     published, delivered : samples published, and samples handed to subscribers, all of them together.
-    dropped : by cause, what subscribers were offered and did not get: refused by their policies, or without room.
+    dropped : by cause, what subscribers were offered and did not get: refused by their policies, or without room;
+        and what the unit itself left out.
     queued : how many samples wait in each pulled stream.
     rate_hz : samples a second by available time, on average since the first.
     lag_us : how long after its valid time the newest sample became available.
@@ -56,7 +57,7 @@ def report_on(process: Process) -> StreamReport:
         waiting_for=process.waiting_for if isinstance(process, Mediation) else (),
         published=output.published,
         delivered=output.delivered,
-        dropped=output.dropped(),
+        dropped=output.dropped() | dict(process.left_out),
         subscribers=len(output.subscriptions),
         queued=tuple(len(one.buffer) for one in output.subscriptions if one.buffer is not None),
         rate_hz=output.rate_hz,

@@ -9,6 +9,7 @@ from chronicles.language.diagnostics import Diagnostic, Reporter
 from chronicles.language.parser import parse
 from qsr.relations import RANK
 from service.chronicle_files import with_relations
+from service.monitor_messages import NO_MESSAGES, Messages, misuses
 from service.text_streams import Stream, stream_of
 
 
@@ -33,13 +34,16 @@ class Checked:
         return sum(one.severity == "error" for one in self.findings)
 
 
-def check_chronicles(texts: Sequence[tuple[str, str]], stream: Stream | None = None) -> Checked:
+def check_chronicles(
+    texts: Sequence[tuple[str, str]], stream: Stream | None = None, messages: Messages = NO_MESSAGES
+) -> Checked:
     """Check texts (name, text) in one name space.
 
     Parameters
     ----------
     stream : "traffic" checks them with the relations that the pipeline produces, "own" with what they declare alone;
         None leaves it to the texts.
+    messages : of the monitors that are to run with them.
 
     Examples
     --------
@@ -51,7 +55,7 @@ def check_chronicles(texts: Sequence[tuple[str, str]], stream: Stream | None = N
     """
     stream = stream or stream_of(texts)
     names = {name for name, _ in texts}
-    found = check_texts(with_relations(texts, stream), frozenset(RANK) if stream == "traffic" else None)
+    found = check_texts(with_relations(texts, stream), {*RANK, *messages} if stream == "traffic" else None)
     unknown = {_place(one) for one in found if one.code == "C0201"}
     findings = tuple(
         one
@@ -60,6 +64,8 @@ def check_chronicles(texts: Sequence[tuple[str, str]], stream: Stream | None = N
         # declares it goes without saying that nobody gives it.
         if (one.severity == "error" or one.file in names) and not (one.code == "C0901" and _place(one) in unknown)
     )
+    if not any(one.severity == "error" for one in findings):  # as where a run is refused
+        findings += misuses(texts, messages)
     return Checked(findings, tuple(name for name, text in texts if _is_empty(name, text)), stream)
 
 

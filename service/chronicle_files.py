@@ -11,6 +11,7 @@ from pathlib import Path
 from chronicles import library
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from service.errors import InputError
+from service.monitor_messages import NO_MESSAGES, Messages, check_uses
 from service.records import ChronicleRecord, RunRecord, SourceText
 from service.text_streams import Stream, stream_of
 
@@ -28,24 +29,28 @@ class LoadedChronicles:
     stream: Stream = "traffic"
 
 
-def load_chronicle_files(paths: Sequence[Path], stream: Stream | None = "traffic") -> LoadedChronicles:
+def load_chronicle_files(
+    paths: Sequence[Path], stream: Stream | None = "traffic", messages: Messages = NO_MESSAGES
+) -> LoadedChronicles:
     """Read and check chronicle files, all in one name space; no path means the whole library.
 
     Parameters
     ----------
     stream : what they are about; None leaves it to the texts.
+    messages : of the monitors that run with them.
 
     Raises
     ------
     InputError
         If a file cannot be read, or there is no chronicle in them.
     ChronicleError
-        If a text has errors; it carries the diagnostics of all files.
+        If a text has errors, or looks at a message as no monitor gives it; it carries the diagnostics of all files.
     """
     own = [(str(path), read_text(path)) for path in paths]
     stream = stream or (stream_of(own) if own else "traffic")
     texts = with_relations(own, stream) if own else library.texts()
     merged = load_texts(texts)
+    check_uses(texts, messages)
     if not merged.plans:
         raise InputError(f"{', '.join(map(str, paths))}: expected at least one chronicle, got none")
     records = tuple(_record(merged, name, text) for name, text in merged.texts)

@@ -59,18 +59,28 @@ def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) 
     )
 
 
-def idle_in_log(where: str, chronicles: ChronicleSet, messages: Collection[str]) -> tuple[str, ...]:
-    """Say what chronicles look for that a log cannot give them.
+def idle_in_stream(where: str, chronicles: ChronicleSet, messages: Collection[str]) -> tuple[str, ...]:
+    """Say what chronicles look for that DyKnow's own stream, live or in a log, cannot give them.
 
     Parameters
     ----------
-    where : what messages call the log.
-    messages : names of the messages that monitors gave.
+    where : what messages call the input or the log.
+    messages : names of the messages that monitors give.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> late = load("chronicle late[?c](t1) { event(carful_violated[?c], t1) }")
+    >>> idle_in_stream("a.mp4", late, ["careful_violated"])
+    ("a.mp4: expected relations and what chronicles or monitors give, got 'carful_violated', which chronicle 'late'
+    looks at and nothing gives; did you mean 'careful_violated'?",)
+    >>> idle_in_stream("a.mp4", late, ["carful_violated"])
+    ()
     """
     given = _given(chronicles).union(RANK, messages)
     return _shortened(
-        f"{where}: expected relations and what chronicles or monitors of the log give, got {wanted.name!r}, which "
-        f"chronicle {plan.name!r} looks at and nothing gives"
+        f"{where}: expected relations and what chronicles or monitors give, got {wanted.name!r}, which "
+        f"chronicle {plan.name!r} looks at and nothing gives{_hint(wanted.name, given)}"
         for plan in chronicles.plans
         for wanted in _looked_at(plan)
         if wanted.name not in given
@@ -99,9 +109,8 @@ def _faults(where: str, plan: Plan, wanted: _Wanted, shapes: Mapping[str, Counte
     came = shapes.get(wanted.name)
     if came is None:
         if wanted.is_needed:
-            hint = suggest(wanted.name, sorted(shapes)).text
             said = f"expected events {wanted.name!r}, which chronicle {plan.name!r} looks at, got none"
-            yield f"{where}: {said}{f'; {hint}' if hint else ''}"
+            yield f"{where}: {said}{_hint(wanted.name, shapes)}"
     elif not came[wanted.arity, wanted.is_change]:
         [((arity, is_change), count)] = came.most_common(1)
         asked, got = _arguments(wanted.arity), _arguments(arity)
@@ -111,6 +120,11 @@ def _faults(where: str, plan: Plan, wanted: _Wanted, shapes: Mapping[str, Counte
         events = "1 event" if count == 1 else f"{count} events"
         said = f"expected {wanted.name!r} with {asked}, as chronicle {plan.name!r} has it"
         yield f"{where}: {said}, got {events} with {got}"
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    hint = suggest(name, sorted(known)).text
+    return f"; {hint}" if hint else ""
 
 
 def _arguments(count: int) -> str:

@@ -3,17 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
 from chronicles.recognition import recognise
-from dyknow.monitors.monitors import Outcome
 from service.chronicle_files import load_chronicle_files
 from service.errors import QueryError
 from service.event_files import load_events
-from service.idle_chronicles import idle_in_file, idle_in_log
+from service.idle_chronicles import idle_in_file, idle_in_stream
+from service.monitor_messages import NO_MESSAGES, Messages, messages_of_run
 from service.store.location import is_log_name
 from service.store.log import open_log
 from service.stored_events import check_watched, stored_events
@@ -80,7 +79,8 @@ def recognise_stored(
         _refuse("a file of events", "a log", stream=stream, until=until_us)
     else:
         _refuse("a log", "a file of events", run=run)
-    loaded = load_chronicle_files(chronicle_files, "traffic" if is_log else stream)
+    messages = _messages(source, run) if is_log else NO_MESSAGES
+    loaded = load_chronicle_files(chronicle_files, "traffic" if is_log else stream, messages)
     chronicles = loaded.merged
     stored = _read_log(source, chronicles, run) if is_log else _read_file(source, chronicles, until_us)
     if lateness_us is None:
@@ -114,5 +114,10 @@ def _read_log(source: str, chronicles: ChronicleSet, run: str | None) -> StoredI
         record = log.run(run)
         check_watched(record, chronicles)
         stored = stored_events(log, record.id)
-    messages = {f"{one.name}_{outcome}" for one in record.monitors for outcome in get_args(Outcome)}
-    return StoredInput(stored.events, stored.until_us, idle_in_log(source, chronicles, messages))
+    warnings = idle_in_stream(source, chronicles, messages_of_run(record))
+    return StoredInput(stored.events, stored.until_us, warnings)
+
+
+def _messages(source: str, run: str | None) -> Messages:
+    with open_log(source) as log:
+        return messages_of_run(log.run(run))

@@ -14,7 +14,8 @@ from qsr.changes import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.errors import InputError, LogError
 from service.monitor_files import LoadedMonitors, load_monitor_files
-from service.monitoring import TrafficMonitors
+from service.monitored_states import TrafficState, TrafficStates
+from service.monitoring import traffic_monitors
 from service.records import CarState, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
 
@@ -50,9 +51,11 @@ def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = No
         _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
         _check_watched(record, monitors)
-        traffic = TrafficMonitors(monitors, lag_us=RelationSettings().backdate_us)
-        events = [*_replay(log, record.id, traffic), *traffic.finish()]
-    return Monitored(record.id, tuple(events), traffic.report())
+        states = TrafficStates(monitors.features, lag_us=RelationSettings().backdate_us)
+        running = traffic_monitors(monitors)
+        events = [one for t_us, state in _replay(log, record.id, states) for one in running.update(t_us, state)]
+    running.finish()
+    return Monitored(record.id, tuple(events), running.report())
 
 
 def _check_complete(run: RunRecord) -> None:
@@ -74,7 +77,7 @@ def _check_watched(run: RunRecord, monitors: LoadedMonitors) -> None:
         )
 
 
-def _replay(log: EventLog, run_id: str, traffic: TrafficMonitors) -> Iterator[MonitorEvent]:
+def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, TrafficState]]:
     """Feed the rows of a run frame by frame, in the order in which the pipeline had them."""
     trials = LinkTrials(TRIAL_US)
     links = _by_frame(log.links(run_id), "t_us")
@@ -84,12 +87,13 @@ def _replay(log: EventLog, run_id: str, traffic: TrafficMonitors) -> Iterator[Mo
     for _, t_us in log.frames(run_id):
         _, refuted = trials.judge(t_us, map(_link_change, links.get(t_us, ())))
         decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
-        yield from traffic.take_relations(t_us, decided, refuted)
+        yield from states.take_relations(t_us, decided, refuted)
         here: tuple[CarState, ...] = ()
         if cars_us == t_us:
             here = tuple(cars)
             cars_us, cars = next(frames, (None, iter(())))
-        traffic.take_cars(t_us, here, dict(trials.hypotheses()))
+        yield from states.take_cars(t_us, here, dict(trials.hypotheses()))
+    yield from states.finish()
 
 
 def _by_frame(rows: Iterable[_Row], time: str) -> dict[int, list[_Row]]:

@@ -2,19 +2,21 @@
 
 import sys
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli import exit_codes
 from service.cli.counted import counted
-from service.cli.stream_option import STREAM_CODES, StreamOption, tell_stream
+from service.cli.stream_option import STREAM_CODES, StreamChoice, StreamOption, tell_stream
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from chronicles.language.diagnostics import Diagnostic
     from service.chronicle_checks import Checked
+    from service.text_streams import Stream
 
 
 class CheckFormat(StrEnum):
@@ -42,6 +44,10 @@ def check(
     ] = 1,
     explain: Annotated[str | None, typer.Option(metavar="CODE", help="Say what a code such as C0201 means.")] = None,
     stream: StreamOption = None,
+    monitors: Annotated[
+        list[Path] | None,
+        typer.Option("--monitors", help="File of monitors that give messages to the chronicles; repeat for several."),
+    ] = None,
 ) -> None:
     """Check chronicle files, taken together as `process` takes them; exit with 3 if one has an error."""
     if explain is not None:
@@ -53,18 +59,30 @@ def check(
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
     from service.chronicle_checks import check_chronicles
     from service.chronicle_files import read_text_or_input, with_relations
+    from service.monitor_files import load_monitor_files
 
     rates_hz = read_rates(rates or ())
     texts = [(name, read_text_or_input(name)) for name in files]
-    checked = check_chronicles(texts, None if stream is None else stream.value)
+    messages = load_monitor_files(monitors or ()).messages
+    chosen = _chosen(stream, has_monitors=bool(monitors))
+    checked = check_chronicles(texts, chosen, messages)
     _print_findings(checked.findings, output)
     if cost and not checked.errors:
         _print_costs(with_relations(texts, checked.stream), rates_hz, keys)
     _print_summary(files, checked)
-    if stream is None and len(checked.empty) < len(texts):
+    if chosen is None and len(checked.empty) < len(texts):
         tell_stream(checked.stream, is_doubtful=bool(STREAM_CODES & {one.code for one in checked.findings}))
     if checked.errors:
         raise typer.Exit(exit_codes.INVALID)
+
+
+def _chosen(stream: StreamChoice | None, *, has_monitors: bool) -> "Stream | None":
+    """Say what texts are about: monitors speak of traffic. None leaves it to the texts."""
+    if has_monitors and stream is StreamChoice.own:
+        raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
+    if has_monitors:
+        return "traffic"
+    return None if stream is None else stream.value
 
 
 def read_rates(texts: "Sequence[str]") -> dict[str, float]:

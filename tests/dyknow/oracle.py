@@ -16,9 +16,10 @@ def received(policy: Policy, samples: Samples, told_us: int | None = None) -> li
     clock_us = list(accumulate((sample.available_us for sample in samples), max))
     passed: Arrived = []
     for now_us, sample in zip(clock_us, samples, strict=True):
-        if is_of_interest(policy, sample) and all(is_in_order(policy, one.valid_us, sample) for _, one in passed):
+        is_taken = is_sampled(policy) or is_of_interest(policy, sample)
+        if is_taken and all(is_in_order(policy, one.valid_us, sample) for _, one in passed):
             passed.append((now_us, sample))
-    if not isinstance(policy.cause, SampleEvery):
+    if not is_sampled(policy):
         return changes(policy, [sample for _, sample in passed])
     end_us = max([*clock_us, *([] if told_us is None else [told_us])], default=0)
     return [Sample(at, t, value) for at, t, (value,) in states_of_stream(policy, passed, end_us)]
@@ -29,8 +30,12 @@ def is_of_interest(policy: Policy, sample: Sample[Any]) -> bool:
         return False
     if policy.to_us is not None and sample.valid_us > policy.to_us:
         return False
-    is_sampled = isinstance(policy.cause, SampleEvery)
-    return is_sampled or policy.max_delay_us is None or sample.delay_us <= policy.max_delay_us
+    return policy.max_delay_us is None or sample.delay_us <= policy.max_delay_us
+
+
+def is_sampled(policy: Policy) -> bool:
+    """Tell whether duration and delay limit the sampled times, instead of the samples that come."""
+    return isinstance(policy.cause, SampleEvery)
 
 
 def is_in_order(policy: Policy, before_us: int, sample: Sample[Any]) -> bool:
@@ -53,17 +58,14 @@ def states_of_stream(policy: Policy, passed: Arrived, end_us: int) -> list[tuple
     if not passed:
         return []
     arrived_us, first = passed[0]
-    t_us = policy.from_us or 0
-    while t_us < first.valid_us or is_too_late(policy, t_us, arrived_us):
-        t_us += policy.cause.period_us
-    while t_us - policy.cause.period_us >= first.valid_us and not is_too_late(
-        policy, t_us - policy.cause.period_us, arrived_us
-    ):
-        t_us -= policy.cause.period_us
+    phase_us, period_us = policy.from_us or 0, policy.cause.period_us
+    t_us = min(phase_us, first.valid_us - (first.valid_us - phase_us) % period_us)
+    while t_us < first.valid_us or is_too_late(policy, t_us, arrived_us) or t_us < (policy.from_us or t_us):
+        t_us += period_us
     return states(
         {"": policy},
         {"": passed},
-        period_us=policy.cause.period_us,
+        period_us=period_us,
         max_delay_us=policy.max_delay_us,
         start_us=t_us,
         end_us=end_us,

@@ -4,8 +4,9 @@ from collections.abc import Iterable
 
 import pytest
 
+from dyknow.errors import ProcessError
 from dyknow.node import Node
-from dyknow.policy import AnyChange, Policy
+from dyknow.policy import AnyChange, Approximation, Policy, SampleEvery
 from dyknow.sample import Sample
 from dyknow.stream import StreamGenerator
 from dyknow.testing import Recorder
@@ -135,3 +136,40 @@ def test_failed_build_leaves_nothing_behind() -> None:
     with pytest.raises(OSError, match="no such camera"):
         say(source, "x")
     assert node.labels == ("s", "c")
+
+
+def test_removed_configuration_leaves_nothing_that_a_held_back_sample_wants() -> None:
+    node = Node()
+    source = node.add_source("s")
+    held_back = Policy(SampleEvery(10), Approximation.MOST_RECENT, max_delay_us=50)
+    node.add_configuration(
+        "c", of="s", wanted=lambda value: value, build=lambda node, key: node.add_source(key), policy=held_back
+    )
+    for t_us, keys in ((5, ["x"]), (12, ["x", "y"])):
+        say(source, keys, t_us)
+    node.remove("c")
+    assert node.labels == ("s",)
+
+
+def test_what_could_not_be_removed_is_removed_when_it_can_be() -> None:
+    node, _, pairs = pairs_node()
+    say(pairs, [("a", "b")])
+    node.add_refinement("own", Doubling(), of="gap[a, b]")
+    with pytest.raises(ProcessError, match=r"process 'gap\[a, b\]': expected no reader in the node, got \['own'\]"):
+        say(pairs, [])
+    node.remove("own")
+    say(pairs, [])
+    assert node.labels == ("cars", "near pairs", "relations")
+
+
+def test_configuration_that_is_removed_by_what_it_builds_leaves_nothing() -> None:
+    node = Node()
+    source = node.add_source("s")
+
+    def build(node: Node, key: str) -> None:
+        node.add_source(key)
+        node.remove("c")
+
+    node.add_configuration("c", of="s", wanted=lambda value: value, build=build)
+    say(source, ["x", "y"])
+    assert node.labels == ("s",)

@@ -144,3 +144,43 @@ def test_control_cannot_be_removed_from_under_a_mediation() -> None:
     node, *_ = scene("selection")
     with pytest.raises(ProcessError, match=r"process 'chosen': expected no reader in the node, got \['cars'\]"):
         node.remove("chosen")
+
+
+def test_control_is_no_stream_to_pass_on() -> None:
+    _, control, _, _ = scene("collection")
+    with pytest.raises(ProcessError, match="collection 'cars': expected other streams than its control, got 'chosen'"):
+        choose(control, "chosen", "pos[car1]")
+
+
+def test_refused_choice_changes_nothing() -> None:
+    node, control, seen, sources = scene("collection")
+    node.add_refinement("pairs", Pairing(), of="cars")
+    choose(control, "pos[car1]")
+    with pytest.raises(ProcessError, match="do not depend on it"):
+        choose(control, "pos[car2]", "pairs")
+    for k, source in enumerate(sources.values()):
+        publish(source, k)
+    assert seen.values == [Collected("pos[car1]", 0)]
+    assert [one.waiting_for for one in node.report() if one.label == "cars"] == [()]
+
+
+def test_stream_created_while_its_predecessor_is_removed_is_passed_on() -> None:
+    node, control, seen, sources = scene("collection")
+    node.add_refinement("pairs", Pairing(), of="pos[car1]")
+    choose(control, "pairs")
+    publish(sources["pos[car1]"], 1)
+    node.subscribe("pairs", lambda _: node.add_source("pairs"))
+    node.remove("pairs")
+    publish(node.stream("pairs"), 5)
+    assert [one.value for one in seen.values] == [[1], 5]
+
+
+def test_stream_that_is_chosen_again_begins_with_its_oldest() -> None:
+    node, control, seen, _ = scene("selection", Policy(oldest_us=10))
+    choose(control, "pos[car3]")
+    source = node.add_source("pos[car3]")
+    publish(source, 1)
+    choose(control)
+    publish(source, 2)
+    choose(control, "pos[car3]")
+    assert seen.values == [1, 1, 2]

@@ -38,6 +38,46 @@ def test_finish_flushes_what_policies_hold_back() -> None:
     assert seen.values == [2, 2]
 
 
+def test_end_is_told_once_and_nothing_comes_after_it() -> None:
+    class Ending(Doubling):
+        ends = 0
+
+        def finish(self) -> tuple[Sample[int], ...]:
+            self.ends += 1
+            return (Sample(9, 9, self.ends),)
+
+    node, seen = Node(), Recorder()
+    source = node.add_source("numbers")
+    node.add_refinement("ending", Ending(), of="numbers")
+    node.subscribe("ending", seen)
+    node.finish()
+    node.finish()
+    node.advance(20)
+    with pytest.raises(
+        StreamError, match="stream 'numbers': expected an open stream to publish to, got one that was fin"
+    ):
+        source.publish(Sample(10, 10, 10))
+    node.remove("ending")
+    assert seen.values == [1]
+
+
+def test_end_reaches_what_is_created_by_it() -> None:
+    node, seen = Node(), Recorder()
+    source = node.add_source("numbers")
+    source.remember(100)
+
+    def build(node: Node, _: int) -> None:
+        node.add_refinement("pairs", Pairing(), of="numbers", policy=Policy(oldest_us=100))
+        node.subscribe("pairs", seen)
+
+    held_back = Policy(SampleEvery(10), Approximation.MOST_RECENT, max_delay_us=500)
+    node.add_configuration("c", of="numbers", wanted=lambda value: [value], build=build, policy=held_back)
+    for t_us in (8, 12, 14):
+        source.publish(Sample(t_us, t_us, t_us))
+    node.finish()
+    assert seen.values == [[14]]
+
+
 def test_states_of_several_streams_are_a_stream_of_the_node() -> None:
     node, seen = Node(), Recorder()
     held = Policy(approximation=Approximation.MOST_RECENT, order=Order.STRICT)
@@ -153,6 +193,38 @@ def test_process_whose_last_words_fail_is_removed_all_the_same() -> None:
     with pytest.raises(OSError, match="disk full"):
         node.remove("failing")
     assert (node.labels, source.subscriptions) == (("numbers",), ())
+
+
+def test_removed_process_reads_nothing_more_even_if_an_input_fails_to_flush() -> None:
+    class Failing(Pairing):
+        def update(self, index: int, sample: Sample[int]) -> tuple[()]:  # type: ignore[override]  # of two inputs
+            raise OSError("disk full")
+
+    node, policy = Node(), Policy(SampleEvery(10), Approximation.MOST_RECENT, max_delay_us=50)
+    sources = [node.add_source(label) for label in "ab"]
+    node.add_refinement("failing", Failing(), of=("a", "b"), policy=policy)
+    for source in sources:
+        for t_us in (5, 11):
+            source.publish(Sample(t_us, t_us, t_us))
+    with pytest.raises(OSError, match="disk full"):
+        node.remove("failing")
+    assert [source.subscriptions for source in sources] == [(), ()]
+
+
+def test_thousand_processes_may_come_and_go_within_one_delivery() -> None:
+    node, seen = Node(), Recorder()
+    source = node.add_source("numbers")
+
+    def churn(_: Sample[int]) -> None:
+        for k in range(1_000):
+            node.add_refinement(f"pairs{k}", Pairing(), of="numbers")
+        for k in range(1_000):
+            node.remove(f"pairs{k}")
+
+    node.subscribe("numbers", churn)
+    node.subscribe("numbers", seen)
+    source.publish(Sample(0, 0, 7))
+    assert (node.labels, seen.values, len(source.subscriptions)) == (("numbers",), [7], 2)
 
 
 def test_thousand_cycles_of_creation_and_removal_leak_nothing() -> None:

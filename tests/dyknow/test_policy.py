@@ -35,6 +35,9 @@ def test_policy_is_written_in_the_words_of_kpl(policy: Policy, text: str) -> Non
     [
         ({"max_delay_us": -1}, r"max_delay_us must be None or >= 0 us, got -1"),
         ({"oldest_us": -2}, r"oldest_us must be None or >= 0 us, got -2"),
+        ({"max_delay_us": 1.5}, r"max_delay_us must be None or a whole number of us, got 1.5"),
+        ({"from_us": True}, r"from_us must be None or a whole number of us, got True"),
+        ({"to_us": float("nan")}, r"to_us must be None or a whole number of us, got nan"),
         ({"from_us": 3, "to_us": 2}, r"from_us must be <= to_us, got 3 and 2"),
         ({"cause": EVERY_SECOND}, r"sample every 1s must have a max delay or an order .*, got neither"),
     ],

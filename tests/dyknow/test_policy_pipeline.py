@@ -1,8 +1,11 @@
 """Policy pipelines: what a subscriber receives is a function of the samples offered and of its policy."""
 
+import random
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,6 +20,15 @@ from tests.dyknow.property import PROPERTY
 
 MOST_RECENT, LINEAR = Approximation.MOST_RECENT, Approximation.LINEAR
 TEN = SampleEvery(10)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A value of the kind that engines hand on."""
+
+    name: str
+    outline: Any  # Any: an array
+
 
 # Available time, valid time, value: the third comes late and out of order, the fourth repeats the value and the time
 # of the second, the last is late.
@@ -71,6 +83,37 @@ def test_first_sample_counts_as_a_change_even_when_it_is_none() -> None:
     assert len(under(Policy(AnyChange()), samples_of((0, 0, None), (1, 1, None)))) == 1
 
 
+@pytest.mark.parametrize(
+    ("values", "delivered"),
+    [
+        ([np.array([1, 2]), np.array([1, 2]), np.array([1, 3])], 2),
+        ([np.array([1, 2]), np.array([1, 2, 3]), None, np.array([1, 2]), NO_VALUE], 5),
+        ([np.array(1.0), np.float64(1.0), 1.0], 1),
+        ([np.zeros(0), np.zeros(0), np.zeros((0, 2))], 2),
+        ([("car1", np.array([1, 2])), ("car1", np.array([1, 2])), ("car1", np.array([1, 4]))], 2),
+        ([{"car1": np.array([1, 2])}, {"car1": np.array([1, 2])}, {"car2": np.array([1, 2])}], 2),
+        ([Seen("a", np.array([1, 2])), Seen("a", np.array([1, 2])), Seen("a", np.array([2, 2]))], 2),
+        ([[np.array([1, 2])], [np.array([1, 2])], (np.array([1, 2]),)], 2),
+        ([float("nan"), float("nan")], 2),
+    ],
+    ids=["arrays", "shapes", "numbers", "empty", "tuples", "mappings", "dataclasses", "lists", "nan"],
+)
+def test_values_with_arrays_are_compared_by_their_elements(values: list[object], delivered: int) -> None:
+    stream = samples_of(*((k, k, value) for k, value in enumerate(values)))
+    assert len(under(Policy(AnyChange()), stream)) == delivered
+
+
+def test_value_that_cannot_be_compared_is_refused_in_words() -> None:
+    class Odd:
+        __hash__ = None  # type: ignore[assignment]  # it has no equality worth the name
+
+        def __eq__(self, other: object) -> bool:
+            raise ValueError("no idea")
+
+    with pytest.raises(PolicyError, match="'any change' expected values that == compares, got 'Odd' and no idea"):
+        under(Policy(AnyChange()), samples_of((0, 0, Odd()), (1, 1, Odd())))
+
+
 def test_max_delay_includes_its_end() -> None:
     assert [one.value for one in under(Policy(max_delay_us=100), samples_of((100, 0, 1), (101, 0, 2)))] == [1]
 
@@ -116,7 +159,71 @@ def test_dropped_sample_tells_the_time_all_the_same() -> None:
 
 def test_sampled_times_start_at_from() -> None:
     policy = Policy(TEN, MOST_RECENT, from_us=3, order=Order.STRICT)
-    assert [one.valid_us for one in under(policy, samples_of((0, 0, "a"), (4, 4, "b"), (30, 30, "c")))] == [13, 23]
+    assert [one.valid_us for one in under(policy, samples_of((0, 0, "a"), (4, 4, "b"), (30, 30, "c")))] == [3, 13, 23]
+
+
+def test_value_known_before_from_is_the_most_recent_one_at_it() -> None:
+    policy = Policy(TEN, MOST_RECENT, from_us=20, order=Order.STRICT)
+    stream = samples_of((5, 5, "a"), (12, 12, "b"), (27, 27, "c"), (31, 31, "d"))
+    assert under(policy, stream) == samples_of((27, 20, "b"), (31, 30, "c"))
+
+
+def test_value_known_before_from_is_delivered_at_its_deadline() -> None:
+    pipeline = PolicyPipeline(Policy(TEN, MOST_RECENT, max_delay_us=4, from_us=20))
+    pipeline.offer(Sample(5, 5, "a"))
+    assert pipeline.advance(30) == samples_of((24, 20, "a"))
+
+
+@pytest.mark.parametrize("order", [Order.MONOTONE, Order.STRICT])
+def test_sample_after_the_end_settles_what_lies_before_it(order: Order) -> None:
+    pipeline = PolicyPipeline(Policy(TEN, MOST_RECENT, to_us=25, order=order))
+    assert pipeline.offer(Sample(8, 8, "a")) == []
+    assert pipeline.offer(Sample(27, 27, "b")) == samples_of((27, 10, "a"), (27, 20, "a"))
+    assert pipeline.dropped == {"duration": 1}
+
+
+def test_sample_after_the_end_counts_for_the_order_too() -> None:
+    pipeline = PolicyPipeline(Policy(TEN, MOST_RECENT, to_us=25, order=Order.STRICT))
+    delivered = [
+        one for sample in samples_of((8, 8, "a"), (27, 27, "b"), (28, 19, "c")) for one in pipeline.offer(sample)
+    ]
+    assert [one.value for one in delivered] == ["a", "a"]
+    assert pipeline.dropped == {"duration": 1, "order": 1}
+
+
+def test_interpolation_reaches_over_both_ends() -> None:
+    policy = Policy(TEN, LINEAR, from_us=10, to_us=20, order=Order.STRICT)
+    assert under(policy, samples_of((5, 5, 0.0), (25, 25, 20.0))) == samples_of((25, 10, 5.0), (25, 20, 15.0))
+
+
+def test_of_the_samples_before_from_one_is_held() -> None:
+    policy = Policy(TEN, LINEAR, from_us=10_000, order=Order.STRICT)
+    pipeline = PolicyPipeline(policy)
+    for t_us in range(5, 5_000):
+        pipeline.offer(Sample(t_us, t_us, 0.0))
+    assert pipeline.dropped == {"duration": 4_994}
+
+
+@pytest.mark.parametrize("approximation", Approximation)
+def test_after_the_end_samples_are_counted_and_not_held(approximation: Approximation) -> None:
+    pipeline = PolicyPipeline(Policy(TEN, approximation, max_delay_us=5, to_us=30))
+    for t_us in range(0, 1_000, 10):
+        pipeline.offer(Sample(t_us, t_us, 1.0))
+    assert pipeline.dropped == {"duration": 96}
+
+
+@pytest.mark.parametrize("order", [Order.MONOTONE, Order.STRICT])
+def test_each_sample_is_a_sampled_value_or_counted(order: Order) -> None:
+    """Of a stream of different values, those that are not delivered are all counted, but for one that still waits."""
+    rng = random.Random(3)
+    for _ in range(200):
+        times_us = sorted(rng.sample(range(100), 30))
+        stream = samples_of(*((max(t_us, 0), t_us + rng.choice((0, 0, 0, -6)), k) for k, t_us in enumerate(times_us)))
+        policy = Policy(SampleEvery(rng.choice((3, 7, 20))), MOST_RECENT, None, rng.choice((None, 40)), 77, order=order)
+        pipeline = PolicyPipeline(policy)
+        delivered = [one for sample in stream for one in pipeline.offer(sample)] + list(pipeline.finish())
+        values = {one.value for one in delivered} - {NO_VALUE}
+        assert sum(pipeline.dropped.values()) == len(stream) - len(values)
 
 
 def test_sampling_begins_with_what_can_still_come_in_time() -> None:
@@ -210,6 +317,24 @@ def test_delivered_stream_keeps_order_delay_and_duration(policy: Policy, samples
         assert all(one.delay_us <= policy.max_delay_us for one in delivered)
     assert all(policy.from_us is None or one.valid_us >= policy.from_us for one in delivered)
     assert all(policy.to_us is None or one.valid_us <= policy.to_us for one in delivered)
+
+
+@PROPERTY
+@given(policies(), STREAMS, st.none() | st.integers(0, 400))
+def test_duration_takes_a_part_of_what_is_sampled_without_it(
+    policy: Policy, samples: list[Sample[float]], told_us: int | None
+) -> None:
+    if not isinstance(policy.cause, SampleEvery):
+        policy = replace(policy, cause=SampleEvery(10), order=Order.STRICT)
+    whole = under(replace(policy, to_us=None), samples, told_us=told_us)
+    assert under(policy, samples, told_us=told_us) == [
+        one for one in whole if policy.to_us is None or one.valid_us <= policy.to_us
+    ]
+    if policy.from_us is not None and policy.from_us % policy.cause.period_us == 0:  # else other times are sampled
+        before = under(replace(policy, from_us=None), samples, told_us=told_us)
+        part = [(one.valid_us, one.value) for one in before if one.valid_us >= policy.from_us]
+        got = [(one.valid_us, one.value) for one in under(policy, samples, told_us=told_us)]
+        assert got[: len(part)] == part  # and perhaps times that need not wait for one before `from` any more
 
 
 @PROPERTY

@@ -128,7 +128,7 @@ def test_process_that_cannot_begin_leaves_nothing_behind() -> None:
     node = Node()
     left, right = node.add_source("left"), node.add_source("right")
     right.publish(Sample(0, 0, 0))
-    with pytest.raises(StreamError, match="expected at most 'oldest 0us', got 5 us"):
+    with pytest.raises(StreamError, match="expected to remember at least 5 us for 'oldest', got 0 us"):
         node.add_refinement("r", Latest(), of=("left", "right"), policy=Policy(oldest_us=5))
     assert node.labels == ("left", "right")
     assert (left.subscriptions, right.subscriptions) == ((), ())

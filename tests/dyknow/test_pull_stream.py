@@ -26,3 +26,10 @@ def test_full_stream_can_be_seen_before_it_drops() -> None:
 def test_stream_without_room_is_refused() -> None:
     with pytest.raises(StreamError, match="stream 's': expected a capacity of at least 1 sample, got 0"):
         Stream("s", capacity=0)
+
+
+def test_number_to_take_and_word_for_full_must_make_sense() -> None:
+    with pytest.raises(StreamError, match="stream 's': expected to take 0 samples or more, got -1"):
+        Stream("s", capacity=1).take(-1)
+    with pytest.raises(StreamError, match=r"stream 's': expected one of .*, got 'drop oldest'"):
+        Stream("s", 1, "drop oldest")  # type: ignore[arg-type]

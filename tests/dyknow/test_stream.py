@@ -108,15 +108,79 @@ def test_pulled_stream_begins_with_the_oldest() -> None:
 
 
 def test_oldest_is_refused_where_samples_were_not_stored() -> None:
-    with pytest.raises(StreamError, match="stream 's': expected at most 'oldest 100us', got 101 us"):
+    with pytest.raises(StreamError, match="stream 's': expected to remember at least 101 us for 'oldest', got 100 us"):
         stream_of(10).subscribe(print, Policy(oldest_us=101))
 
 
-def test_oldest_needs_no_store_before_the_first_sample() -> None:
-    stream, seen = StreamGenerator("s"), Recorder()
-    stream.subscribe(seen, Policy(oldest_us=50))
-    publish(stream, 1)
-    assert seen.values == [1]
+def test_who_asks_for_the_oldest_before_the_first_sample_makes_the_stream_remember() -> None:
+    stream, first, second = StreamGenerator("s"), Recorder(), Recorder()
+    stream.subscribe(first, Policy(oldest_us=50))
+    publish(stream, 1, 40, 60)
+    stream.subscribe(second, Policy(oldest_us=50))
+    assert (first.values, second.values) == ([1, 40, 60], [40, 60])
+    with pytest.raises(StreamError, match="expected to remember at least 51 us for 'oldest', got 50 us"):
+        stream.subscribe(second, Policy(oldest_us=51))
+
+
+def test_consumer_that_raises_on_stored_samples_is_not_subscribed() -> None:
+    def refuse(sample: Sample[int]) -> None:
+        raise OSError(f"no room for {sample.value}")
+
+    stream = stream_of(10, 20)
+    with pytest.raises(OSError, match="no room for 10"):
+        stream.subscribe(refuse, Policy(oldest_us=100))
+    assert (stream.subscriptions, stream.delivered) == ((), 1)
+    publish(stream, 30)
+
+
+def test_stream_ends_once() -> None:
+    stream, sampled = StreamGenerator("s"), Recorder()
+    stream.subscribe(sampled, Policy(SampleEvery(10), Approximation.MOST_RECENT, max_delay_us=5))
+    publish(stream, 8, 12)
+    stream.finish()
+    stream.finish()
+    assert sampled.values == [8]
+    with pytest.raises(
+        StreamError, match="stream 's': expected an open stream to publish to, got one that was finished"
+    ):
+        publish(stream, 13)
+    assert (stream.published, stream.is_open, stream.is_closed) == (2, False, False)
+
+
+def test_who_joins_after_the_end_gets_what_is_stored_and_nothing_is_held_back() -> None:
+    stream, seen = stream_of(8, 12), Recorder()
+    stream.finish()
+    stream.subscribe(seen, Policy(SampleEvery(10), Approximation.MOST_RECENT, max_delay_us=5, oldest_us=50))
+    assert seen.values == [8]
+
+
+def test_leaving_twice_is_told_from_leaving_a_foreign_stream() -> None:
+    stream = StreamGenerator("s")
+    subscription = stream.subscribe(print)
+    stream.unsubscribe(subscription)
+    with pytest.raises(StreamError, match="stream 's': expected one of its subscriptions, got one that has ended"):
+        stream.unsubscribe(subscription)
+
+
+def test_consumer_must_be_callable_and_policy_a_policy() -> None:
+    with pytest.raises(StreamError, match="stream 's': expected a consumer to call and a policy, got "):
+        StreamGenerator("s").subscribe(Policy(), print)  # type: ignore[arg-type]
+
+
+def test_consumer_that_raises_stays_subscribed_and_those_after_it_miss_the_sample() -> None:
+    stream, before, after = StreamGenerator("s"), Recorder(), Recorder()
+
+    def refuse_one(sample: Sample[int]) -> None:
+        if sample.value == 1:
+            raise OSError("once")
+
+    stream.subscribe(before)
+    stream.subscribe(refuse_one)
+    stream.subscribe(after)
+    with pytest.raises(OSError, match="once"):
+        publish(stream, 1)
+    publish(stream, 2)
+    assert (before.values, after.values) == ([1, 2], [2])
 
 
 def test_store_is_bounded_by_age_and_by_number() -> None:
