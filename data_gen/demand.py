@@ -6,9 +6,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from data_gen.scenario import Flow, Scenario, VehicleKind
+from data_gen.scenario import Flow, RoadsideStop, Scenario, VehicleKind
 
 _SECOND_US = 1_000_000
+_PLATOON_GAP_S = 2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,7 @@ class Departure:
     width_m: float
     appearance: int
     """Seed of the vehicle's looks."""
+    stop: RoadsideStop | None = None
 
 
 def draw_departures(scenario: Scenario, *, until_us: int, rng: np.random.Generator) -> tuple[Departure, ...]:
@@ -31,9 +33,9 @@ def draw_departures(scenario: Scenario, *, until_us: int, rng: np.random.Generat
 
     Parameters
     ----------
-    scenario : whose flows and vehicle kinds are used.
+    scenario : whose flows, stops and vehicle kinds are used.
     until_us : departures lie in [0, until_us).
-    rng : source of every choice; each flow gets a generator of its own.
+    rng : source of every choice; each flow gets a generator of its own, and so does each stop.
 
     Returns
     -------
@@ -42,10 +44,39 @@ def draw_departures(scenario: Scenario, *, until_us: int, rng: np.random.Generat
     drawn = [
         item
         for flow, flow_rng in zip(scenario.flows, rng.spawn(len(scenario.flows)), strict=True)
-        for item in _draw_flow(flow, scenario.kinds, until_us, flow_rng)
+        for item in _draw_flow(flow, flow.kinds or scenario.kinds, until_us, flow_rng)
     ]
+    for stop, stop_rng in zip(scenario.stops, rng.spawn(len(scenario.stops)), strict=True):
+        depart_us = scenario.warm_up_us + stop.depart_us
+        if 0 <= depart_us < until_us:
+            flow = Flow(stop.from_edge, stop.to_edge, rate_hz=0.0)
+            drawn.append(replace(draw_vehicle(flow, stop.kind, depart_us, stop_rng), stop=stop))
     drawn.sort(key=lambda item: item.depart_us)
     return tuple(replace(item, id=f"sim{number}") for number, item in enumerate(drawn, start=1))
+
+
+def draw_vehicle(flow: Flow, kind: VehicleKind, depart_us: int, rng: np.random.Generator) -> Departure:
+    """Draw size and looks of one vehicle.
+
+    Parameters
+    ----------
+    flow, kind, depart_us : kept as they are.
+    rng : source of the choices.
+
+    Returns
+    -------
+    The departure, still without a name.
+    """
+    return Departure(
+        id="",
+        depart_us=depart_us,
+        flow=flow,
+        kind=kind,
+        # Two decimals, as written to the route file: the truth has the very size that was simulated.
+        length_m=round(rng.uniform(*kind.length_m), 2),
+        width_m=round(rng.uniform(*kind.width_m), 2),
+        appearance=int(rng.integers(2**31)),
+    )
 
 
 def routes_xml(departures: tuple[Departure, ...]) -> str:
@@ -61,33 +92,45 @@ def routes_xml(departures: tuple[Departure, ...]) -> str:
     """
     lines = ["<routes>"]
     for item in departures:
-        driver = " ".join(f"{name}={quoteattr(value)}" for name, value in item.kind.driver)
         lines.append(
-            f'<vType id="type_{item.id}" length="{item.length_m:.2f}" width="{item.width_m:.2f}" {driver}/>'
+            f'<vType id="type_{item.id}" length="{item.length_m:.2f}" width="{item.width_m:.2f}" '
+            f"{_attributes(item.kind.driver)}/>"
             f'<trip id="{item.id}" type="type_{item.id}" depart="{item.depart_us / _SECOND_US:.3f}" '
             f"from={quoteattr(item.flow.from_edge)} to={quoteattr(item.flow.to_edge)} "
-            'departSpeed="desired" departLane="best"/>'
+            f"{_attributes(item.flow.depart)}>{_stop_xml(item.stop)}</trip>"
         )
     lines.append("</routes>")
     return "\n".join(lines)
+
+
+def _attributes(pairs: Sequence[tuple[str, str]]) -> str:
+    return " ".join(f"{name}={quoteattr(value)}" for name, value in pairs)
+
+
+def _stop_xml(stop: RoadsideStop | None) -> str:
+    if stop is None:
+        return ""
+    return (
+        f'<stop lane={quoteattr(stop.lane)} endPos="{stop.front_m:.2f}" duration="{stop.stand_us / _SECOND_US:.3f}"/>'
+    )
 
 
 def _draw_flow(
     flow: Flow, kinds: Sequence[VehicleKind], until_us: int, rng: np.random.Generator
 ) -> Iterator[Departure]:
     """Draw one vehicle after the other: a longer clip begins with the very vehicles of a shorter one."""
-    time_s = rng.exponential(1 / flow.rate_hz)
+    time_s = _gap_s(flow, rng)
     while time_s * _SECOND_US < until_us:
-        kind = kinds[int(rng.choice(len(kinds), p=[kind.share for kind in kinds]))]
-        yield Departure(
-            id="",
+        for place in range(flow.platoon):
+            kind = kinds[int(rng.choice(len(kinds), p=[kind.share for kind in kinds]))]
             # SUMO keeps milliseconds.
-            depart_us=int(time_s * 1000) * 1000,
-            flow=flow,
-            kind=kind,
-            # Two decimals, as written to the route file: the truth has the very size that was simulated.
-            length_m=round(rng.uniform(*kind.length_m), 2),
-            width_m=round(rng.uniform(*kind.width_m), 2),
-            appearance=int(rng.integers(2**31)),
-        )
-        time_s += rng.exponential(1 / flow.rate_hz)
+            depart_us = int((time_s + place * _PLATOON_GAP_S) * 1000) * 1000
+            if depart_us < until_us:
+                yield draw_vehicle(flow, kinds[0] if place == 0 and flow.platoon > 1 else kind, depart_us, rng)
+        time_s += flow.platoon * (_PLATOON_GAP_S if flow.platoon > 1 else 0.0) + _gap_s(flow, rng)
+
+
+def _gap_s(flow: Flow, rng: np.random.Generator) -> float:
+    """Draw the time to the next departure, or to the next platoon after the last one has gone."""
+    mean_s = flow.platoon / flow.rate_hz - (flow.platoon * _PLATOON_GAP_S if flow.platoon > 1 else 0.0)
+    return flow.shortest_gap_s + float(rng.exponential(mean_s - flow.shortest_gap_s))

@@ -86,13 +86,15 @@ def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
     )
 
 
-def centres_in_view(motion: Motion, states: Sequence[VehicleStates], view: CameraView) -> BoolArray:
+def centres_in_view(
+    motion: Motion, states: Sequence[VehicleStates], view: CameraView | Sequence[CameraView]
+) -> BoolArray:
     """Tell at which steps each vehicle's centre is in the image.
 
     Parameters
     ----------
     motion, states : of the same clip.
-    view : of the camera.
+    view : of the camera; one for each step if it moves.
 
     Returns
     -------
@@ -100,8 +102,9 @@ def centres_in_view(motion: Motion, states: Sequence[VehicleStates], view: Camer
     """
     column = {vehicle_id: place for place, vehicle_id in enumerate(motion.ids)}
     in_view = np.zeros(motion.road.shape, dtype=np.bool_)
-    for row, step in enumerate(states):
-        in_view[row, [column[vehicle_id] for vehicle_id in step.ids]] = view.contains(step.centre_m)
+    views = (view,) * len(states) if isinstance(view, CameraView) else view
+    for row, (step, seen) in enumerate(zip(states, views, strict=True)):
+        in_view[row, [column[vehicle_id] for vehicle_id in step.ids]] = seen.contains(step.centre_m)
     return in_view
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-VehicleClass = Literal["car", "truck"]
+VehicleClass = Literal["car", "van", "truck", "bus", "motorcycle"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,59 @@ class Flow:
     to_edge: str
     rate_hz: float
     """Mean vehicles per second."""
+    kinds: tuple[VehicleKind, ...] = ()
+    """Who drives here, if not the kinds of the scenario."""
+    shortest_gap_s: float = 0.0
+    """No two vehicles of the flow depart closer together; what is left of the mean gap is exponential."""
+    platoon: int = 1
+    """Vehicles that depart together, 2.5 s apart; the flow's first kind leads, so let it be the slow one."""
+    depart: tuple[tuple[str, str], ...] = (("departSpeed", "desired"), ("departLane", "best"))
+    """SUMO `trip` attributes, name and value."""
+
+
+@dataclass(frozen=True, slots=True)
+class RoadsideStop:
+    """One vehicle that pulls up in its lane, stands there, and drives on."""
+
+    from_edge: str
+    to_edge: str
+    kind: VehicleKind
+    depart_us: int
+    """On the clip's clock: 0 is the first frame, negative is in the warm-up."""
+    lane: str
+    front_m: float
+    """Where the front bumper comes to rest, from the start of the lane."""
+    stand_us: int
+    right_m: float
+    """How far it draws to the right while it stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParkingStrip:
+    """Places along a kerb in which cars stand all the time, beside the lane and out of everybody's way."""
+
+    lane: str
+    first_m: float
+    """From the start of the lane to the strip's start and end."""
+    last_m: float
+    right_m: float
+    """From the lane's centre line to that of the parked cars."""
+    kind: VehicleKind
+    filled: float
+    """Part of the places that is taken, 0 to 1."""
+    place_m: float = 6.5
+
+
+@dataclass(frozen=True, slots=True)
+class Attempts:
+    """Overtakes that drivers begin and give up: SUMO never aborts one, so they are added to what it drives."""
+
+    kind: str
+    """Name of the vehicle kind whose drivers try."""
+    shift_m: float
+    """From the own lane's centre line to the oncoming lane's."""
+    pause_us: int
+    """No driver tries again sooner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,3 +112,12 @@ class Scenario:
     """Simulated before the clip starts, so that traffic already fills the road."""
     simulator_options: tuple[str, ...] = ()
     """Further SUMO command-line options, name and value alternating."""
+    stops: tuple[RoadsideStop, ...] = ()
+    parking: tuple[ParkingStrip, ...] = ()
+    light_programs: tuple[tuple[str, str], ...] = ()
+    """Traffic light and the program it runs, of those in the network."""
+    solid_line_m: float = 0.0
+    """So close to the end of an edge nobody begins a lane change; 0: everywhere allowed."""
+    lane_change_rate_hz: float = 0.0
+    """How often a driver changes lane for no reason, on average."""
+    attempts: Attempts | None = None

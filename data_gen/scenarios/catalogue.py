@@ -1,22 +1,55 @@
 """Which scenarios are there?"""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from data_gen.errors import DataGenError
 from data_gen.scenario import Scenario
-from data_gen.scenarios.rural_overtaking.scenario import rural_overtaking
+from data_gen.scenarios.hard_negatives.scenario import following_only, lane_change_only, meeting_only, parked_car
+from data_gen.scenarios.junction.scenario import JUNCTION_OPTIONS, junction
+from data_gen.scenarios.motorway.scenario import MOTORWAY_OPTIONS, motorway
+from data_gen.scenarios.options import OptionValues, ScenarioOption, read_options
+from data_gen.scenarios.queue_passing.scenario import queue_passing
+from data_gen.scenarios.roundabout.scenario import ROUNDABOUT_OPTIONS, roundabout
+from data_gen.scenarios.rural_overtaking.scenario import RURAL_OPTIONS, rural_overtaking
+from data_gen.scenarios.urban_grid.scenario import URBAN_OPTIONS, urban_grid
 
-SCENARIOS: Mapping[str, Callable[[], Scenario]] = MappingProxyType({"rural_overtaking": rural_overtaking})
-"""Scenario makers by name."""
+
+@dataclass(frozen=True, slots=True)
+class CatalogueEntry:
+    """A scenario that can be asked for by name."""
+
+    make: Callable[[OptionValues], Scenario]
+    options: tuple[ScenarioOption, ...] = ()
 
 
-def scenario_named(name: str) -> Scenario:
+SCENARIOS: Mapping[str, CatalogueEntry] = MappingProxyType(
+    {
+        "rural_overtaking": CatalogueEntry(rural_overtaking, RURAL_OPTIONS),
+        "junction": CatalogueEntry(junction, JUNCTION_OPTIONS),
+        "motorway": CatalogueEntry(motorway, MOTORWAY_OPTIONS),
+        "roundabout": CatalogueEntry(roundabout, ROUNDABOUT_OPTIONS),
+        "urban_grid": CatalogueEntry(urban_grid, URBAN_OPTIONS),
+        "following_only": CatalogueEntry(following_only),
+        "meeting_only": CatalogueEntry(meeting_only),
+        "parked_car": CatalogueEntry(parked_car),
+        "lane_change_only": CatalogueEntry(lane_change_only),
+        "queue_passing": CatalogueEntry(queue_passing),
+    }
+)
+"""Scenarios by name."""
+
+_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
+
+
+def scenario_named(name: str, options: Mapping[str, str] = _NO_OPTIONS) -> Scenario:
     """Find a scenario by its name.
 
     Parameters
     ----------
     name : one of the keys of `SCENARIOS`.
+    options : of that scenario, name and value as text; what is left out has its default.
 
     Returns
     -------
@@ -25,17 +58,20 @@ def scenario_named(name: str) -> Scenario:
     Raises
     ------
     DataGenError
-        If there is no scenario of that name.
+        If there is no scenario of that name, or it does not know an option or its value.
 
     Examples
     --------
     >>> scenario_named("rural_overtaking").view.width_m
     600.0
-    >>> scenario_named("moon")
+    >>> scenario_named("junction", {"lights": "actuated"}).light_programs
+    (('centre', 'actuated'),)
+    >>> scenario_named("junction", {"lights": "blue"})
     Traceback (most recent call last):
     ...
-    data_gen.errors.DataGenError: scenario: expected one of rural_overtaking, got 'moon'
+    data_gen.errors.DataGenError: scenario 'junction', option 'lights': expected fixed or actuated, got 'blue'
     """
     if name not in SCENARIOS:
         raise DataGenError(f"scenario: expected one of {', '.join(sorted(SCENARIOS))}, got {name!r}")
-    return SCENARIOS[name]()
+    entry = SCENARIOS[name]
+    return entry.make(read_options(name, entry.options, options))

@@ -5,13 +5,17 @@ import json
 import tomllib
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
+from data_gen.cameras import CameraKind
+from data_gen.degrade import parse_degradation
 from data_gen.errors import DataGenError
 from data_gen.generate import GeneratedScene, generate
 from data_gen.truth import COLUMNS
 from gis.camera import GroundCamera
+from gis.camera_pose import read_camera_track
 from gis.sumo_net import read_sumo_net
 
 
@@ -98,13 +102,16 @@ def test_progress_counts_every_frame(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"scenario": "moon"}, "scenario: expected one of rural_overtaking, got 'moon'"),
+        ({"scenario": "moon"}, "scenario: expected one of .*, rural_overtaking, .*, got 'moon'"),
         ({"seed": -1}, "seed: expected 0 to 2147483647, got -1"),
         ({"rate_hz": 30}, "rate: expected a divisor of 1000 from 10 up, in frames per second, got 30"),
         ({"width_px": 641}, "image width: expected an even number of pixels from 64 up, got 641"),
+        ({"camera": "moon"}, "camera: expected one of vertical, oblique, uav, got 'moon'"),
+        ({"weather": "snow"}, "weather: expected one of sunny, clouds, overcast, got 'snow'"),
+        ({"occluders": ["wall"]}, "occluders: expected none, all or some of trees, bridge, gantry, got 'wall'"),
         ({"duration_us": 0}, "duration: expected at least one step of 40000 us, got 0 us"),
     ],
-    ids=["scenario", "seed", "rate", "width", "duration"],
+    ids=["scenario", "seed", "rate", "width", "camera", "weather", "occluders", "duration"],
 )
 def test_bad_arguments_are_refused_before_anything_is_written(
     tmp_path: Path, change: dict[str, object], message: str
@@ -113,3 +120,76 @@ def test_bad_arguments_are_refused_before_anything_is_written(
     with pytest.raises(DataGenError, match=message):
         generate(out_dir=tmp_path / "scene", **arguments)  # type: ignore[arg-type]  # one case is one bad argument
     assert not (tmp_path / "scene").exists()
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> GeneratedScene:
+    return drone(tmp_path_factory.mktemp("flight"))
+
+
+def drone(folder: Path) -> GeneratedScene:
+    return generate(
+        "rural_overtaking",
+        seed=2,
+        duration_us=1_200_000,
+        out_dir=folder,
+        width_px=320,
+        height_px=180,
+        camera="uav",
+        poses=True,
+        thermal=True,
+        weather="clouds",
+        occluders=["all"],
+        degradation=parse_degradation("noise=2,drop=0.2,duplicate=0.2,gap=0.6+0.2,crf=30"),
+    )
+
+
+def frame_times_us(video: Path) -> list[int]:
+    with av.open(str(video)) as container:
+        stream = container.streams.video[0]
+        return [round(frame.pts * stream.time_base * 1_000_000) for frame in container.decode(stream)]
+
+
+def test_a_scene_with_everything_is_the_same_to_the_byte(flight: GeneratedScene, tmp_path: Path) -> None:
+    again = drone(tmp_path)
+    for name in ("video", "thermal", "site", "camera", "truth", "truth_events"):
+        assert getattr(flight, name).read_bytes() == getattr(again, name).read_bytes(), name
+
+
+def test_lost_frames_leave_holes_in_the_time_stamps_of_both_videos(flight: GeneratedScene) -> None:
+    times_us = frame_times_us(flight.video)
+    assert len(times_us) == flight.frame_count < 25
+    assert set(times_us) < set(range(0, 1_200_000, 40_000))
+    assert not any(600_000 <= t_us < 800_000 for t_us in times_us)
+    assert frame_times_us(flight.thermal) == times_us
+
+
+def test_truth_stays_on_all_simulated_times(flight: GeneratedScene) -> None:
+    assert {int(row["t_us"]) for row in truth_rows(flight)} == set(range(0, 1_200_000, 40_000))
+
+
+def test_a_moving_camera_is_told_by_its_first_frame_and_its_poses(flight: GeneratedScene) -> None:
+    site = tomllib.loads(flight.site.read_text(encoding="utf-8"))["camera"]
+    assert (site["moving"], site["poses"], site["thermal"]["video"]) == (True, "camera.csv", "thermal.mp4")
+    told = GroundCamera.from_homography(site["homography"])
+    first = read_camera_track(flight.camera).at(0).camera(320, 180)
+    corners_px = [[0, 0], [319, 0], [319, 179], [0, 179]]
+    assert told.to_ground(corners_px) == pytest.approx(first.to_ground(corners_px), abs=1e-6)
+
+
+def test_without_poses_the_site_file_keeps_silent_about_them(tmp_path: Path) -> None:
+    scene = generate(
+        "rural_overtaking", seed=1, duration_us=80_000, out_dir=tmp_path, width_px=64, height_px=64, camera="oblique"
+    )
+    camera = tomllib.loads(scene.site.read_text(encoding="utf-8"))["camera"]
+    assert set(camera) == {"homography"}
+    assert len(read_camera_track(scene.camera).poses) == 2
+
+
+def test_another_camera_leaves_no_file_of_the_one_before(tmp_path: Path) -> None:
+    cameras: tuple[CameraKind, ...] = ("oblique", "vertical")
+    for camera in cameras:
+        scene = generate(
+            "rural_overtaking", seed=1, duration_us=80_000, out_dir=tmp_path, width_px=64, height_px=64, camera=camera
+        )
+    assert not scene.camera.exists()

@@ -5,15 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from data_gen.render import SceneRenderer, VehiclePainter
+from data_gen.cameras import camera_path
+from data_gen.markings import road_markings
+from data_gen.render import SceneRenderer, make_world
 from data_gen.scenario import View
+from data_gen.sprite_painter import SpritePainter
 from data_gen.states import FloatArray, VehicleStates
 from data_gen.sun import Sun
 from data_gen.view import CameraView, camera_over
 from tests.data_gen.support import states_of, straight_road
 
 SIZE_PX = (640, 360)
-COARSE = camera_over(View(centre_m=(500.0, 0.0), width_m=300.0), SIZE_PX)
+COARSE_VIEW = View(centre_m=(500.0, 0.0), width_m=300.0)
+COARSE = camera_over(COARSE_VIEW, SIZE_PX)
 FINE = camera_over(View(centre_m=(500.0, 0.0), width_m=96.0), SIZE_PX)
 
 
@@ -22,7 +26,7 @@ def opacity(view: CameraView, states: VehicleStates, sun: Sun | None = None) -> 
     pictures = []
     for ground in (0, 255):
         canvas = np.full((SIZE_PX[1], SIZE_PX[0], 3), ground, dtype=np.uint8)
-        VehiclePainter(view.camera, SIZE_PX, sun).draw(canvas, states)
+        SpritePainter(SIZE_PX, sun).draw(canvas, states, view)
         pictures.append(canvas[:, :, 0].astype(np.float64))
     return np.asarray(1 - (pictures[1] - pictures[0]) / 255, dtype=np.float64)
 
@@ -64,7 +68,10 @@ def test_a_vehicle_at_the_border_is_cut_not_moved() -> None:
 
 
 def renderer(seed: int = 1) -> SceneRenderer:
-    return SceneRenderer(straight_road(), COARSE.camera, SIZE_PX, np.random.default_rng(seed))
+    path = camera_path("vertical", COARSE_VIEW, SIZE_PX, t_us=np.array([0]), rng=np.random.default_rng(0))
+    network = straight_road()
+    world = make_world(network, path, np.random.default_rng(seed), marks=road_markings(network))
+    return SceneRenderer(world, path, np.random.default_rng(seed))
 
 
 def test_the_truth_lies_on_grey_asphalt() -> None:

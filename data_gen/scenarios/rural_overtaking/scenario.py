@@ -3,7 +3,7 @@
 1800 m, one lane of 3.5 m each way. What the numbers were chosen for (seeds 1 to 5, 240 s each, all countable
 overtakes together and the hardest braking anywhere):
 
-* The oncoming flow is the sensitive one: twice as much, and next to nobody finds a gap.
+* The oncoming flow is the sensitive one: twice as much, and next to nobody finds a gap. `blocked` makes use of that.
 * A fifth of slow cars, which keep 2 s apart: with more of them, or closer together, platoons form that nobody can
   leave half way, and somebody brakes at 9 m/s2 in front of an oncoming car.
 * `lcKeepRight` makes drivers return soon after the slow car, as people do; without it they stay in the oncoming lane
@@ -13,30 +13,59 @@ overtakes together and the hardest braking anywhere):
 
 from pathlib import Path
 
-from data_gen.scenario import Flow, Scenario, VehicleKind, View
+from data_gen.scenario import Attempts, Flow, Scenario, VehicleKind, View
+from data_gen.scenarios.options import OptionValues, ScenarioOption
 
+RURAL_NETWORK = Path(__file__).parent / "network.net.xml"
+RURAL_OPTIONS = (
+    ScenarioOption("blocked", "so much oncoming traffic that hardly anybody can overtake"),
+    ScenarioOption("aborted", "some drivers begin to overtake and give up"),
+    ScenarioOption("platoons", "a slow vehicle and three behind it depart together"),
+)
 _OVERTAKING_DRIVER = (("lcOpposite", "1"), ("lcSpeedGain", "3"), ("lcAssertive", "1"), ("lcKeepRight", "30"))
 _CAR_LENGTH_M = (4.1, 4.9)
 _CAR_WIDTH_M = (1.75, 1.9)
+_HESITANT = "hesitant car"
+_LANE_M = 3.5
 
 
-def rural_overtaking() -> Scenario:
+def rural_overtaking(options: OptionValues) -> Scenario:
     """Describe the rural overtaking road.
+
+    Parameters
+    ----------
+    options : `blocked`, `aborted`, `platoons` (flags).
 
     Returns
     -------
     The scenario; the camera covers x 200 to 800 m of the 1800 m.
     """
+    aborted = options.flag("aborted")
     return Scenario(
         name="rural_overtaking",
-        network_file=Path(__file__).parent / "network.net.xml",
-        kinds=(_slow_car(), _fast_car(), _truck()),
-        flows=(Flow("eastbound", "eastbound", 0.18), Flow("westbound", "westbound", 0.025)),
+        network_file=RURAL_NETWORK,
+        kinds=_kinds(aborted=aborted),
+        flows=_flows(options),
         view=View(centre_m=(500.0, 0.0), width_m=600.0),
         # A slow car needs 164 s from end to end.
         warm_up_us=160_000_000,
         simulator_options=("--lanechange.duration", "2.5"),
+        attempts=Attempts(_HESITANT, shift_m=_LANE_M, pause_us=12_000_000) if aborted else None,
     )
+
+
+def _flows(options: OptionValues) -> tuple[Flow, ...]:
+    eastbound = Flow("eastbound", "eastbound", 0.18, platoon=4 if options.flag("platoons") else 1)
+    if options.flag("blocked"):
+        # A car every 4 s, never much more: nobody finds a gap of the 15 s that an overtake needs.
+        return eastbound, Flow("westbound", "westbound", 0.25, kinds=(_patient_car(),), shortest_gap_s=3.0)
+    return eastbound, Flow("westbound", "westbound", 0.05 if options.flag("aborted") else 0.025)
+
+
+def _kinds(*, aborted: bool) -> tuple[VehicleKind, ...]:
+    if not aborted:
+        return (_slow_car(), _fast_car(0.7), _truck())
+    return (_slow_car(), _fast_car(0.3), _truck(), _hesitant_car(0.4))
 
 
 def _slow_car() -> VehicleKind:
@@ -50,14 +79,38 @@ def _slow_car() -> VehicleKind:
     )
 
 
-def _fast_car() -> VehicleKind:
+def _fast_car(share: float) -> VehicleKind:
     return VehicleKind(
         name="fast car",
         vehicle_class="car",
-        share=0.7,
+        share=share,
         length_m=_CAR_LENGTH_M,
         width_m=_CAR_WIDTH_M,
         driver=(("maxSpeed", "27"), ("accel", "3"), *_OVERTAKING_DRIVER),
+    )
+
+
+def _hesitant_car(share: float) -> VehicleKind:
+    """Describe who never overtakes in SUMO; its attempts are added afterwards."""
+    return VehicleKind(
+        name=_HESITANT,
+        vehicle_class="car",
+        share=share,
+        length_m=_CAR_LENGTH_M,
+        width_m=_CAR_WIDTH_M,
+        driver=(("maxSpeed", "25"), ("accel", "3"), ("sigma", "0.2"), ("lcOpposite", "0")),
+    )
+
+
+def _patient_car() -> VehicleKind:
+    """Describe the oncoming traffic that leaves no gap: all alike, and none overtakes."""
+    return VehicleKind(
+        name="patient car",
+        vehicle_class="car",
+        share=1.0,
+        length_m=_CAR_LENGTH_M,
+        width_m=_CAR_WIDTH_M,
+        driver=(("maxSpeed", "20"), ("speedFactor", "1"), ("speedDev", "0"), ("sigma", "0.2"), ("lcOpposite", "0")),
     )
 
 

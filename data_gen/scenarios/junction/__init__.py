@@ -1,0 +1,1 @@
+"""Which scenario has queues and turns? A signalised junction of four arms."""

@@ -1,0 +1,1 @@
+"""Which scenario has overtakes on parallel lanes? A motorway of three lanes each way."""

@@ -1,0 +1,61 @@
+"""Who drives on a motorway, so that they pass, cut in and keep right?
+
+1.8 km in a gentle bend, three lanes of 3.6 m each way, 4 m of central reserve. Speeds differ widely: trucks at 24 m/s,
+drivers who take their time, and some who are in a hurry. `lcKeepRight` makes them return to the right after each pass,
+as they must; drivers in a hurry (`lcAssertive`) take small gaps, so cut-ins occur.
+"""
+
+from pathlib import Path
+
+from data_gen.scenario import Flow, Scenario, VehicleKind, View
+from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
+from data_gen.scenarios.options import OptionValues, ScenarioOption
+
+MOTORWAY_NETWORK = Path(__file__).parent / "network.net.xml"
+MOTORWAY_OPTIONS = (
+    ScenarioOption("carriageways", "how many of them carry traffic", ("2", "1")),
+    ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high")),
+)
+_RATES_HZ = {"low": 0.2, "normal": 0.4, "high": 0.6}
+_KEEP_RIGHT = (("lcKeepRight", "8"), ("sigma", "0.3"))
+
+
+def motorway(options: OptionValues) -> Scenario:
+    """Describe the motorway.
+
+    Parameters
+    ----------
+    options : `carriageways` (2, 1: eastbound alone) and `demand` (low, normal, high).
+
+    Returns
+    -------
+    The scenario; the camera covers 400 m around the top of the bend.
+    """
+    edges = ("eastbound", "westbound") if options.choice("carriageways") == "2" else ("eastbound",)
+    rate_hz = _RATES_HZ[options.choice("demand")]
+    return Scenario(
+        name="motorway",
+        network_file=MOTORWAY_NETWORK,
+        kinds=_kinds(),
+        flows=tuple(Flow(edge, edge, rate_hz, shortest_gap_s=0.8) for edge in edges),
+        view=View(centre_m=(900.0, 148.0), width_m=400.0),
+        # A truck needs 77 s from end to end.
+        warm_up_us=90_000_000,
+        simulator_options=("--lanechange.duration", "3"),
+    )
+
+
+def _kinds() -> tuple[VehicleKind, ...]:
+    return (
+        car(0.3, (("maxSpeed", "28"), ("speedFactor", "normc(0.9,0.06,0.75,1.05)"), *_KEEP_RIGHT), name="calm car"),
+        car(0.32, (("maxSpeed", "36"), ("speedFactor", "normc(1.02,0.06,0.9,1.15)"), *_KEEP_RIGHT)),
+        car(0.12, (*_hurry(), *_KEEP_RIGHT), name="hurried car"),
+        van(0.08, (("maxSpeed", "31"), ("speedFactor", "normc(0.95,0.06,0.8,1.1)"), *_KEEP_RIGHT)),
+        truck(0.13, (("maxSpeed", "24"), ("speedFactor", "normc(0.8,0.03,0.7,0.9)"), *_KEEP_RIGHT)),
+        bus(0.02, (("maxSpeed", "27"), ("speedFactor", "0.88"), *_KEEP_RIGHT)),
+        motorcycle(0.03, (*_hurry(), *_KEEP_RIGHT)),
+    )
+
+
+def _hurry() -> tuple[tuple[str, str], ...]:
+    return (("maxSpeed", "42"), ("speedFactor", "normc(1.2,0.05,1.1,1.3)"), ("lcAssertive", "1.5"), ("tau", "0.8"))

@@ -1,0 +1,1 @@
+"""Which scenario has several junctions and parked cars? Six junctions of a town."""
