@@ -1,41 +1,42 @@
 """How is a synthetic scene made? Simulation, truth, video and site file, into one folder."""
 
-import json
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
+import shapely
 
+from data_gen.cameras import CameraKind, CameraPath, camera_path
+from data_gen.degrade import Degradation, PlannedFrame, plan_frames
 from data_gen.errors import DataGenError
-from data_gen.motion import centres_in_view, tabulate
-from data_gen.render import SceneRenderer
+from data_gen.junction_marks import junction_marks, parking_bays
+from data_gen.markings import road_markings
+from data_gen.occluders import OccluderKind, occluder_kinds
+from data_gen.render import SceneRenderer, World, make_world
+from data_gen.scenario import Scenario
 from data_gen.scenarios.catalogue import scenario_named
+from data_gen.sensor import NOISE_SIGMA
 from data_gen.simulate import check_seed, simulate
+from data_gen.site_file import write_site
+from data_gen.states import VehicleStates
+from data_gen.sun import Weather, check_weather
+from data_gen.thermal import ThermalRenderer, thermal_path
 from data_gen.truth import write_truth
-from data_gen.truth_events import ROLES, TruthEvent, find_events
+from data_gen.truth_clip import clip_events
+from data_gen.truth_event import TruthEvent, write_truth_events
 from data_gen.video import VideoWriter
-from data_gen.view import CameraView, camera_over
+from gis.camera_pose import write_camera_track
+from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
 
-_SITE = """\
-name = {name}
-start_utc = 2026-05-01T08:00:00Z
+Progress = Callable[[int, int], None]
 
-[frame]
-origin_lat_deg = 58.4
-origin_lon_deg = 15.6
-
-[network]
-sumo = "{network}"
-
-[camera]
-# Ground metres (east, north, 1) from pixels (right, down, 1), row by row.
-homography = [
-{rows}
-]
-"""
+_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
+_NO_FAULTS = Degradation()
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,12 @@ class GeneratedScene:
     network: Path
     truth: Path
     truth_events: Path
+    camera: Path
+    """Poses of the camera; there is no such file for the one straight above."""
+    thermal: Path
+    """Video of the thermal camera; there is no such file without one."""
     frame_count: int
+    """Frames of the video."""
     events: tuple[TruthEvent, ...]
 
 
@@ -60,7 +66,14 @@ def generate(
     width_px: int = 1280,
     height_px: int = 720,
     rate_hz: int = 25,
-    progress: Callable[[int, int], None] | None = None,
+    camera: CameraKind = "vertical",
+    poses: bool = False,
+    thermal: bool = False,
+    weather: Weather = "sunny",
+    occluders: Sequence[str] = (),
+    degradation: Degradation = _NO_FAULTS,
+    options: Mapping[str, str] = _NO_OPTIONS,
+    progress: Progress | None = None,
 ) -> GeneratedScene:
     """Make a scene: the same arguments give the same bytes.
 
@@ -72,11 +85,19 @@ def generate(
     out_dir : made if it is missing; files of an earlier scene in it are replaced.
     width_px, height_px : size of the image, both even, at least 64.
     rate_hz : frames per second, from 10 up, a divisor of 1000, so that a frame lasts whole milliseconds.
+    camera : how the scene is filmed; see `data_gen.cameras.camera_path`.
+    poses : tell the site file of the camera's poses; they are written for every camera that has one.
+    thermal : add the video of a thermal camera of half the size.
+    weather : "sunny", "clouds" whose shadows drift over the ground, or "overcast" without any shadow.
+    occluders : what hides the traffic here and there: "trees", "bridge", "gantry", or "all".
+    degradation : faults of the video files.
+    options : of the scenario.
     progress : called after each frame with the number of frames done and their total.
 
     Returns
     -------
-    The files written: `video.mp4`, `site.toml`, `network.net.xml`, `truth.csv`, `truth_events.jsonl`.
+    The files written: `video.mp4`, `site.toml`, `network.net.xml`, `truth.csv`, `truth_events.jsonl`; `camera.csv`
+    unless the camera looks straight down; `thermal.mp4` if it is asked for.
 
     Raises
     ------
@@ -93,29 +114,127 @@ def generate(
     ...     sorted(path.name for path in Path(folder).iterdir()), scene.frame_count
     (['network.net.xml', 'site.toml', 'truth.csv', 'truth_events.jsonl', 'video.mp4'], 5)
     """
-    plan = scenario_named(scenario)
+    plan = scenario_named(scenario, options)
     step_us = _step_us(rate_hz)
     _check_size(width_px, height_px)
     check_seed(seed)
-    traffic_rng, scenery_rng = np.random.default_rng(np.random.SeedSequence(seed)).spawn(2)
-    states = simulate(plan, seed=seed, rng=traffic_rng, duration_us=duration_us, step_us=step_us)
+    check_weather(weather)
+    hung = occluder_kinds(occluders)
+    rngs = _Sources.of(seed)
+    states = simulate(plan, seed=seed, rng=rngs.traffic, duration_us=duration_us, step_us=step_us)
+    t_us = np.array([step.t_us for step in states])
+    path = camera_path(camera, plan.view, (width_px, height_px), t_us=t_us, rng=rngs.camera)
     network = read_sumo_net(plan.network_file)
-    view = camera_over(plan.view, (width_px, height_px))
-    motion = tabulate(states, network)
-    scene = _scene(out_dir, len(states), find_events(motion, centres_in_view(motion, states, view)))
-    out_dir.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(plan.network_file, scene.network)
-    write_truth(scene.truth, states, network, view)
-    _write_events(scene.truth_events, scene.events)
-    renderer = SceneRenderer(network, view.camera, view.size_px, scenery_rng)
-    with VideoWriter(scene.video, view.size_px, rate_hz) as video:
-        for number, step in enumerate(states, start=1):
-            video.write(renderer.frame(step))
-            if progress is not None:
-                progress(number, len(states))
+    world = plan_world(plan, network, path, rngs.scenery, weather=weather, occluders=hung)
+    frames = plan_frames(degradation, len(states), step_us=step_us, rng=rngs.faults)
+    scene = _scene(out_dir, len(frames), clip_events(states, network, path.views, world.overlay))
+    _write_truth(scene, plan, states, world, path)
+    side = thermal_path(path, plan.view, (_even(width_px / 2), _even(height_px / 2))) if thermal else None
+    _film(scene, _Film(world, path, side, frames, degradation, rate_hz), states, rngs, progress)
     # Last: a folder with a site file is complete.
-    scene.site.write_text(_site_text(f"{scenario} seed {seed}", scene.network, view), encoding="utf-8")
+    write_site(
+        scene.site,
+        name=f"{scenario} seed {seed}",
+        network=scene.network,
+        path=path,
+        poses=scene.camera if poses and path.track is not None else None,
+        thermal=None if side is None else (scene.thermal, side),
+    )
     return scene
+
+
+@dataclass(frozen=True, slots=True)
+class _Sources:
+    """One source of randomness for each purpose: what one of them draws does not disturb another."""
+
+    traffic: np.random.Generator
+    scenery: np.random.Generator
+    camera: np.random.Generator
+    picture: np.random.Generator
+    thermal: np.random.Generator
+    faults: np.random.Generator
+
+    @classmethod
+    def of(cls, seed: int) -> "_Sources":
+        return cls(*np.random.default_rng(np.random.SeedSequence(seed)).spawn(6))
+
+
+@dataclass(frozen=True, slots=True)
+class _Film:
+    """What is filmed, from where, and which frames reach the file."""
+
+    world: World
+    path: CameraPath
+    thermal: CameraPath | None
+    frames: tuple[PlannedFrame, ...]
+    degradation: Degradation
+    rate_hz: int
+
+
+def plan_world(
+    plan: Scenario,
+    network: RoadNetwork,
+    path: CameraPath,
+    rng: np.random.Generator,
+    *,
+    weather: Weather = "sunny",
+    occluders: Sequence[OccluderKind] = (),
+) -> World:
+    """Plan the world of a scenario, marks and parking bays included; the other parameters are those of `make_world`."""
+    lanes = {lane.id: lane for lane in network.lanes}
+    bays: list[shapely.Geometry] = [
+        parking_bays(
+            lanes[strip.lane],
+            first_m=strip.first_m,
+            last_m=strip.last_m,
+            right_m=strip.right_m,
+            width_m=strip.kind.width_m[1],
+        )
+        for strip in plan.parking
+    ]
+    marks = (*road_markings(network), *junction_marks(network, plan.network_file))
+    return make_world(network, path, rng, marks=marks, bays=bays, weather=weather, occluders=occluders)
+
+
+def _write_truth(
+    scene: GeneratedScene, plan: Scenario, states: Sequence[VehicleStates], world: World, path: CameraPath
+) -> None:
+    scene.video.parent.mkdir(parents=True, exist_ok=True)
+    # An earlier scene in the same folder may have had another camera.
+    for old in (scene.site, scene.camera, scene.thermal):
+        old.unlink(missing_ok=True)
+    shutil.copyfile(plan.network_file, scene.network)
+    write_truth(scene.truth, states, world.network, path.views, world.overlay)
+    write_truth_events(scene.truth_events, scene.events)
+    if path.track is not None:
+        write_camera_track(scene.camera, path.track)
+
+
+def _film(
+    scene: GeneratedScene,
+    film: _Film,
+    states: Sequence[VehicleStates],
+    rngs: _Sources,
+    progress: Progress | None,
+) -> None:
+    faults = film.degradation
+    noise_sigma = float(np.hypot(NOISE_SIGMA, faults.noise))
+    drawers: list[tuple[SceneRenderer | ThermalRenderer, VideoWriter]] = []
+    with ExitStack() as stack:
+
+        def opened(file: Path, path: CameraPath) -> VideoWriter:
+            return stack.enter_context(VideoWriter(file, path.views[0].size_px, film.rate_hz, crf=faults.crf))
+
+        colour = SceneRenderer(film.world, film.path, rngs.picture, noise_sigma=noise_sigma)
+        drawers.append((colour, opened(scene.video, film.path)))
+        if film.thermal is not None:
+            warm = ThermalRenderer(film.world, film.thermal, rngs.thermal)
+            drawers.append((warm, opened(scene.thermal, film.thermal)))
+        for done, frame in enumerate(film.frames, start=1):
+            for drawer, video in drawers:
+                video.write(drawer.frame(states[frame.shows], frame.shows), frame.number)
+            if progress is not None:
+                progress(done, len(film.frames))
 
 
 def _step_us(rate_hz: int) -> int:
@@ -130,6 +249,10 @@ def _check_size(width_px: int, height_px: int) -> None:
             raise DataGenError(f"image {name}: expected an even number of pixels from 64 up, got {size_px!r}")
 
 
+def _even(value: float) -> int:
+    return 2 * round(value / 2)
+
+
 def _scene(out_dir: Path, frame_count: int, events: tuple[TruthEvent, ...]) -> GeneratedScene:
     return GeneratedScene(
         video=out_dir / "video.mp4",
@@ -137,29 +260,8 @@ def _scene(out_dir: Path, frame_count: int, events: tuple[TruthEvent, ...]) -> G
         network=out_dir / "network.net.xml",
         truth=out_dir / "truth.csv",
         truth_events=out_dir / "truth_events.jsonl",
+        camera=out_dir / "camera.csv",
+        thermal=out_dir / "thermal.mp4",
         frame_count=frame_count,
         events=events,
     )
-
-
-def _write_events(path: Path, events: Sequence[TruthEvent]) -> None:
-    with path.open("w", encoding="utf-8") as file:
-        file.writelines(json.dumps(_event_body(event)) + "\n" for event in events)
-
-
-def _event_body(event: TruthEvent) -> dict[str, object]:
-    return {
-        "type": event.type,
-        "roles": dict(zip(ROLES[event.type], (event.actor, event.other), strict=True)),
-        "start_us": event.start_us,
-        "end_us": event.end_us,
-        "countable": event.countable,
-        "why_not_countable": event.why_not_countable,
-        "manoeuvre_start_us": event.manoeuvre_start_us,
-        "manoeuvre_end_us": event.manoeuvre_end_us,
-    }
-
-
-def _site_text(name: str, network: Path, view: CameraView) -> str:
-    rows = ",\n".join(f"  {row!r}" for row in view.camera.ground_from_pixel.tolist())
-    return _SITE.format(name=json.dumps(name), network=network.name, rows=rows)

@@ -17,6 +17,7 @@ _EDGE_INSET_M = 0.15
 _DASH_M = 3.0
 _GAP_M = 9.0
 _PROBE_M = 0.3
+_DOUBLE_M = 0.4
 
 Side = Literal["left", "right"]
 
@@ -26,8 +27,9 @@ def road_markings(network: RoadNetwork) -> tuple[shapely.Polygon, ...]:
 
     Parameters
     ----------
-    network : whose lanes are marked. A border with another lane beyond it gets dashes of 3 m every 12 m, a border
-        with nothing beyond it an unbroken edge line.
+    network : whose lanes are marked. A border with another lane beyond it gets dashes of 3 m every 12 m, one
+        between two directions of several lanes each a double line, a border with nothing beyond it an unbroken edge
+        line.
 
     Returns
     -------
@@ -48,9 +50,20 @@ def _border_strips(network: RoadNetwork, index: int, lane: Lane, side: Side) -> 
         yield _strip(offset(lane.centre_line_m, outward * (lane.width_m / 2 - _EDGE_INSET_M)))
     elif index < neighbour:
         border = shapely.LineString(offset(lane.centre_line_m, outward * lane.width_m / 2))
+        if _is_double(network, lane, network.lanes[neighbour]):
+            for side_m in (-_DOUBLE_M / 2, _DOUBLE_M / 2):
+                yield _strip(offset(np.asarray(border.coords), side_m))
+            return
         for start_m in np.arange(_GAP_M / 2, border.length - _DASH_M, _DASH_M + _GAP_M):
             dash = substring(border, start_m, start_m + _DASH_M)
             yield _strip(np.asarray(dash.coords))
+
+
+def _is_double(network: RoadNetwork, lane: Lane, other: Lane) -> bool:
+    """Tell whether the border between two lanes parts two directions of a road with several lanes each way."""
+    lanes = [candidate for candidate in network.lanes if candidate.road == lane.road]
+    one_way = sum(candidate.direction == lane.direction for candidate in lanes)
+    return lane.road == other.road and lane.direction != other.direction and min(one_way, len(lanes) - one_way) > 1
 
 
 def _lane_beyond(network: RoadNetwork, lane: Lane, outward: int) -> int:

@@ -1,40 +1,104 @@
 """How does the camera see the scene at each step? Draws the traffic over the ground, as I420 pictures.
 
-Only the rectangles that hold a vehicle are drawn and converted; the rest is the ground, converted once. Light drifts
-through a look-up table on the luma plane, and sensor noise is cut from a stock of noise pictures at random places.
+Where the camera stands still only the rectangles that hold a vehicle are drawn and converted; the rest is the ground,
+converted once. Where it moves the ground is warped out of one large raster for each frame.
 """
 
-import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
-from data_gen.ground import paint_ground
-from data_gen.states import FloatArray, VehicleStates
-from data_gen.sun import Sun, draw_sun
-from data_gen.vehicles import Sprite, VehicleLooks, height_m, paint_vehicle
-from gis.camera import GroundCamera
+from data_gen.buildings import hides_ground
+from data_gen.cameras import CameraPath
+from data_gen.clouds import Clouds, darken
+from data_gen.ground import VERGE_M, paint_ground
+from data_gen.mosaic import Raster
+from data_gen.occluders import Occluder, OccluderKind, plan_occluders
+from data_gen.overlay import Overlay
+from data_gen.rectangle import Rectangle
+from data_gen.scenery import Scenery, plan_scenery
+from data_gen.sensor import NOISE_SIGMA, Sensor
+from data_gen.solid_painter import SolidPainter
+from data_gen.sprite_painter import SpritePainter
+from data_gen.states import VehicleStates
+from data_gen.sun import Sun, Weather, draw_sun
+from data_gen.view import CameraView
 from gis.road_network import RoadNetwork
 
 ByteArray = NDArray[np.uint8]
 
-_NOISE_STOCK = 6
-_NOISE_MARGIN_PX = 64
-_NOISE_ZERO = 16
-_NOISE_SIGMA = 1.8
-_HEADING_STEP_RAD = math.radians(2)
+_MARGIN_M = 40.0
 
 
-@dataclass(frozen=True, slots=True)
-class _Rectangle:
-    """Part of the image, edges on even pixels as chroma needs it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """Everything on the ground that does not move, and its light: what every camera of a scene films."""
 
-    left: int
-    top: int
-    right: int
-    bottom: int
+    network: RoadNetwork
+    marks: tuple[shapely.Geometry, ...]
+    """Painted white on the road."""
+    bays: tuple[shapely.Geometry, ...]
+    """Paved ground beside the lanes."""
+    scenery: Scenery
+    sun: Sun
+    clouds: Clouds | None
+    occluders: tuple[Occluder, ...]
+    overlay: Overlay
+    """The occluders as the colour camera sees them."""
+
+
+def make_world(
+    network: RoadNetwork,
+    path: CameraPath,
+    rng: np.random.Generator,
+    *,
+    marks: Sequence[shapely.Geometry] = (),
+    bays: Sequence[shapely.Geometry] = (),
+    weather: Weather = "sunny",
+    occluders: Sequence[OccluderKind] = (),
+) -> World:
+    """Plan the world that a camera films.
+
+    Parameters
+    ----------
+    network : the roads.
+    path : of the camera; all that it may see is planned.
+    rng : source of every choice; sun, scenery, clouds and occluders have a generator of their own each.
+    marks, bays : see `World`.
+    weather : sunny, with drifting clouds, or overcast.
+    occluders : what hangs over the road.
+
+    Returns
+    -------
+    The world.
+    """
+    sun_rng, scenery_rng, cloud_rng, occluder_rng = rng.spawn(4)
+    sun = draw_sun(sun_rng, weather)
+    region = shapely.box(*path.reach_m).buffer(_MARGIN_M, join_style="mitre")
+    seen = shapely.Polygon(path.views[0].camera.view_outline(*path.views[0].size_px))
+    hung = plan_occluders(occluders, network, seen, occluder_rng) if occluders else ()
+    decks = [item.outline() for item in hung]
+    # A little more than the verge: crowns and roofs have no straight edges to line up with it.
+    scenery = plan_scenery(network, region, verge_m=VERGE_M + 2, keep_free=decks, sun=sun, rng=scenery_rng)
+    if not path.is_moving:
+        # The renderer draws traffic over buildings: none may stand in front of a road.
+        road, view = network.surface(), path.views[0]
+        clear = tuple(item for item in scenery.buildings if not hides_ground(item, road, view))
+        scenery = replace(scenery, buildings=clear)
+    return World(
+        network=network,
+        marks=tuple(marks),
+        bays=tuple(bays),
+        scenery=scenery,
+        sun=sun,
+        clouds=Clouds(cloud_rng) if weather == "clouds" else None,
+        occluders=hung,
+        overlay=Overlay(hung, pixel_m=path.finest_pixel_m, sun=sun, rng=occluder_rng),
+    )
 
 
 class SceneRenderer:
@@ -42,54 +106,105 @@ class SceneRenderer:
 
     Parameters
     ----------
-    network : road surface and markings.
-    camera : maps ground to pixels.
-    size_px : width and height, both even.
-    rng : source of scenery, sun and noise; consumed further by each frame.
+    world : to film.
+    path : of the camera; its image size is even both ways.
+    rng : source of textures and noise; consumed further by each frame.
+    noise_sigma : of the sensor, in steps of luma.
     """
 
     def __init__(
-        self, network: RoadNetwork, camera: GroundCamera, size_px: tuple[int, int], rng: np.random.Generator
+        self, world: World, path: CameraPath, rng: np.random.Generator, *, noise_sigma: float = NOISE_SIGMA
     ) -> None:
-        self.sun: Sun = draw_sun(rng)
-        self._size_px = size_px
-        self._painter = VehiclePainter(camera, size_px, self.sun)
-        self._ground = paint_ground(network, camera, size_px, sun=self.sun, rng=rng)
-        self._ground_i420 = cv2.cvtColor(self._ground, cv2.COLOR_BGR2YUV_I420).astype(np.uint8)
-        self._canvas = self._ground.copy()
-        self._noise = _noise_stock(size_px, rng)
-        self._rng = rng
+        size_px = path.views[0].size_px
+        self._world = world
+        self._path = path
+        self._height_px = size_px[1]
+        self._scene: _FixedScene | _MovingScene = (
+            _MovingScene(world, path, rng) if path.is_moving else _FixedScene(world, path, rng)
+        )
+        self._sensor = Sensor(size_px, noise_sigma=noise_sigma, rng=rng)
 
-    def frame(self, states: VehicleStates) -> ByteArray:
+    def frame(self, states: VehicleStates, number: int = 0) -> ByteArray:
         """Draw one frame.
 
         Parameters
         ----------
         states : vehicles at the frame's time; those out of view cost nothing.
+        number : of the frame on the camera's path; any of them where the camera stands still.
 
         Returns
         -------
         (h * 3 / 2, w): luma, then both chroma planes at half size, packed as I420. A new array each time.
         """
-        width_px, height_px = self._size_px
-        picture = self._ground_i420.copy()
-        touched = self._painter.draw(self._canvas, states)
-        for part in touched:
-            self._convert(picture, part)
-        for part in touched:
-            window = np.s_[part.top : part.bottom, part.left : part.right]
-            self._canvas[window] = self._ground[window]
-        luma = picture[:height_px]
-        cv2.LUT(luma, _light_table(self.sun.gain(states.t_us)), dst=luma)
-        stock, left, top = self._rng.integers((_NOISE_STOCK, _NOISE_MARGIN_PX, _NOISE_MARGIN_PX))
-        cv2.add(luma, self._noise[stock][top : top + height_px, left : left + width_px], dst=luma)
+        view = self._path.views[number]
+        picture = self._scene.picture(states, view)
+        luma = picture[: self._height_px]
+        if self._world.clouds is not None:
+            darken(picture, self._world.clouds.light(view, states.t_us))
+        self._sensor.expose(luma, gain=self._world.sun.gain(states.t_us), blur_px=self._path.blur_px[number])
         return picture
 
-    def _convert(self, picture: ByteArray, part: _Rectangle) -> None:
-        """Copy a part of the canvas into the I420 picture."""
+
+def _painter(view: CameraView, sun: Sun) -> SpritePainter | SolidPainter:
+    if view.pose is None:
+        return SpritePainter(view.size_px, sun)
+    return SolidPainter(view.size_px, sun)
+
+
+class GroundPicture:
+    """The empty scene as a camera sees it: painted once, and warped for each frame if the camera moves.
+
+    Parameters
+    ----------
+    world : to film.
+    path : of the camera.
+    rng : source of textures and repairs.
+    """
+
+    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
+        self._raster = Raster(path.reach_m, path.finest_pixel_m) if path.is_moving else None
+        painted_from = path.views[0] if self._raster is None else CameraView(self._raster.camera, self._raster.size_px)
+        self._picture = paint_ground(
+            world.network, world.scenery, painted_from, marks=world.marks, bays=world.bays, sun=world.sun, rng=rng
+        )
+
+    def seen(self, view: CameraView) -> ByteArray:
+        """Give the ground in a view of the path, (h, w, 3); of a fixed camera always the same array."""
+        return self._picture if self._raster is None else self._raster.seen_by(self._picture, view)
+
+
+class _FixedScene:
+    """The scene of a camera that stands still: the ground is painted and converted once."""
+
+    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
+        view = path.views[0]
+        self._size_px = view.size_px
+        self._overlay = world.overlay
+        self._painter = _painter(view, world.sun)
+        self._ground = GroundPicture(world, path, rng).seen(view)
+        self._canvas = self._ground.copy()
+        empty = self._ground.copy()
+        self._overlay.apply(empty, Rectangle(0, 0, *view.size_px), view)
+        self._empty_i420 = cv2.cvtColor(empty, cv2.COLOR_BGR2YUV_I420).astype(np.uint8)
+
+    def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
+        picture = self._empty_i420.copy()
+        touched = self._painter.draw(self._canvas, states, view)
+        for part in touched:
+            seen = self._canvas[part.window]
+            if self._overlay.touches(part, view):
+                seen = seen.copy()
+                self._overlay.apply(seen, part, view)
+            self._convert(seen, picture, part)
+        for part in touched:
+            self._canvas[part.window] = self._ground[part.window]
+        return picture
+
+    def _convert(self, seen: ByteArray, picture: ByteArray, part: Rectangle) -> None:
+        """Copy a part of the scene into the I420 picture."""
         width_px, height_px = self._size_px
-        rows, columns = part.bottom - part.top, part.right - part.left
-        converted = cv2.cvtColor(self._canvas[part.top : part.bottom, part.left : part.right], cv2.COLOR_BGR2YUV_I420)
+        columns, rows = part.size_px
+        converted = cv2.cvtColor(seen, cv2.COLOR_BGR2YUV_I420)
         picture[part.top : part.bottom, part.left : part.right] = converted[:rows]
         chroma = picture[height_px:].reshape(2, height_px // 2, width_px // 2)
         chroma[:, part.top // 2 : part.bottom // 2, part.left // 2 : part.right // 2] = converted[rows:].reshape(
@@ -97,104 +212,16 @@ class SceneRenderer:
         )
 
 
-class VehiclePainter:
-    """Draws vehicles onto a blue-green-red picture, at sub-pixel places.
+class _MovingScene:
+    """The scene of a moving camera: the whole ground is painted once and warped for each frame."""
 
-    Parameters
-    ----------
-    camera : maps ground to pixels.
-    size_px : width and height of the picture.
-    sun : casts shadows; none without.
-    """
+    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
+        self._overlay = world.overlay
+        self._painter = _painter(path.views[0], world.sun)
+        self._ground = GroundPicture(world, path, rng)
 
-    def __init__(self, camera: GroundCamera, size_px: tuple[int, int], sun: Sun | None) -> None:
-        self._pixel_from_ground = camera.pixel_from_ground
-        self._camera = camera
-        self._size_px = size_px
-        self._sun = sun
-        self._sprites: dict[str, dict[tuple[int, int], Sprite]] = {}
-
-    def draw(self, canvas: ByteArray, states: VehicleStates) -> list[_Rectangle]:
-        """Draw all vehicles with their shadows.
-
-        Parameters
-        ----------
-        canvas : (h, w, 3), changed.
-        states : vehicles, those out of view included.
-
-        Returns
-        -------
-        The rectangles that were changed.
-        """
-        self._forget_gone(states)
-        pixel_m = self._camera.metres_per_pixel(states.centre_m)
-        touched: list[_Rectangle] = []
-        # Low ones first: the shadow of a truck falls on the car beside it, never the other way round.
-        for row in sorted(range(len(states.ids)), key=lambda row: height_m(states.classes[row])):
-            if np.isfinite(pixel_m[row]):
-                sprite = self._sprite(states, row, float(pixel_m[row]))
-                part = self._draw_one(canvas, sprite, states.centre_m[row], float(states.heading_rad[row]))
-                touched += [part] if part is not None else []
-        return touched
-
-    def _forget_gone(self, states: VehicleStates) -> None:
-        for vehicle_id in self._sprites.keys() - set(states.ids):
-            del self._sprites[vehicle_id]
-
-    def _sprite(self, states: VehicleStates, row: int, pixel_m: float) -> Sprite:
-        heading_step = round(float(states.heading_rad[row]) / _HEADING_STEP_RAD)
-        # A tenth of an octave: with a slanting camera the scale changes from place to place.
-        scale_step = round(math.log2(pixel_m) * 10)
-        made = self._sprites.setdefault(states.ids[row], {})
-        if (heading_step, scale_step) not in made:
-            looks = VehicleLooks(
-                vehicle_class=states.classes[row],
-                length_m=float(states.length_m[row]),
-                width_m=float(states.width_m[row]),
-                appearance=int(states.appearance[row]),
-            )
-            made[heading_step, scale_step] = paint_vehicle(
-                looks, sun=self._sun, heading_rad=heading_step * _HEADING_STEP_RAD, metres_per_pixel=pixel_m
-            )
-        return made[heading_step, scale_step]
-
-    def _draw_one(
-        self, canvas: ByteArray, sprite: Sprite, centre_m: FloatArray, heading_rad: float
-    ) -> _Rectangle | None:
-        to_pixel = self._pixel_from_ground @ _ground_from_vehicle(centre_m, heading_rad) @ sprite.vehicle_from_sprite
-        part = self._bounds(sprite, to_pixel)
-        if part is None:
-            return None
-        # Into the rectangle's own pixels.
-        to_pixel[:2] -= np.outer((part.left, part.top), to_pixel[2])
-        size = (part.right - part.left, part.bottom - part.top)
-        layer = cv2.warpPerspective(sprite.bgra, to_pixel, size, flags=cv2.INTER_LINEAR)
-        window = canvas[part.top : part.bottom, part.left : part.right]
-        kept = window * (255 - layer[:, :, 3:].astype(np.uint16))
-        window[:] = layer[:, :, :3] + (kept + 127) // 255
-        return part
-
-    def _bounds(self, sprite: Sprite, to_pixel: FloatArray) -> _Rectangle | None:
-        height, width = sprite.bgra.shape[:2]
-        corners = to_pixel @ np.array([[0, width, width, 0], [0, 0, height, height], [1.0, 1, 1, 1]])
-        x_px, y_px = corners[:2] / corners[2]
-        left, right = max(0, int(x_px.min()) & ~1), min(self._size_px[0], (int(x_px.max()) + 2 + 1) & ~1)
-        top, bottom = max(0, int(y_px.min()) & ~1), min(self._size_px[1], (int(y_px.max()) + 2 + 1) & ~1)
-        return _Rectangle(left, top, right, bottom) if left < right and top < bottom else None
-
-
-def _ground_from_vehicle(centre_m: FloatArray, heading_rad: float) -> FloatArray:
-    east, north = math.cos(heading_rad), math.sin(heading_rad)
-    return np.array([[east, -north, centre_m[0]], [north, east, centre_m[1]], [0.0, 0.0, 1.0]])
-
-
-def _light_table(gain: float) -> ByteArray:
-    """Map luma to luma under a gain, less the zero of the noise stock that is added next."""
-    lit = 16 + (np.arange(256) - 16) * gain - _NOISE_ZERO
-    return np.clip(np.round(lit), 0, 255).astype(np.uint8)
-
-
-def _noise_stock(size_px: tuple[int, int], rng: np.random.Generator) -> tuple[ByteArray, ...]:
-    shape = (size_px[1] + _NOISE_MARGIN_PX, size_px[0] + _NOISE_MARGIN_PX)
-    stock = (_NOISE_ZERO + _NOISE_SIGMA * rng.standard_normal(shape, dtype=np.float32) for _ in range(_NOISE_STOCK))
-    return tuple(np.clip(np.round(noise), 0, 2 * _NOISE_ZERO).astype(np.uint8) for noise in stock)
+    def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
+        canvas = self._ground.seen(view)
+        self._painter.draw(canvas, states, view)
+        self._overlay.apply(canvas, Rectangle(0, 0, *view.size_px), view)
+        return np.asarray(cv2.cvtColor(canvas, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)

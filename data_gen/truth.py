@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from data_gen.overlay import Overlay
 from data_gen.states import VehicleStates
-from data_gen.view import CameraView
+from data_gen.view import BoolArray, CameraView
+from data_gen.visibility import hidden_shares
 from gis.road_network import RoadNetwork
 
 COLUMNS = (
@@ -15,29 +17,63 @@ COLUMNS = (
     *("road", "lane", "visible"),
 )
 
+HIDDEN_SHARE = 0.5
+"""A vehicle of which occluders hide more than this is not visible."""
 
-def write_truth(path: Path, states: Sequence[VehicleStates], network: RoadNetwork, view: CameraView) -> None:
+
+def write_truth(
+    path: Path,
+    states: Sequence[VehicleStates],
+    network: RoadNetwork,
+    views: Sequence[CameraView] | None,
+    overlay: Overlay | None = None,
+) -> None:
     """Write one row for each vehicle in view at each step.
 
     Parameters
     ----------
     path : the file; columns as in `COLUMNS`. x, y is the centre of the body, road and lane are those under it (empty
-        off the road), `visible` is 1 if the centre is in the image and 0 if only some of the body is.
+        off the road), `visible` is 1 if the centre is in the image and at most half of the body is hidden by an
+        occluder, else 0.
     states : in order of time.
     network : gives road and lane.
-    view : decides what is in view.
+    views : one a step, decide what is in view; None if everything is seen everywhere.
+    overlay : the occluders; none without.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for step in states:
-            writer.writerows(_rows(step, network, view))
+        for number, step in enumerate(states):
+            view = None if views is None else views[number]
+            writer.writerows(_rows(step, network, view, overlay))
 
 
-def _rows(step: VehicleStates, network: RoadNetwork, view: CameraView) -> Iterator[tuple[object, ...]]:
-    positions = network.locate(step.centre_m)
+def visible_centres(step: VehicleStates, view: CameraView, overlay: Overlay | None = None) -> BoolArray:
+    """Tell which vehicles have their centre in the image and at most half of the body hidden.
+
+    Parameters
+    ----------
+    step : n vehicles.
+    view : the camera.
+    overlay : the occluders; none without.
+
+    Returns
+    -------
+    (n,).
+    """
     visible = view.contains(step.centre_m)
-    for row in np.flatnonzero(view.touches(step)):
+    if overlay is not None and not overlay.is_empty:
+        visible[visible] = hidden_shares(step, np.flatnonzero(visible), view, overlay) <= HIDDEN_SHARE
+    return visible
+
+
+def _rows(
+    step: VehicleStates, network: RoadNetwork, view: CameraView | None, overlay: Overlay | None
+) -> Iterator[tuple[object, ...]]:
+    positions = network.locate(step.centre_m)
+    everybody = np.ones(len(step.ids), dtype=np.bool_)
+    visible = everybody if view is None else visible_centres(step, view, overlay)
+    for row in np.flatnonzero(everybody if view is None else view.touches(step)):
         road, lane = positions.road[row], positions.lane[row]
         yield (
             step.t_us,

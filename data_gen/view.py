@@ -1,4 +1,4 @@
-"""What does the camera of a scenario see?"""
+"""What does the camera of a scenario see at one instant?"""
 
 from dataclasses import dataclass
 
@@ -8,17 +8,20 @@ from numpy.typing import NDArray
 from data_gen.scenario import View
 from data_gen.states import FloatArray, VehicleStates
 from gis.camera import GroundCamera
+from gis.camera_pose import CameraPose
 
 BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraView:
-    """A fixed camera and its image size."""
+    """A camera at one instant and its image size."""
 
     camera: GroundCamera
     size_px: tuple[int, int]
     """Width and height."""
+    pose: CameraPose | None = None
+    """Where the camera is; None for one that looks straight down from infinitely high, where heights do not show."""
 
     def contains(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground points lie in the image.
