@@ -36,6 +36,10 @@ class TrackedObjects(Protocol):
     def observed(self) -> BoolArray: ...  # noqa: D102
     @property
     def clipped(self) -> BoolArray: ...  # noqa: D102
+    @property
+    def is_lost(self) -> bool:
+        """Whether the camera does not know where it looks: then nothing is known of any car, not even a prediction."""
+        ...
 
 
 # The longest that the usual maintain conditions take to find fault with a link from its first moment on: a thing that
@@ -156,6 +160,8 @@ class AnchoringUnit:
             return ()
         self._last_us = sample.value.t_us
         cars, link_changes = self._anchorer.observe(_observations(sample.value))
+        if sample.value.is_lost:
+            cars = cars.without_any()
         validated, refuted = self._trials.judge(cars.t_us, link_changes)
         anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted)
         return (Sample(sample.available_us, sample.valid_us, anchored),)

@@ -1,8 +1,8 @@
-"""What can be processed? A video seen by a fixed camera, or the trajectories of somebody else's tracker."""
+"""What can be processed? A video seen by a fixed or moving camera, or the trajectories of somebody else's tracker."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +12,31 @@ from chronicles.chronicle_set import ChronicleSet
 from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import RoadNetwork
+from service.detection_input import DetectionInput, detection_vision, open_detections
+from service.detectors import (
+    DetectorChoice,
+    FileChoice,
+    OnnxChoice,
+    check_against,
+    choose_detector,
+    describe,
+)
 from service.errors import InputError
 from service.monitor_files import NO_MONITORS, LoadedMonitors
+from service.moving_camera import first_camera, moving_area, moving_vision
 from service.pipeline import KplText, Pipeline, trajectory_pipeline, video_pipeline
 from service.records import CameraRecord, InputKind
-from service.site import Site
+from service.site import Motion, Site
 from service.trajectories import Trajectories, TrajectoryObjects, load_trajectories
 from service.watched_area import watched_area
+from vision.adapter import Vision
+from vision.box_detector import BoxDetector
 from vision.errors import VisionError
 from vision.fixed_camera import FixedCameraVision
 from vision.frames import Frame, VideoSource, open_video
+from vision.onnx_detector import OnnxDetector
 from vision.scale import estimate_scale, image_plane
+from vision.stored_detections import StoredDetections
 
 FloatArray = NDArray[np.float64]
 
@@ -34,12 +48,16 @@ SCALE_STEP_US = 500_000
 
 @dataclass(slots=True)
 class VideoInput:
-    """Read a video seen by a fixed camera with a known map to the ground.
+    """Read a video seen by a camera with a known map to the ground.
 
     Attributes
     ----------
+    ground_camera : of all frames; of the first one where the camera moves.
+    motion : how it moves; None if it stands still.
     area_m : rings (k, 2) of ground that vision looks at.
     warnings : what the user should know about how the input is read.
+    detector, detector_files : what looks at the frames, in words, and the files that it depends on.
+    boxes : finds vehicles without knowing the road; None for the built-in detector.
     """
 
     path: Path
@@ -48,6 +66,10 @@ class VideoInput:
     network: RoadNetwork | None
     area_m: tuple[FloatArray, ...]
     warnings: tuple[str, ...] = ()
+    motion: Motion | None = None
+    detector: str = "motion"
+    detector_files: tuple[Path, ...] = ()
+    boxes: BoxDetector[Frame] | None = None
     kind: InputKind = "video"
 
     @property
@@ -70,12 +92,19 @@ class VideoInput:
         clock: Callable[[], int],
     ) -> Pipeline:
         """Run vision for this camera in front of the reasoning."""
-        size_px = (self.video.width_px, self.video.height_px)
         try:
-            vision = FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
-        except VisionError as error:
+            vision = self._vision()
+        except (VisionError, GisError) as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         return video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
+
+    def _vision(self) -> Vision:
+        size_px = (self.video.width_px, self.video.height_px)
+        if self.boxes is not None:
+            return detection_vision(self.boxes, self.ground_camera, self.motion, self.area_m, size_px)
+        if self.motion is None:
+            return FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
+        return moving_vision(self.ground_camera, self.motion, self.area_m, size_px, has_roads=self.network is not None)
 
     def __iter__(self) -> Iterator[tuple[int, Frame]]:
         """Yield the frames of the video with their times in microseconds."""
@@ -91,6 +120,8 @@ class TrajectoryInput:
     trajectories: Trajectories
     network: RoadNetwork | None
     warnings: tuple[str, ...] = ()
+    detector: str = ""
+    detector_files: tuple[Path, ...] = ()
     kind: InputKind = "trajectory"
     camera: CameraRecord | None = None
 
@@ -116,30 +147,52 @@ class TrajectoryInput:
             yield objects.t_us, objects
 
 
-Input = VideoInput | TrajectoryInput
+Input = VideoInput | TrajectoryInput | DetectionInput
 
 
-def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None = None) -> Input:
+def open_input(
+    path: Path, site: Site | None, columns: Mapping[str, str] | None = None, *, detector: str | None = None
+) -> Input:
     """Open a file by its kind: ``.csv`` is trajectories, everything else must be a video.
+
+    Parameters
+    ----------
+    columns : our column names to those of a CSV file.
+    detector : in the words of `service.detectors`; None for that of the site file. A file of detections that is the
+        input itself stands alone.
 
     Raises
     ------
     InputError
-        If the file is missing, does not go with the site or the column map, or no camera is known and too little
-        moves to guess a scale.
+        If the file is missing, does not go with the site, the detector or the column map, or no camera is known and
+        too little moves to guess a scale.
     VideoError
         If it is not a video that can be read.
+    VisionError
+        If the detector cannot be used.
     """
     if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
         raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
     if not path.exists():
         raise InputError(f"{path}: expected a video or trajectory file, got no such file")
-    network = site.network if site else None
-    if path.suffix.lower() in TRAJECTORY_SUFFIXES:
-        return TrajectoryInput(path, load_trajectories(path, columns), network)
-    if columns:
+    if detector is None and path.suffix.lower() in TRAJECTORY_SUFFIXES:
+        return TrajectoryInput(path, load_trajectories(path, columns), site.network if site else None)
+    details, folder = (site.detector, site.path.parent) if site else (None, Path())
+    choice = choose_detector(detector, details, folder=folder, columns=columns)
+    if isinstance(choice, FileChoice) and choice.path == path:
+        return open_detections(path, choice, site)
+    if columns and not isinstance(choice, FileChoice):
         raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
+    if path.suffix.lower() in TRAJECTORY_SUFFIXES:
+        raise InputError(f"{path}: expected a video for the detector {detector!r}, got trajectories")
+    return _with_detector(_open_video(path, site), choice)
+
+
+def _open_video(path: Path, site: Site | None) -> VideoInput:
+    network = site.network if site else None
     video = open_video(path)
+    if site is not None and site.motion is not None:
+        return _with_moving_camera(path, video, site, site.motion)
     if site is not None and site.camera is not None:
         try:
             area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
@@ -147,6 +200,34 @@ def open_input(path: Path, site: Site | None, columns: Mapping[str, str] | None 
             raise InputError(f"{site.path}: for {path.name}: {error}") from error
         return VideoInput(path, video, site.camera, network, area_m)
     return _without_camera(path, video, network)
+
+
+def _with_detector(source: VideoInput, choice: DetectorChoice) -> VideoInput:
+    """Load the detector, so that nothing is written before it is known to work."""
+    warnings: tuple[str, ...] = ()
+    boxes: OnnxDetector | StoredDetections | None = None
+    if isinstance(choice, OnnxChoice):
+        boxes = choice.open((source.video.width_px, source.video.height_px))
+    elif isinstance(choice, FileChoice):
+        boxes = choice.open()
+        warnings = check_against(boxes, choice.path, source.frame_count)
+    return replace(
+        source,
+        boxes=boxes,
+        detector=describe(choice, boxes),
+        detector_files=choice.files,
+        warnings=(*source.warnings, *warnings),
+    )
+
+
+def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Motion) -> VideoInput:
+    size_px = (video.width_px, video.height_px)
+    try:
+        camera = first_camera(site.camera, motion, size_px)
+        area_m = moving_area(camera, motion, site.network, size_px)
+    except GisError as error:
+        raise InputError(f"{site.path}: for {path.name}: {error}") from error
+    return VideoInput(path, video, camera, site.network, area_m, motion=motion)
 
 
 def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None) -> VideoInput:

@@ -4,7 +4,8 @@
 
     frames ── vision ──> vision_objects ─┐
                                          ├── anchoring ──> cars ── qsr ──> relations ── chronicles ──> occurrences
-    trajectories ────────────────────────┘                   └── monitoring ──┴──> verdicts ──┘
+    trajectories ────────────────────────┘                   │           ├──> states ──> verdicts ──┘
+                                                             └───────────┘
 
 `traffic.kpl` declares this for video, `trajectories.kpl` for the objects of somebody else's tracker; a user may give
 another text. A sample carries a whole frame, so the middleware costs a few function calls a frame.
@@ -31,12 +32,13 @@ from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.monitor_files import NO_MONITORS, LoadedMonitors
+from service.monitored_states import SynchronisationUnit
 from service.monitoring import MonitoredRecognitionUnit, MonitoringUnit
-from vision.adapter import VisionUnit
-from vision.fixed_camera import FixedCameraVision
+from vision.adapter import Vision, VisionUnit
 
 VIDEO, TRAJECTORIES = "video", "trajectories"
-OBJECTS, CARS, RELATIONS, VERDICT, OCCURRENCE = "VisionObjects", "Cars", "Relations", "Verdict", "Occurrence"
+OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
+VERDICT, OCCURRENCE = "Verdict", "Occurrence"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +90,8 @@ class Pipeline:
         stream = self.deployment.streams.get(name)
         if stream is None:
             return None
-        found = self.output_of[self.deployment.made_of[stream.label]]
+        made_of = self.deployment.made_of[stream.label]
+        found = self.output_of.get(made_of, self.deployment.types[stream.label])  # a mediation is no host code
         if found != value_type:
             raise InputError(f"{self.kpl.name}: stream {name!r}: expected values of type {value_type}, got {found}")
         return stream
@@ -101,7 +104,7 @@ def shipped_kpl(source: str) -> KplText:
 
 
 def video_pipeline(
-    vision: FixedCameraVision,
+    vision: Vision,
     network: RoadNetwork | None,
     chronicle_set: ChronicleSet,
     monitors: LoadedMonitors = NO_MONITORS,
@@ -166,9 +169,11 @@ def _reasoning(network: RoadNetwork | None, chronicle_set: ChronicleSet, monitor
     registry = Registry()
     registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(lambda: AnchoringUnit(Anchorer(network)))
     registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(lambda: RelationUnit(_observer(network, settings, watched)))
-    registry.unit("monitoring", inputs=(CARS, RELATIONS), output=VERDICT)(
-        lambda: MonitoringUnit(monitors, network, lag_us=wait_us)
+    features = monitors.features if monitors.definitions else None
+    registry.unit("synchronisation", inputs=(CARS, RELATIONS), output=STATE)(
+        lambda: SynchronisationUnit(features, network, lag_us=wait_us)
     )
+    registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(lambda: MonitoringUnit(monitors, lag_us=wait_us))
     registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
         lambda: MonitoredRecognitionUnit(Recogniser(chronicle_set, lateness_us=wait_us), horizon_us=wait_us)
     )

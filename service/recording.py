@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
@@ -21,7 +21,7 @@ from qsr.adapter import FrameRelations
 from qsr.changes import RelationChange
 from service.car_states import CarRows
 from service.errors import InputError
-from service.pipeline import CARS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
+from service.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.records import (
     ChronicleRef,
     EventDraft,
@@ -30,12 +30,19 @@ from service.records import (
     Place,
     RelationRecord,
     RunStatus,
+    SeenObject,
     SubEvent,
     Verdict,
+    ViewRecord,
 )
 from service.store.log import RunWriter
+from service.trajectories import TrajectoryObjects
+from vision.objects import VisionObjects
 
-_RECORDED = ("recorded_frames", "recorded_cars", "recorded_relations", "recorded_verdicts", "recorded_occurrences")
+_RECORDED = (
+    *("recorded_frames", "recorded_objects", "recorded_cars"),
+    *("recorded_relations", "recorded_verdicts", "recorded_occurrences"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +50,7 @@ class RecordedStreams:
     """Hold the streams that a pipeline declares for the log; what it leaves out is None and not recorded."""
 
     frames: DeclaredStream | None
+    objects: DeclaredStream | None
     cars: DeclaredStream | None
     relations: DeclaredStream | None
     verdicts: DeclaredStream | None
@@ -64,6 +72,7 @@ class RecordedStreams:
             raise InputError(f"{pipeline.kpl.name}: expected streams among {list(_RECORDED)}, got {strange[0]!r}")
         return cls(
             pipeline.deployment.streams.get("recorded_frames"),  # only their times are written, so any type will do
+            pipeline.stream("recorded_objects", OBJECTS),
             pipeline.stream("recorded_cars", CARS),
             pipeline.stream("recorded_relations", RELATIONS),
             pipeline.stream("recorded_verdicts", VERDICT),
@@ -78,11 +87,13 @@ class Recorder:
     ----------
     events : number of events that stand so far; a retracted one does not.
     cars : symbols of all cars seen so far.
+    lost_views : from when to when a moving camera's view was lost; the end is None where it was not found again.
     """
 
     def __init__(self, writer: RunWriter, network: RoadNetwork | None, *, history_us: int) -> None:
         self.events = 0
         self.cars: set[str] = set()
+        self.lost_views: list[tuple[int, int | None]] = []
         self._writer = writer
         self._rows = CarRows(network)
         self._history = CarHistory(history_us)
@@ -93,6 +104,7 @@ class Recorder:
         """Subscribe to the streams that are to be recorded."""
         pairs: list[tuple[DeclaredStream | None, Consumer]] = [
             (streams.frames, self._record_frame),
+            (streams.objects, self._record_objects),
             (streams.cars, self._record_cars),
             (streams.relations, self._record_relations),
             (streams.verdicts, self._record_verdict),
@@ -108,6 +120,22 @@ class Recorder:
 
     def _record_frame(self, sample: Sample[object]) -> None:
         self._writer.append_frames((sample.valid_us,))
+
+    def _record_objects(self, sample: Sample[VisionObjects | TrajectoryObjects]) -> None:
+        objects = sample.value
+        self._writer.append_objects(_seen_objects(objects))
+        if isinstance(objects, VisionObjects) and (objects.is_lost or objects.pixel_from_ground is not None):
+            view = objects.pixel_from_ground
+            numbers = () if view is None or objects.is_lost else tuple(view.ravel().tolist())
+            self._writer.append_views((ViewRecord(objects.t_us, numbers),))
+            self._note_view(objects.t_us, is_lost=objects.is_lost)
+
+    def _note_view(self, t_us: int, *, is_lost: bool) -> None:
+        """Keep track of lost views: one sample tells of a loss, the next one ends it."""
+        if is_lost:
+            self.lost_views.append((t_us, None))
+        elif self.lost_views and self.lost_views[-1][1] is None:
+            self.lost_views[-1] = self.lost_views[-1][0], t_us
 
     def _record_cars(self, sample: Sample[Anchored]) -> None:
         cars = sample.value.cars
@@ -214,6 +242,21 @@ class CarHistory:
         row = cars.ids.index(car)
         x_m, y_m = np.round(cars.centre_m[row], 3).tolist()
         return int(cars.positions.road[row]), x_m, y_m
+
+
+def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenObject]:
+    columns = zip(
+        objects.ids,
+        objects.centre_m.tolist(),
+        objects.heading_rad.tolist(),
+        objects.length_m.tolist(),
+        objects.width_m.tolist(),
+        objects.observed.tolist(),
+        objects.clipped.tolist(),
+        strict=True,
+    )
+    for name, (x_m, y_m), heading, length, width, observed, clipped in columns:
+        yield SeenObject(objects.t_us, name, x_m, y_m, heading, length, width, observed, clipped)
 
 
 def _link_record(change: LinkChange) -> LinkRecord:

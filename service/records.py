@@ -12,7 +12,7 @@ from msgspec import Struct
 
 EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
-InputKind = Literal["video", "trajectory"]
+InputKind = Literal["video", "trajectory", "detections"]
 LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
 LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted"]
@@ -125,6 +125,39 @@ class CarState(Struct, frozen=True):
     vision_id: str = ""
 
 
+class SeenObject(Struct, frozen=True):
+    """One vision object at one frame, before it is linked to anything; the field order is the column order of the log.
+
+    Attributes
+    ----------
+    vision_id : its name, which dies with the track.
+    observed : False where nothing was detected in this frame and the position is predicted.
+    clipped : True where it reaches over the edge of the view: centre and length are then guesses.
+    """
+
+    t_us: int
+    vision_id: str
+    x_m: float
+    y_m: float
+    heading_rad: float
+    length_m: float
+    width_m: float
+    observed: bool
+    clipped: bool
+
+
+class ViewRecord(Struct, frozen=True):
+    """Where a moving camera looked in one frame; the field order is the column order of the log.
+
+    Attributes
+    ----------
+    pixel_from_ground : the map from the ground to the image, nine numbers row by row; empty where the view was lost.
+    """
+
+    t_us: int
+    pixel_from_ground: tuple[float, ...]
+
+
 class CarRecord(Struct, frozen=True):
     """A car symbol over its whole life.
 
@@ -207,7 +240,7 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
 class StreamRecord(ProcessRecord, frozen=True, kw_only=True):
     """What one process and its stream did in a run: `dyknow.stream_report.StreamReport` without the measured cost.
 
-    What a clock measures differs each time, and a repeated run must give the same rows.
+    What a clock measures differs each time, and a repeated run must give the same rows: it has a table of its own.
     """
 
     waiting_for: tuple[str, ...] = ()
@@ -275,6 +308,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     monitors : the monitors that ran beside the chronicles.
     texts : all texts that the chronicles were read from, in the order of reading: together they give the same set.
     relations : names of the relations that were watched; no other is in the log.
+    detector : which detector looked at the input, and what computed it; empty for trajectories.
     kpl : the text that declared the streams; empty for the shipped one.
     settings : the settings that differ from the defaults, as text.
     reason : why the run stopped early; empty when it finished.
@@ -286,6 +320,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     input_kind: InputKind = "video"
     input: str = ""
     site: str = ""
+    detector: str = ""
     camera: CameraRecord | None = None
     chronicles: tuple[ChronicleRecord, ...] = ()
     monitors: tuple[MonitorRecord, ...] = ()

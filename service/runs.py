@@ -14,6 +14,7 @@ from pathlib import Path
 from dyknow.node import StreamReport
 from dyknow.sample import Sample
 from service.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
+from service.idle_chronicles import idle_in_stream
 from service.inputs import Input, content_digest, open_input
 from service.interrupts import Interrupts
 from service.monitor_files import LoadedMonitors, load_monitor_files
@@ -22,7 +23,7 @@ from service.recording import RecordedStreams, Recorder
 from service.records import RunRecord, RunStatus
 from service.site import Site, load_site
 from service.store.log import EventLog, open_log
-from service.stored_streams import stream_records
+from service.stored_streams import stream_costs, stream_records
 from service.times import utc_us
 from vision.errors import VideoBroken
 
@@ -42,6 +43,7 @@ class RunRequest:
     columns : our trajectory column names to the file's.
     monitor_files : texts of monitors to run besides.
     kpl_file : declares the streams instead of the shipped text.
+    detector : in the words of `service.detectors`; None for that of the site file.
     """
 
     input: Path
@@ -51,6 +53,7 @@ class RunRequest:
     columns: Mapping[str, str] | None = None
     monitor_files: tuple[Path, ...] = ()
     kpl_file: Path | None = None
+    detector: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +123,11 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     ServiceError, VisionError, ChronicleError, DyKnowError
         If any part of the request is wrong; nothing has been written then.
     """
-    chronicles = load_chronicle_files(request.chronicle_files)
     monitors = load_monitor_files(request.monitor_files)
-    monitors.check_chronicles(chronicles.merged)
+    chronicles = load_chronicle_files(request.chronicle_files, messages=monitors.messages)
+    monitors.check_names(chronicles.merged)
     site = load_site(request.site) if request.site else None
-    source = open_input(request.input, site, request.columns)
+    source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
     pipeline = source.pipeline(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
@@ -154,8 +157,18 @@ def _run(
             recorder.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
             raise
         writer.append_streams(stream_records(pipeline))
+        writer.append_costs(stream_costs(pipeline))
         recorder.finish(status, reason)
-    return RunSummary(record.id, status, reason, record.warnings, meter.read(), pipeline.node.report())
+    warnings = (*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views))
+    return RunSummary(record.id, status, reason, warnings, meter.read(), pipeline.node.report())
+
+
+def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
+    until = "its end" if to_us is None else f"{to_us / 1e6:.2f} s"
+    return (
+        f"{source.path.name}: the camera's view was lost from {from_us / 1e6:.2f} s to {until}; "
+        "nothing is said about this time"
+    )
 
 
 def _feed(
@@ -184,6 +197,7 @@ def _feed(
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
     if status == "finished" and meter.frames == 0:
         status, reason = "broken", f"{source.path}: expected at least one frame, got none"
+    pipeline.node.advance(meter.last_us)
     pipeline.node.finish()
     return status, reason
 
@@ -205,6 +219,8 @@ def _run_record(
         content_digest(source.path),
         repr(sorted(columns.items())),
         content_digest(*site.files) if site else "no site",
+        source.detector,
+        content_digest(*source.detector_files),
         *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
         *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
         pipeline.kpl.text,
@@ -216,13 +232,18 @@ def _run_record(
         input_kind=source.kind,
         input=source.path.name,
         site=site.name if site else "",
+        detector=source.detector,
         camera=source.camera,
         chronicles=chronicles.records,
         texts=chronicles.texts,
         relations=watched_relations(chronicles.merged, monitors),
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
-        warnings=(*source.warnings, *(warning.render() for warning in pipeline.deployment.warnings)),
+        warnings=(
+            *source.warnings,
+            *idle_in_stream(source.path.name, chronicles.merged, monitors.messages),
+            *(warning.render() for warning in pipeline.deployment.warnings),
+        ),
         software=software,
     )
 

@@ -18,26 +18,60 @@ from typing import TypeGuard
 import numpy as np
 
 from gis.camera import GroundCamera
+from gis.camera_pose import CameraTrack, read_camera_track
 from gis.errors import GisError
 from gis.frames import LocalFrame
 from gis.geojson import read_geojson
 from gis.lanes import Lane, edge_name
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
+from service.detectors import DetectionDetails
 from service.errors import SiteError
 from service.times import FIRST_UTC, LAST_UTC
+from vision.errors import VisionError
+from vision.onnx_settings import class_words
 
 # Which fields each table may have; the key "" is the file itself.
 FIELDS: Mapping[str, tuple[str, ...]] = {
-    "": ("name", "start_utc", "network", "frame", "camera"),
+    "": ("name", "start_utc", "network", "frame", "camera", "detector"),
     "network": ("sumo", "geojson", "lane"),
     "network.lane": ("id", "road", "direction", "centre_line_m", "width_m", "speed_limit_mps"),
     "frame": ("origin_lat_deg", "origin_lon_deg"),
-    "camera": ("homography", "point", "road_mask"),
+    "camera": ("homography", "point", "road_mask", "moving", "poses", "reach_m", "thermal"),
     "camera.point": ("pixel", "ground_m"),
+    "camera.thermal": ("video", "homography"),
+    "detector": ("use", "classes", "score_threshold", "rate_hz", "size_px"),
 }
 
 Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """How a camera moves, as far as the site file knows.
+
+    Attributes
+    ----------
+    poses : where it was at which time; None if that must be found from the pictures.
+    reach_m : how far beyond its first view it may come to look; None if the file does not say.
+    """
+
+    poses: CameraTrack | None
+    reach_m: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thermal:
+    """A thermal video of the same ground, taken at the same times.
+
+    Attributes
+    ----------
+    video : the file; it exists when the site is loaded.
+    camera : of the video; of its first frame where the camera moves.
+    """
+
+    video: Path
+    camera: GroundCamera
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +83,14 @@ class Site:
     name : for people.
     start_utc : when the source's time line starts, in UTC.
     network : None if the file has no [network].
-    camera : None if the file has no [camera].
+    camera : None if the file has no [camera], or gives a moving one by its poses alone.
     frame : where on Earth the local frame lies; None if the file has no [frame].
     road_mask : an image of the frame's size that is bright where road is; exists when the file is loaded.
     path : the site file.
     files : the site file and every file it names: all that the site depends on.
+    motion : None if the camera stands still; `camera` is that of the first frame where it moves.
+    thermal : a second picture of the same ground; None if the file has no [camera.thermal].
+    detector : which detector is to look, and what it needs besides; None if the file has no [detector].
     """
 
     name: str
@@ -64,6 +101,9 @@ class Site:
     road_mask: Path | None
     path: Path
     files: tuple[Path, ...]
+    motion: Motion | None = None
+    thermal: Thermal | None = None
+    detector: DetectionDetails | None = None
 
 
 def load_site(path: str | Path) -> Site:
@@ -89,11 +129,18 @@ def load_site(path: str | Path) -> Site:
     frame_table, network_table, camera_table = (site.table(part) for part in ("frame", "network", "camera"))
     frame = _read_frame(frame_table) if frame_table else None
     network = _read_network(network_table, frame) if network_table else None
-    camera = _read_camera(camera_table) if camera_table else None
-    road_mask = camera_table.file("road_mask") if camera_table and camera_table.has("road_mask") else None
+    motion = _read_motion(camera_table) if camera_table else None
+    camera = _read_camera(camera_table, motion) if camera_table else None
+    road_mask = _read_road_mask(camera_table, motion) if camera_table else None
+    thermal_table = camera_table.table("thermal") if camera_table else None
+    thermal = _read_thermal(thermal_table) if thermal_table else None
     named = [network_table.file(form) for form in ("sumo", "geojson") if network_table and network_table.has(form)]
-    files = (path, *named, *((road_mask,) if road_mask else ()))
-    return Site(name, start_utc, network, camera, frame, road_mask, path, files)
+    named += [road_mask] if road_mask else []
+    named += [camera_table.file("poses")] if camera_table and motion and motion.poses else []
+    named += [thermal.video] if thermal else []
+    detector_table = site.table("detector")
+    detector = _read_detector(detector_table) if detector_table else None
+    return Site(name, start_utc, network, camera, frame, road_mask, path, (path, *named), motion, thermal, detector)
 
 
 def _parse(path: Path) -> Mapping[str, object]:
@@ -148,7 +195,57 @@ def _read_lanes(table: _Table) -> Sequence[Lane]:
     return lanes
 
 
-def _read_camera(table: _Table) -> GroundCamera:
+def _read_motion(table: _Table) -> Motion | None:
+    if not table.has("moving") or not table.flag("moving"):
+        for name in ("poses", "reach_m"):
+            if table.has(name):
+                raise table.wrong(name, f"expected moving = true beside {name}, got a camera that stands still")
+        return None
+    reach_m = table.number("reach_m") if table.has("reach_m") else None
+    if reach_m is not None and reach_m < 0:
+        raise table.wrong("reach_m", f"expected metres, not below 0, got {reach_m!r}")
+    try:
+        poses = read_camera_track(table.file("poses")) if table.has("poses") else None
+    except GisError as error:
+        raise table.wrong("poses", error) from error
+    return Motion(poses, reach_m)
+
+
+def _read_road_mask(table: _Table, motion: Motion | None) -> Path | None:
+    if not table.has("road_mask"):
+        return None
+    if motion is not None:
+        raise table.wrong("road_mask", "expected a camera that stands still beside it, got moving = true")
+    return table.file("road_mask")
+
+
+def _read_thermal(table: _Table) -> Thermal:
+    try:
+        return Thermal(table.file("video"), GroundCamera.from_homography(table.rows("homography")))
+    except GisError as error:
+        raise table.wrong("homography", error) from error
+
+
+def _read_detector(table: _Table) -> DetectionDetails:
+    rate_hz = table.number("rate_hz") if table.has("rate_hz") else None
+    if rate_hz is not None and not 0.1 <= rate_hz <= 1000:
+        raise table.wrong("rate_hz", f"expected frames a second from 0.1 to 1000, got {rate_hz!r}")
+    size = table.point("size_px") if table.has("size_px") else None
+    if size is not None and not all(side in range(2, 100_000) for side in size):
+        raise table.wrong("size_px", f"expected width and height in whole pixels, at least 2, got {size!r}")
+    score_threshold = table.number("score_threshold") if table.has("score_threshold") else 0.25
+    return DetectionDetails(
+        use=table.text("use") if table.has("use") else "",
+        classes=table.classes("classes") if table.has("classes") else {},
+        score_threshold=score_threshold,
+        rate_hz=rate_hz,
+        size_px=None if size is None else (int(size[0]), int(size[1])),
+    )
+
+
+def _read_camera(table: _Table, motion: Motion | None) -> GroundCamera | None:
+    if motion is not None and motion.poses is not None and not (table.has("homography") or table.has("point")):
+        return None
     form = table.only_one_of("homography", "point")
     try:
         if form == "homography":
@@ -204,6 +301,13 @@ class _Table:
             return float(value)
         raise self._unexpected(name, "a number")
 
+    def flag(self, name: str) -> bool:
+        """Read true or false."""
+        value = self._values.get(name)
+        if isinstance(value, bool):
+            return value
+        raise self._unexpected(name, "true or false")
+
     def direction(self, name: str) -> int:
         """Read a direction of travel, 1 or -1."""
         value = self._values.get(name)
@@ -227,6 +331,13 @@ class _Table:
         if path.is_file():
             return path
         raise self.wrong(name, f"expected the path of a file, got {self._values[name]!r}, and there is no {path}")
+
+    def classes(self, name: str) -> dict[int, str]:
+        """Read a table of somebody's classes, number to our word."""
+        try:
+            return class_words(self._values.get(name))
+        except VisionError as error:
+            raise self.wrong("", error) from error
 
     def point(self, name: str) -> Point:
         """Read a point [x, y]."""
@@ -252,7 +363,8 @@ class _Table:
             return None
         if not isinstance(value, dict):
             raise self._unexpected(name, f"a table [{name}]")
-        return _Table(value, self._path, name, name)
+        kind = f"{self._kind}.{name}" if self._kind else name
+        return _Table(value, self._path, kind, kind)
 
     def tables(self, name: str) -> list[_Table]:
         """Read a list of tables, `[[name]]` in the file."""

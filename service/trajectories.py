@@ -42,6 +42,7 @@ class TrajectoryObjects:
     centre_m, velocity_mps : (n, 2), local east/north frame.
     heading_rad, length_m, width_m : (n,).
     observed, clipped : (n,) all True and all False: a trajectory file holds no predictions and has no view edge.
+    is_lost : False: there is no view that could be lost.
     """
 
     t_us: int
@@ -53,6 +54,7 @@ class TrajectoryObjects:
     width_m: FloatArray
     observed: NDArray[np.bool_]
     clipped: NDArray[np.bool_]
+    is_lost: bool = False
 
 
 @dataclass(frozen=True, slots=True)

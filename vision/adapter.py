@@ -1,34 +1,70 @@
-"""How does vision sit in a stream graph? A DyKnow process: frames in, tracked vision objects out."""
+"""How does vision sit in a stream graph? A DyKnow process: frames in, tracked vision objects out.
 
-from collections.abc import Iterable
+While a moving camera does not know where it looks, nothing is published: whatever follows would conclude from missing
+objects. When the view is back (or the video ends) one sample without objects, valid from the first frame without a
+view, says that nothing is known from then on; a loss so short that tracks bridge it is passed over.
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import Protocol
 
 from dyknow.sample import Sample
-from vision.fixed_camera import FixedCameraVision
 from vision.frames import Frame
 from vision.objects import VisionObjects
 
+# As long as dropped frames may last without anybody noticing.
+BRIDGED_US = 300_000
+
+
+class Vision(Protocol):
+    """Vision of one camera, fixed or moving."""
+
+    def observe(self, frame: Frame) -> list[VisionObjects]:
+        """Take the next frame and give the results that are ready."""
+        ...
+
+    def finish(self) -> list[VisionObjects]:
+        """Give the results still held at the end of the video."""
+        ...
+
 
 class VisionUnit:
-    """Run a fixed camera's vision as a computational unit.
+    """Run a camera's vision as a computational unit.
 
     During start-up it answers with nothing, then with all held frames at once: their valid times are those of the
     frames, their available time is that of the frame which ended the start-up.
     """
 
-    __slots__ = ("_available_us", "_vision")
+    __slots__ = ("_available_us", "_lost", "_vision")
 
-    def __init__(self, vision: FixedCameraVision) -> None:
+    def __init__(self, vision: Vision) -> None:
         self._vision = vision
         self._available_us = 0
+        self._lost: VisionObjects | None = None  # the first frame without a view, while nobody has been told
 
     def update(self, sample: Sample[Frame]) -> Iterable[Sample[VisionObjects]]:
         """Turn one frame into the vision objects that it allows to publish."""
         self._available_us = sample.available_us
-        return self._samples(self._vision.observe(sample.value))
+        return self._samples(self._told(self._vision.observe(sample.value)))
 
     def finish(self) -> Iterable[Sample[VisionObjects]]:
-        """Publish the frames of a clip that ended during start-up."""
-        return self._samples(self._vision.finish())
+        """Publish the frames of a clip that ended during start-up, or that the view is lost."""
+        results = list(self._told(self._vision.finish()))
+        if self._lost is not None:
+            results.append(self._lost)
+        return self._samples(results)
+
+    def _told(self, results: Iterable[VisionObjects]) -> Iterator[VisionObjects]:
+        """Hold back what has no view; tell of it when the view is back."""
+        for objects in results:
+            if objects.is_lost:
+                self._lost = self._lost or objects
+                continue
+            if self._lost is not None:
+                if objects.t_us - self._lost.t_us > BRIDGED_US:
+                    yield self._lost
+                self._lost = None
+            yield objects
 
     def _samples(self, results: Iterable[VisionObjects]) -> list[Sample[VisionObjects]]:
         return [Sample(self._available_us, objects.t_us, objects) for objects in results]

@@ -1,7 +1,8 @@
 """What does the road look like without vehicles? A background that is learned causally and kept up to date.
 
-Start-up holds some seconds of rectified frames, takes the median of a spread sample, and then hands the held frames
-back to be processed: results come late by a constant time, but no second pass over the video is needed.
+Start-up holds some seconds of rectified frames, reads the bare road off a spread sample (`startup.py`), and then hands
+the held frames back to be processed: results come late by a constant time, but no second pass over the video is needed.
+As long as something like a standing vehicle is left in it, more frames are held.
 Later the background learns slowly where nothing is seen, is frozen under tracked objects, and heals: a patch that
 keeps differing while no object claims it is taken over from the present picture. Brightness of the whole scene is
 followed by one gain per frame, so that the background itself can stay in the light of the start-up.
@@ -15,8 +16,9 @@ from numpy.typing import NDArray
 
 from vision.boxes import Boxes
 from vision.frames import ByteArray
-from vision.rectify import RoadImage, RoadRaster
+from vision.rectify import RoadCells, RoadImage
 from vision.settings import VisionSettings
+from vision.startup import empty_road, holds_vehicle, noise_of, strange
 
 BoolArray = NDArray[np.bool_]
 
@@ -41,17 +43,33 @@ class Background:
     """The road without vehicles, as packed planes.
 
     Life: `hold` frames until it returns them, then per frame `compare`, and `learn` after the objects are known.
+
+    Parameters
+    ----------
+    raster : the cells.
+    settings : constants.
+    car_cells : width of a car in cells, by which standing vehicles are recognised during the start-up; None where it
+        is not known, and the start-up is never prolonged.
+
+    Attributes
+    ----------
+    is_ready : whether the start-up is over.
+    is_overwhelmed : whether the frame last compared differs so much that nothing can be read off it.
     """
 
-    def __init__(self, raster: RoadRaster, settings: VisionSettings) -> None:
+    def __init__(self, raster: RoadCells, settings: VisionSettings, *, car_cells: float | None = None) -> None:
         self._raster = raster
         self._settings = settings
+        self._car_cells = car_cells
+        self._startup_us = settings.startup_us
         self._held: list[RoadImage] = []
         self._max_held = max(2, settings.startup_bytes // (3 * raster.packed_size))
         self._planes = np.zeros((3, raster.packed_size), np.float32)
         self._shown = np.zeros((3, raster.packed_size), np.uint8)
         self._sensitivity = np.zeros((1, raster.packed_size), np.float32)
+        # The cells that can be compared now, and those that may learn now: a moving camera changes both.
         self._road = raster.pack(raster.road.astype(np.uint8)) > 0
+        self._is_seen = np.ones(raster.packed_size, np.bool_)
         road_cells = np.flatnonzero(self._road)
         self._gain_cells = road_cells[:: max(1, len(road_cells) // GAIN_CELLS)]
         self._gain = 1.0
@@ -59,6 +77,7 @@ class Background:
         self._learned_us: int | None = None
         self._lost_since_us: int | None = None
         self.is_ready = False
+        self.is_overwhelmed = False
 
     def hold(self, image: RoadImage) -> list[RoadImage]:
         """Take a frame of the start-up.
@@ -72,10 +91,14 @@ class Background:
         Nothing while starting up; all held frames, in order, once the background exists.
         """
         self._held.append(image)
-        is_long = image.t_us - self._held[0].t_us >= self._settings.startup_us
-        if is_long or len(self._held) >= self._max_held:
-            return self.start()
-        return []
+        held_us = image.t_us - self._held[0].t_us
+        is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
+        if held_us < self._startup_us and not is_full:
+            return []
+        if not is_full and self._has_standing():
+            self._startup_us += self._settings.startup_us
+            return []
+        return self.start()
 
     def start(self) -> list[RoadImage]:
         """End the start-up with what is held.
@@ -86,15 +109,32 @@ class Background:
         """
         held, self._held = self._held, []
         if held:
-            count = min(len(held), self._settings.startup_samples)
-            chosen = np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))
-            samples = [held[i].planes for i in chosen]
-            self._planes[...] = _median(samples)
+            samples = self._samples(held)
+            self._planes[...] = empty_road(samples, self._road)
             self._show()
             self._set_sensitivity(samples)
             self._learned_us = held[0].t_us
             self.is_ready = True
         return held
+
+    def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
+        count = min(len(held), self._settings.startup_samples)
+        return [held[i].planes for i in np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))]
+
+    def _has_standing(self) -> bool:
+        """Tell whether a vehicle seems to have stood somewhere for as long as frames are held."""
+        if self._car_cells is None:
+            return False
+        # The margin and its border are of another colour than the road, all along it.
+        margin = round(self._settings.road_margin_m / self._raster.grid.side) + 1
+        square = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
+        road = self._raster.road.astype(np.uint8)
+        inner = cv2.erode(road, square, borderType=cv2.BORDER_CONSTANT, borderValue=(0,))
+        is_inner = self._raster.pack(np.asarray(inner, np.uint8)) > 0
+        if not is_inner.any():
+            return False
+        mask = strange(empty_road(self._samples(self._held), self._road), is_inner)
+        return holds_vehicle(self._raster.unpack(mask), self._car_cells)
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every cell differs from the background, for what is usual there.
@@ -122,11 +162,13 @@ class Background:
 
     def _set_sensitivity(self, samples: list[ByteArray]) -> None:
         """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
-        settings = self._settings
-        noise = _median([self._difference(planes) for planes in samples])
-        threshold = settings.least_difference + settings.noise_factor * (noise - 1.0)
-        threshold = np.clip(threshold, settings.least_difference, settings.most_difference)
+        threshold = self._threshold(noise_of([self._difference(planes) for planes in samples]))
         self._sensitivity[...] = np.where(self._road, AT_THRESHOLD / threshold, 0.0)
+
+    def _threshold(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        settings = self._settings
+        threshold = settings.least_difference + settings.noise_factor * (noise - 1.0)
+        return np.asarray(np.clip(threshold, settings.least_difference, settings.most_difference), np.float32)
 
     def shaded(self, image: RoadImage) -> ByteArray:
         """Find cells that look like the known road with less light on it.
@@ -168,13 +210,14 @@ class Background:
             self._raster.pack(self._raster.grid.paint(objects.select(is_real).corners(self._raster.grid.side))) > 0
         )
         present = self._in_reference_light(image.planes)
-        self._unclaimed_us += elapsed_us
+        # After a gap nothing is claimed yet: a long one must not count as time in which nobody claimed it.
+        self._unclaimed_us += min(elapsed_us, self._settings.heal_us // 3)
         self._unclaimed_us[~is_foreground | is_claimed] = 0
         is_healing = self._unclaimed_us >= self._settings.heal_us
         if self._is_view_lost(image.t_us, is_foreground):
             is_healing = self._road
         self._unclaimed_us[is_healing] = 0
-        is_quiet = np.asarray(~(is_foreground | is_claimed), np.uint8)[None]
+        is_quiet = np.asarray(self._is_seen & ~(is_foreground | is_claimed), np.uint8)[None]
         rate = min(1.0, elapsed_us / self._settings.background_tau_us)
         for plane, seen in zip(self._planes, present, strict=True):
             cv2.accumulateWeighted(seen[None], plane[None], rate, mask=is_quiet)
@@ -190,6 +233,7 @@ class Background:
         boxes : where, on the raster's plane.
         """
         where = self._raster.pack(self._raster.grid.paint(boxes.corners(2 * self._raster.grid.side))) > 0
+        where &= self._is_seen
         self._planes[:, where] = self._in_reference_light(image.planes)[:, where]
         self._show()
 
@@ -252,17 +296,6 @@ class Background:
 
     def _show(self) -> None:
         np.rint(self._planes, out=self._shown, casting="unsafe")
-
-
-def _median(samples: list[ByteArray]) -> NDArray[np.float32]:
-    """Take the median per cell; in pieces, since sorting wants each cell's samples side by side."""
-    result = np.empty((len(samples[0]), samples[0].shape[-1]), np.float32)
-    piece = 65_536
-    for start in range(0, result.shape[-1], piece):
-        cells = np.stack([sample[:, start : start + piece] for sample in samples], axis=-1)
-        cells.partition(cells.shape[-1] // 2, axis=-1)
-        result[:, start : start + piece] = cells[..., cells.shape[-1] // 2]
-    return result
 
 
 def _edge_strength(luma: ByteArray, ring: BoolArray) -> float:

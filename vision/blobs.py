@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vision.boxes import Boxes
 from vision.frames import ByteArray
-from vision.rectify import RoadRaster
+from vision.rectify import RoadCells
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -107,7 +107,7 @@ class Cells:
         )
 
 
-def find_blobs(raster: RoadRaster, mask: ByteArray, difference: ByteArray) -> Cells:
+def find_blobs(raster: RoadCells, mask: ByteArray, difference: ByteArray) -> Cells:
     """Find the connected groups of marked cells.
 
     Parameters

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.background import Background
-from vision.detector import Detector, MotionDetector
 from vision.frames import Frame
 from vision.ground_surface import GroundSurface
 from vision.image_surface import ImageSurface
 from vision.objects import VisionObjects
-from vision.rectify import RoadImage
+from vision.road_watch import RoadWatch
 from vision.settings import VisionSettings
-from vision.surface import Surface, checked_polygons
-from vision.tracker import Tracker
+from vision.surface import FixedSurface, checked_polygons
 from vision.view import GroundView
 
 FloatArray = NDArray[np.float64]
@@ -54,10 +52,11 @@ class FixedCameraVision:
     ) -> None:
         self._settings = settings if settings is not None else VisionSettings()
         self._surface = _surface(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, self._settings)
-        self._background = Background(self._surface.raster, self._settings)
-        self._detector: Detector = MotionDetector(self._surface, self._background, self._settings)
-        self._tracker = Tracker(self._settings, self._surface.holds)
-        self._judged_us = 0
+        raster = self._surface.raster
+        # Only a map has one width of a car all over.
+        car_cells = self._settings.car_width_m / raster.grid.side if raster.grid.is_north_up else None
+        self._background = Background(raster, self._settings, car_cells=car_cells)
+        self._watch = RoadWatch(self._surface, self._background, self._settings)
 
     def observe(self, frame: Frame) -> list[VisionObjects]:
         """Take the next frame.
@@ -77,8 +76,8 @@ class FixedCameraVision:
         """
         image = self._surface.raster.rectify(frame)
         if self._background.is_ready:
-            return [self._follow(image)]
-        return [self._follow(held) for held in self._background.hold(image)]
+            return [self._watch.follow(image)]
+        return [self._watch.follow(held) for held in self._background.hold(image)]
 
     def finish(self) -> list[VisionObjects]:
         """End the video.
@@ -89,32 +88,7 @@ class FixedCameraVision:
         """
         if self._background.is_ready:
             return []
-        return [self._follow(held) for held in self._background.start()]
-
-    def _follow(self, image: RoadImage) -> VisionObjects:
-        expected = self._tracker.predict(image.t_us)
-        scene = self._detector.detect(image, expected)
-        objects = self._tracker.update(scene.detections)
-        self._sort_out_ghosts(image)
-        claims, is_real = self._tracker.claims()
-        self._background.learn(image, scene.foreground, self._surface.appearances(claims).boxes, is_real)
-        return objects
-
-    def _sort_out_ghosts(self, image: RoadImage) -> None:
-        """Decide about tracks that stand: vehicles are shown and kept, revealed road is learned."""
-        if image.t_us - self._judged_us < self._settings.background_period_us:
-            return
-        self._judged_us = image.t_us
-        rows, boxes = self._tracker.standing(self._settings.standing_us)
-        if len(rows) == 0:
-            return
-        seen = self._surface.appearances(boxes).boxes
-        verdicts = self._background.judge(image, seen)
-        self._tracker.prove(rows[verdicts > 0])
-        ghosts = np.flatnonzero(verdicts < 0)
-        if len(ghosts) > 0:
-            self._background.heal(image, seen.select(ghosts))
-            self._tracker.drop(rows[ghosts])
+        return [self._watch.follow(held) for held in self._background.start()]
 
 
 def _surface(
@@ -122,7 +96,7 @@ def _surface(
     polygons_m: list[FloatArray],
     image_size_px: tuple[int, int],
     settings: VisionSettings,
-) -> Surface:
+) -> FixedSurface:
     """Choose the plane of detection: the image, where height would smear a car over more than its own length."""
     view = GroundView(pixel_from_ground, image_size_px, max_metres_per_pixel=settings.max_metres_per_pixel)
     corners = np.concatenate(polygons_m)

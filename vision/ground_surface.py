@@ -14,7 +14,7 @@ from vision.cover import cover
 from vision.errors import VisionError
 from vision.grid import Grid
 from vision.parallax import Parallax
-from vision.rectify import RoadRaster
+from vision.rectify import RoadCells, RoadRaster
 from vision.settings import VisionSettings
 from vision.shadow import measure_shadows
 from vision.surface import Appearances, Footprints
@@ -29,38 +29,20 @@ EDGE_CELLS = 2
 BORDER_SAMPLES = 400
 
 
-class GroundSurface:
-    """The ground as the plane of detection; see `surface.Surface`.
+class MapSurface:
+    """The ground as the plane of detection, whatever camera looks at it; see `surface.Surface`.
 
     Parameters
     ----------
-    view : which ground the camera sees.
-    polygons_m : outlines of the road.
-    image_size_px : (width, height).
-    settings : cell size, margins, noise.
-
-    Raises
-    ------
-    VisionError
-        If no road is in view.
+    raster : cells of ground, north up.
+    parallax : of the camera.
+    position_noise_m : standard deviation of a detected centre.
     """
 
-    def __init__(
-        self,
-        view: GroundView,
-        polygons_m: Sequence[FloatArray],
-        *,
-        image_size_px: tuple[int, int],
-        settings: VisionSettings,
-    ) -> None:
-        low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
-        grid = Grid.between(low_m, high_m, side=_cell_size(view, polygons_m, settings), is_north_up=True)
-        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=settings.road_margin_m)
-        self.raster = RoadRaster(
-            grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px
-        )
-        self._parallax = Parallax(view, settings)
-        self._noise_m = settings.position_noise_m
+    def __init__(self, raster: RoadCells, parallax: Parallax, *, position_noise_m: float) -> None:
+        self.raster = raster
+        self._parallax = parallax
+        self._noise_m = position_noise_m
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view.
@@ -140,6 +122,39 @@ class GroundSurface:
         )
 
 
+class GroundSurface(MapSurface):
+    """The ground that a fixed camera sees, as the plane of detection.
+
+    Parameters
+    ----------
+    view : which ground the camera sees.
+    polygons_m : outlines of the road.
+    image_size_px : (width, height).
+    settings : cell size, margins, noise.
+
+    Raises
+    ------
+    VisionError
+        If no road is in view.
+    """
+
+    raster: RoadRaster
+
+    def __init__(
+        self,
+        view: GroundView,
+        polygons_m: Sequence[FloatArray],
+        *,
+        image_size_px: tuple[int, int],
+        settings: VisionSettings,
+    ) -> None:
+        low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
+        grid = Grid.between(low_m, high_m, side=cell_size(view, polygons_m, settings), is_north_up=True)
+        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=settings.road_margin_m)
+        raster = RoadRaster(grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px)
+        super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
+
+
 def _road_in_view(
     view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -160,9 +175,7 @@ def _road_cells(
     grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float
 ) -> tuple[BoolArray, BoolArray]:
     """Find the road cells in view, and those of them at the edge of the view."""
-    reach = 2 * round(margin_m / grid.side) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
-    road = cv2.dilate(grid.paint(polygons_m), disc) > 0
+    road = painted_road(grid, polygons_m, margin_m=margin_m)
     in_view = np.zeros(grid.shape, np.bool_)
     for area in cover(road):
         in_view[area.slices] = view.sees(grid.centres(area))
@@ -171,8 +184,37 @@ def _road_cells(
     return road & in_view, road & in_view & (cv2.dilate(unseen, band) > 0)
 
 
-def _cell_size(view: GroundView, polygons_m: Sequence[FloatArray], settings: VisionSettings) -> float:
-    """Choose the coarsest cell that keeps a car wide enough, and none finer than the camera gives on the road."""
+def painted_road(grid: Grid, polygons_m: Sequence[FloatArray], *, margin_m: float) -> BoolArray:
+    """Mark the cells of the road and of a margin around it.
+
+    Parameters
+    ----------
+    grid : of ground.
+    polygons_m : outlines of the road.
+    margin_m : around them.
+
+    Returns
+    -------
+    (rows, columns).
+    """
+    reach = 2 * round(margin_m / grid.side) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+    return np.asarray(cv2.dilate(grid.paint(polygons_m), disc) > 0)
+
+
+def cell_size(view: GroundView, polygons_m: Sequence[FloatArray], settings: VisionSettings) -> float:
+    """Choose the coarsest cell that keeps a car wide enough, and none finer than the camera gives on the road.
+
+    Parameters
+    ----------
+    view : of the camera.
+    polygons_m : outlines of the road.
+    settings : width of a car, in metres and in cells.
+
+    Returns
+    -------
+    Metres.
+    """
     wanted_m = settings.car_width_m / settings.car_width_cells
     borders = np.concatenate([_along_border(polygon) for polygon in polygons_m])
     borders = borders[view.sees(borders)]

@@ -25,6 +25,8 @@ class VisionObjects:
     length_m, width_m : (n,) of the footprint.
     observed : (n,) False where no detection was assigned in this frame and the position is predicted.
     clipped : (n,) True where the object reaches over the edge of the view: centre and length are then guesses.
+    is_lost : True where a moving camera does not know where it looks: nothing can be said about any object.
+    pixel_from_ground : (3, 3) map of the frame, where the camera moves and knows it; else None.
     """
 
     t_us: int
@@ -36,3 +38,17 @@ class VisionObjects:
     width_m: FloatArray
     observed: BoolArray
     clipped: BoolArray
+    is_lost: bool = False
+    pixel_from_ground: FloatArray | None = None
+
+    @classmethod
+    def lost(cls, t_us: int) -> VisionObjects:
+        """Make what is said of a frame whose view is lost.
+
+        Examples
+        --------
+        >>> VisionObjects.lost(40_000).ids, VisionObjects.lost(40_000).is_lost
+        ((), True)
+        """
+        nothing, falses = np.zeros(0), np.zeros(0, np.bool_)
+        return cls(t_us, (), np.zeros((0, 2)), np.zeros((0, 2)), nothing, nothing, nothing, falses, falses, True)

@@ -34,26 +34,34 @@ class RoadImage:
     Attributes
     ----------
     index, t_us : of the frame.
-    planes : (3, n) luma, chroma u, chroma v of the packed cells; some cells are not road, see `RoadRaster.road`.
+    planes : (3, n) luma, chroma u, chroma v of the packed cells; some cells are not road, see `RoadCells.road`.
+    pixel_from_ground : (3, 3) of the frame, where the camera moves; else None.
     """
 
     index: int
     t_us: int
     planes: ByteArray
+    pixel_from_ground: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class _Strip:
-    """One rectangle of the raster, its place in packed arrays, and the image positions of its cells."""
+class Strip:
+    """One rectangle of the raster, and its place in packed arrays."""
 
     area: Rectangle
     packed: slice
+
+
+@dataclass(frozen=True, slots=True)
+class _Maps:
+    """The image positions of the cells of a strip."""
+
     luma_map: tuple[cv2.typing.MatLike, cv2.typing.MatLike]
     chroma_map: tuple[cv2.typing.MatLike, cv2.typing.MatLike]
 
 
-class RoadRaster:
-    """The cells that are road and in view of a fixed camera.
+class RoadCells:
+    """The cells that are road and can be looked at.
 
     A *packed* array holds the cells of all strips in one dimension.
 
@@ -62,13 +70,69 @@ class RoadRaster:
     grid : where the cells are.
     road : (rows, columns) True on cells that are road and in view; at least one.
     view_edge : (rows, columns) True on road cells next to road that is out of view.
-    to_pixels : projects (..., 2) positions on the grid's plane to (..., 2) pixels.
-    image_size_px : (width, height) of the frames.
 
     Attributes
     ----------
-    grid, road, view_edge : as given.
+    grid, road, view_edge : as given; where the camera moves, `road` and `view_edge` change from frame to frame.
+    strips : rectangles that hold all of the road.
     packed_size : number of packed cells.
+    """
+
+    def __init__(self, grid: Grid, *, road: BoolArray, view_edge: BoolArray) -> None:
+        if not road.any():
+            raise VisionError("road raster: expected road in view, got none; is the homography for another frame?")
+        self.grid = grid
+        self.road = road
+        self.view_edge = view_edge
+        self.strips: list[Strip] = []
+        start = 0
+        for area in cover(road):
+            self.strips.append(Strip(area, slice(start, start + area.size)))
+            start += area.size
+        self.packed_size = start
+
+    def pack(self, cells: NDArray[np.uint8]) -> ByteArray:
+        """Keep the cells of the strips.
+
+        Parameters
+        ----------
+        cells : (rows, columns).
+
+        Returns
+        -------
+        (packed_size,).
+        """
+        packed = np.empty(self.packed_size, np.uint8)
+        for strip in self.strips:
+            packed[strip.packed] = cells[strip.area.slices].ravel()
+        return packed
+
+    def unpack(self, packed: NDArray[np.uint8]) -> ByteArray:
+        """Put packed cells back to their places; 0 elsewhere.
+
+        Parameters
+        ----------
+        packed : (packed_size,).
+
+        Returns
+        -------
+        (rows, columns).
+        """
+        cells = np.zeros(self.grid.shape, np.uint8)
+        for strip in self.strips:
+            target = cells[strip.area.slices]
+            target[...] = packed[strip.packed].reshape(target.shape)
+        return cells
+
+
+class RoadRaster(RoadCells):
+    """The road's cells as a fixed camera sees them.
+
+    Parameters
+    ----------
+    grid, road, view_edge : see `RoadCells`.
+    to_pixels : projects (..., 2) positions on the grid's plane to (..., 2) pixels.
+    image_size_px : (width, height) of the frames.
     """
 
     def __init__(
@@ -80,22 +144,12 @@ class RoadRaster:
         to_pixels: Callable[[FloatArray], FloatArray],
         image_size_px: tuple[int, int],
     ) -> None:
-        if not road.any():
-            raise VisionError("road raster: expected road in view, got none; is the homography for another frame?")
-        self.grid = grid
-        self.road = road
-        self.view_edge = view_edge
+        super().__init__(grid, road=road, view_edge=view_edge)
         self._image_size_px = image_size_px
-        self._strips: list[_Strip] = []
-        start = 0
-        for area in cover(road):
-            packed = slice(start, start + area.size)
-            pixels = to_pixels(grid.centres(area))
-            # H.264 puts a chroma sample on the left luma column of its pair, half-way between the two rows.
-            chroma = pixels / 2 - np.array([0.0, 0.25])
-            self._strips.append(_Strip(area, packed, _fixed_point(pixels), _fixed_point(chroma)))
-            start = packed.stop
-        self.packed_size = start
+        self._maps: list[_Maps] = []
+        for strip in self.strips:
+            pixels = to_pixels(grid.centres(strip.area))
+            self._maps.append(_Maps(_fixed_point(pixels), _fixed_point(chroma_places(pixels))))
 
     def rectify(self, frame: Frame) -> RoadImage:
         """Sample the road's cells.
@@ -113,50 +167,36 @@ class RoadRaster:
         VisionError
             If the frame has another size.
         """
-        height, width = frame.luma.shape
-        if (width, height) != self._image_size_px:
-            raise VisionError(f"frame {frame.index}: expected {self._image_size_px!r} px, got {(width, height)!r}")
+        check_size(frame, self._image_size_px)
         planes = np.empty((3, self.packed_size), np.uint8)
         sources = (frame.luma, frame.chroma_u, frame.chroma_v)
-        for strip in self._strips:
-            maps = (strip.luma_map, strip.chroma_map, strip.chroma_map)
+        for strip, one in zip(self.strips, self._maps, strict=True):
+            maps = (one.luma_map, one.chroma_map, one.chroma_map)
             for source, (coarse, fine), plane in zip(sources, maps, planes, strict=True):
                 target = plane[strip.packed].reshape(coarse.shape[:2])
                 cv2.remap(source, coarse, fine, cv2.INTER_LINEAR, dst=target, borderMode=cv2.BORDER_REPLICATE)
         return RoadImage(index=frame.index, t_us=frame.t_us, planes=planes)
 
-    def pack(self, cells: NDArray[np.uint8]) -> ByteArray:
-        """Keep the cells of the strips.
 
-        Parameters
-        ----------
-        cells : (rows, columns).
+def check_size(frame: Frame, image_size_px: tuple[int, int]) -> None:
+    """Refuse a frame of another size than announced.
 
-        Returns
-        -------
-        (packed_size,).
-        """
-        packed = np.empty(self.packed_size, np.uint8)
-        for strip in self._strips:
-            packed[strip.packed] = cells[strip.area.slices].ravel()
-        return packed
+    Raises
+    ------
+    VisionError
+        If it has.
+    """
+    height, width = frame.luma.shape
+    if (width, height) != image_size_px:
+        raise VisionError(f"frame {frame.index}: expected {image_size_px!r} px, got {(width, height)!r}")
 
-    def unpack(self, packed: NDArray[np.uint8]) -> ByteArray:
-        """Put packed cells back to their places; 0 elsewhere.
 
-        Parameters
-        ----------
-        packed : (packed_size,).
+def chroma_places(pixels: FloatArray) -> FloatArray:
+    """Convert positions in the luma plane to those in the chroma planes.
 
-        Returns
-        -------
-        (rows, columns).
-        """
-        cells = np.zeros(self.grid.shape, np.uint8)
-        for strip in self._strips:
-            target = cells[strip.area.slices]
-            target[...] = packed[strip.packed].reshape(target.shape)
-        return cells
+    H.264 puts a chroma sample on the left luma column of its pair, half-way between the two rows.
+    """
+    return np.asarray(pixels / 2 - np.array([0.0, 0.25]))
 
 
 def _fixed_point(pixels: FloatArray) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:

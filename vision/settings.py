@@ -15,7 +15,8 @@ class VisionSettings:
     road_margin_m : how far around the road polygons is watched too; cars lean over the line.
     max_metres_per_pixel : ground seen more coarsely than this is left out.
     startup_us : how long frames are held before the first background exists; the constant delay of the first result.
-    startup_samples : how many of the held frames, evenly spread, go into the median.
+    startup_most_us : the same at most: where a vehicle seems to stand all the time, more frames are held.
+    startup_samples : how many of the held frames, evenly spread, the first background is read off.
     startup_bytes : memory cap for held frames; start-up ends early when they would not fit.
     background_period_us : how often the background learns.
     background_tau_us : time constant of learning where nothing is seen.
@@ -44,11 +45,12 @@ class VisionSettings:
     """
 
     car_width_m: float = 1.8
-    car_width_cells: float = 4.0
+    car_width_cells: float = 6.0
     road_margin_m: float = 1.0
     max_metres_per_pixel: float = 0.9
     startup_us: int = 5_000_000
-    startup_samples: int = 31
+    startup_most_us: int = 60_000_000
+    startup_samples: int = 61
     startup_bytes: int = 400_000_000
     background_period_us: int = 200_000
     background_tau_us: int = 20_000_000

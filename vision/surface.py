@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vision.blobs import Cells
 from vision.boxes import Boxes
 from vision.errors import VisionError
-from vision.rectify import RoadRaster
+from vision.rectify import RoadCells, RoadRaster
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -58,7 +58,10 @@ class Footprints:
 class Surface(Protocol):
     """A plane on which blobs are found, with its relation to the ground."""
 
-    raster: RoadRaster
+    @property
+    def raster(self) -> RoadCells:
+        """The cells on which blobs are found."""
+        ...
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions, (n, 2), are road in view."""
@@ -78,6 +81,15 @@ class Surface(Protocol):
 
     def footprints(self, cells: Cells, heading_rad: FloatArray, is_shaded: BoolArray | None) -> Footprints:
         """Box groups of cells on the ground, in given directions; `is_shaded` (p,) marks cells like road in shadow."""
+        ...
+
+
+class FixedSurface(Surface, Protocol):
+    """A surface whose cells stay where they are in the image."""
+
+    @property
+    def raster(self) -> RoadRaster:
+        """The cells, with their places in the image."""
         ...
 
 

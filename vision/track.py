@@ -39,6 +39,7 @@ class TrackTable:
     heading_rad, length_m, width_m : the box.
     size_count, size_misfits : how many measurements the size rests on, and how many in a row contradict it.
     hits : detections so far.
+    evidence : the sum of their weights.
     born_us, seen_us : time of the first and of the latest detection.
     born_m, seen_m : (n, 2) position at these times.
     rest_m, rest_us : (n, 2) where it stands, and since when; both move on with it.
@@ -59,6 +60,7 @@ class TrackTable:
     size_count: IntArray
     size_misfits: IntArray
     hits: IntArray
+    evidence: FloatArray
     born_us: IntArray
     seen_us: IntArray
     born_m: FloatArray
@@ -94,6 +96,7 @@ class TrackTable:
             size_count=count,
             size_misfits=count,
             hits=count,
+            evidence=number,
             born_us=count,
             seen_us=count,
             born_m=points,

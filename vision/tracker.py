@@ -179,6 +179,7 @@ class Tracker:
         tracks.learn_borders(rows[is_whole], borders_m)
         self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
         tracks.hits[rows] += 1
+        tracks.evidence[rows] += detections.weights()[chosen]
         tracks.seen_us[rows] = self._now_us
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
@@ -197,8 +198,9 @@ class Tracker:
         shift_m = np.hypot(*(tracks.seen_m - tracks.born_m).T)
         noise_m = np.sqrt(np.trace(tracks.covariance[:, :2, :2], axis1=1, axis2=2))
         has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
-        tracks.is_proved |= has_moved & (tracks.hits >= settings.confirm_hits)
-        is_new = ~tracks.is_confirmed & tracks.is_proved & tracks.is_observed & (tracks.hits >= settings.confirm_hits)
+        is_evident = tracks.evidence >= settings.confirm_hits
+        tracks.is_proved |= has_moved & is_evident
+        is_new = ~tracks.is_confirmed & tracks.is_proved & tracks.is_observed & is_evident
         tracks.number[is_new] = self._names_used + np.arange(1, is_new.sum() + 1)
         self._names_used += int(is_new.sum())
         tracks.is_confirmed |= is_new
@@ -275,6 +277,7 @@ class Tracker:
             size_count=is_whole.astype(np.int64),
             size_misfits=np.zeros(count, np.int64),
             hits=np.ones(count, np.int64),
+            evidence=detections.weights()[chosen],
             born_us=np.full(count, self._now_us),
             seen_us=np.full(count, self._now_us),
             born_m=centre_m.copy(),

@@ -18,7 +18,10 @@ REPORT_EVERY_S = 1.0
 
 
 def process(
-    input_file: Annotated[Path, typer.Argument(metavar="INPUT", help="A video, or a trajectory file (.csv).")],
+    *,
+    input_file: Annotated[
+        Path | None, typer.Argument(metavar="[INPUT]", help="A video, or a trajectory file (.csv).")
+    ] = None,
     log: Annotated[str, typer.Option("--log", help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
     site: Annotated[Path | None, typer.Option("--site", help="Site file: roads, camera, start time.")] = None,
     chronicles: Annotated[
@@ -35,33 +38,65 @@ def process(
     columns: Annotated[
         str | None, typer.Option("--columns", help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")
     ] = None,
+    detector: Annotated[
+        str | None,
+        typer.Option("--detector", help="motion, motion:colour, motion:thermal, onnx:PATH or file:PATH."),
+    ] = None,
+    detections: Annotated[
+        Path | None,
+        typer.Option("--detections", help="File of detections (.txt, .csv), for a video or, without INPUT, alone."),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,
 ) -> None:
-    """Process a video or a trajectory file into an event log."""
+    """Process a video, a trajectory file or a file of detections into an event log."""
     from service.runs import RunRequest
     from service.runs import process as run
 
+    source, looks = chosen_input(input_file, detector, detections)
     request = RunRequest(
-        input=input_file,
+        input=source,
         site=site,
         log_url=log,
         chronicle_files=tuple(chronicles or ()),
         columns=parse_columns(columns),
         monitor_files=tuple(monitors or ()),
         kpl_file=kpl,
+        detector=looks,
     )
     if as_json:
         summary = run(request, on_progress=_json_reporter())
         print(_summary_json(summary), flush=True)
     else:
-        with progress_bar(input_file.name) as on_progress:
+        with progress_bar(source.name) as on_progress:
             summary = run(request, on_progress=on_progress)
         print_summary(summary, log)
     if summary.status != "finished":
         print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
         raise typer.Exit(exit_codes.INTERRUPTED if summary.status == "interrupted" else exit_codes.INVALID)
+
+
+def chosen_input(input_file: Path | None, detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
+    """Tell what to process and with which detector.
+
+    Raises
+    ------
+    typer.BadParameter
+        If there is nothing to process, or two detectors.
+
+    Examples
+    --------
+    >>> chosen_input(None, None, Path("found.csv"))
+    (PosixPath('found.csv'), 'file:found.csv')
+    """
+    if detections is not None and detector is not None:
+        raise typer.BadParameter(f"expected one of --detector and --detections, got {detector!r} and {detections!s}")
+    looks = detector if detections is None else f"file:{detections}"
+    source = input_file or detections
+    if source is None:
+        raise typer.BadParameter("expected INPUT, or --detections alone; got neither")
+    return source, looks
 
 
 def parse_columns(text: str | None) -> dict[str, str] | None:

@@ -23,7 +23,7 @@ from types import TracebackType
 from typing import Any, Literal, Self
 
 import msgspec
-from sqlalchemy import ColumnElement, Connection, Engine, Select, delete, func, inspect, select
+from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, delete, func, inspect, select
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.schema import CreateIndex, CreateTable
 
@@ -36,7 +36,9 @@ from service.records import (
     RelationRecord,
     RunRecord,
     RunStatus,
+    SeenObject,
     StreamRecord,
+    ViewRecord,
 )
 from service.store import schema
 from service.store.engine import explained, reading_engine, writing_engine
@@ -180,6 +182,24 @@ class EventLog:
         query = _between(query, table.c.t_us, from_us, to_us).order_by(table.c.t_us, cars.c.number)
         return (CarState(*row) for row in self._stream(query))
 
+    def objects(self, run_id: str) -> Iterator[SeenObject]:
+        """Stream the vision objects of a run, ordered by time; none for a run without vision, or of an older log."""
+        return (SeenObject(*row) for row in self._rows_of_newer_table(schema.seen_objects, run_id))
+
+    def views(self, run_id: str) -> Iterator[ViewRecord]:
+        """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
+        for t_us, numbers in self._rows_of_newer_table(schema.views, run_id):
+            yield ViewRecord(t_us, msgspec.json.decode(numbers, type=tuple[float, ...]))
+
+    # Any: a row has the types of the table's columns.
+    def _rows_of_newer_table(self, table: Table, run_id: str) -> Iterator[Any]:
+        """Stream the rows of a table that older logs do not have, in the order of its primary key."""
+        with self.connect() as connection:
+            if not inspect(connection).has_table(table.name):
+                return iter(())
+        query = select(*list(table.c)[1:]).where(_of_run(table.c.run_no, run_id))
+        return self._stream(query.order_by(*table.primary_key.columns))
+
     def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number from 1, t_us) of the frames of a run, in the order of the input."""
         table = schema.frames
@@ -206,6 +226,15 @@ class EventLog:
             if not inspect(connection).has_table(table.name):
                 return ()  # an older log
             return tuple(msgspec.json.decode(body, type=StreamRecord) for body in connection.scalars(query))
+
+    def costs(self, run_id: str) -> dict[str, int]:
+        """Give the microseconds that each process of a run took, by label; empty if the log does not tell."""
+        table = schema.costs
+        query = select(table.c.label, table.c.busy_us).where(_of_run(table.c.run_no, run_id))
+        with self.connect() as connection:
+            if not inspect(connection).has_table(table.name):
+                return {}  # an older log
+            return {row.label: row.busy_us for row in connection.execute(query.order_by(table.c.number))}
 
     def last_us(self, run_id: str) -> int:
         """Return the time of the last frame of a run, up to which everything is known; 0 if it has none."""

@@ -136,6 +136,36 @@ car_states = Table(
     sqlite_with_rowid=False,
 )
 
+# What the tracker saw, linked to a car or not; the columns after run_no are the fields of SeenObject, in its order.
+# Logs from before this table read and write as they are.
+seen_objects = Table(
+    "seen_objects",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("t_us", BigInteger, nullable=False),
+    Column("vision_id", Text, nullable=False),
+    Column("x_m", Float, nullable=False),
+    Column("y_m", Float, nullable=False),
+    Column("heading_rad", Float, nullable=False),
+    Column("length_m", Float, nullable=False),
+    Column("width_m", Float, nullable=False),
+    Column("observed", Boolean, nullable=False),
+    Column("clipped", Boolean, nullable=False),
+    PrimaryKeyConstraint("run_no", "t_us", "vision_id"),
+    sqlite_with_rowid=False,
+)
+
+# Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
+views = Table(
+    "views",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("t_us", BigInteger, nullable=False),
+    Column("pixel_from_ground", Text, nullable=False),  # a JSON array of nine numbers, empty where the view was lost
+    PrimaryKeyConstraint("run_no", "t_us"),
+    sqlite_with_rowid=False,
+)
+
 frames = Table(
     "frames",
     metadata,
@@ -201,6 +231,17 @@ streams = Table(
     PrimaryKeyConstraint("run_no", "number"),
 )
 
+# What a clock measured: the one table in which a repeated run differs. Older logs lack it.
+costs = Table(
+    "costs",
+    metadata,
+    Column("run_no", Integer, nullable=False),
+    Column("number", Integer, nullable=False),  # as in streams
+    Column("label", Text, nullable=False),
+    Column("busy_us", BigInteger, nullable=False),  # time spent in the code of the process
+    PrimaryKeyConstraint("run_no", "number"),
+)
+
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
 RUN_TABLES = (
     events,
@@ -209,9 +250,12 @@ RUN_TABLES = (
     role_names,
     cars,
     car_states,
+    seen_objects,
+    views,
     frames,
     links,
     relations,
     hypotheses,
     streams,
+    costs,
 )

@@ -22,7 +22,9 @@ from service.records import (
     RelationRecord,
     RunRecord,
     RunStatus,
+    SeenObject,
     StreamRecord,
+    ViewRecord,
 )
 from service.store import schema
 from service.store.engine import explained
@@ -33,7 +35,7 @@ BATCH_ROWS = 20_000
 BATCH_US = 10_000_000
 
 # Rows of these keep the order in which they were appended.
-_NUMBERED = (schema.links, schema.relations, schema.hypotheses, schema.streams)
+_NUMBERED = (schema.links, schema.relations, schema.hypotheses, schema.streams, schema.costs)
 
 Row = tuple[str | int | float | bool | None, ...]
 
@@ -57,7 +59,8 @@ class RunWriter:
         self._run_no = run_no
         self._run = run
         self._drafts: list[tuple[str, EventDraft]] = []
-        self._rows: dict[Table, list[Row]] = {table: [] for table in (schema.car_states, schema.frames, *_NUMBERED)}
+        tables = (schema.car_states, schema.seen_objects, schema.views, schema.frames, *_NUMBERED)
+        self._rows: dict[Table, list[Row]] = {table: [] for table in tables}
         self._counts = dict.fromkeys((schema.events, schema.frames, *_NUMBERED), 0)
         self._cars = _Cars()
         self._known = _KnownTypes()
@@ -82,6 +85,16 @@ class RunWriter:
             self._cars.see(state)
             last_us = state.t_us
         self._flush_when_due(last_us)
+
+    def append_objects(self, objects: Iterable[SeenObject]) -> None:
+        """Add what the tracker saw in one or more frames, in the order of time."""
+        self._rows[schema.seen_objects].extend((self._run_no, *astuple(one)) for one in objects)
+
+    def append_views(self, views: Iterable[ViewRecord]) -> None:
+        """Add where a moving camera looked, in the order of time."""
+        for view in views:
+            numbers = msgspec.json.encode(view.pixel_from_ground).decode()
+            self._rows[schema.views].append((self._run_no, view.t_us, numbers))
 
     def append_events(self, events: Iterable[EventDraft]) -> list[str]:
         """Add recognised events, or newer states of such; return their identifiers.
@@ -119,6 +132,12 @@ class RunWriter:
         rows = self._rows[schema.streams]
         for stream in streams:
             rows.append((self._run_no, self._next(schema.streams), msgspec.json.encode(stream).decode()))
+
+    def append_costs(self, costs: Mapping[str, int]) -> None:
+        """Add the microseconds that were spent in the code of each process, by label."""
+        rows = self._rows[schema.costs]
+        for label, busy_us in costs.items():
+            rows.append((self._run_no, self._next(schema.costs), label, busy_us))
 
     def flush(self) -> None:
         """Write everything collected so far in one transaction.

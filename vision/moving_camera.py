@@ -1,0 +1,149 @@
+"""Which vehicles does a moving camera see, where, and how fast? The whole of vision for a camera on a drone.
+
+Every frame's map to the ground comes from a `CameraMotion`: registration against key frames, or a file of poses. The
+road's cells lie on the ground and stay there, so from there on everything is as for a fixed camera, except that the
+background is known only where the camera has been for a while. Where the map is lost nothing is said at all: tracks
+coast out of sight, and a frame's result says that the view is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.frames import Frame
+from vision.mosaic import MosaicBackground
+from vision.moving_raster import MovingGroundSurface
+from vision.objects import VisionObjects
+from vision.rectify import RoadImage
+from vision.registration import CameraMotion
+from vision.road_watch import RoadWatch
+from vision.settings import VisionSettings
+from vision.surface import checked_polygons
+
+FloatArray = NDArray[np.float64]
+
+
+class MovingCameraVision:
+    """Frames in, tracked objects out.
+
+    Parameters
+    ----------
+    pixel_from_ground : (3, 3) homography of the first frame, from ground metres (x east, y north) to pixels.
+    road_polygons_m : outlines of the road, (k, 2) each; what lies outside is not looked at.
+    image_size_px : (width, height) of the frames.
+    motion : knows the maps of all frames.
+    reach_m : how far beyond the first view the camera may come to look; road farther away is not watched.
+    settings : constants; the defaults suit daylight traffic.
+
+    Raises
+    ------
+    VisionError
+        If no road is in reach, or the geometry is unusable.
+    """
+
+    def __init__(
+        self,
+        pixel_from_ground: FloatArray,
+        road_polygons_m: Sequence[FloatArray],
+        image_size_px: tuple[int, int],
+        motion: CameraMotion,
+        *,
+        reach_m: float,
+        settings: VisionSettings | None = None,
+    ) -> None:
+        settings = settings if settings is not None else VisionSettings()
+        self._motion = motion
+        self._surface = MovingGroundSurface(
+            facing(pixel_from_ground),
+            checked_polygons(road_polygons_m),
+            image_size_px=image_size_px,
+            reach_m=reach_m,
+            settings=settings,
+        )
+        self._background = MosaicBackground(self._surface.raster, settings)
+        self._watch = RoadWatch(self._surface, self._background, settings)
+        self._held_lost_us: list[int] = []
+
+    def observe(self, frame: Frame) -> list[VisionObjects]:
+        """Take the next frame.
+
+        Parameters
+        ----------
+        frame : later than the one before.
+
+        Returns
+        -------
+        Nothing during start-up, then the objects of all held frames at once, then those of each frame.
+
+        Raises
+        ------
+        VisionError
+            If the frame has another size than announced.
+        """
+        matrix = self._motion.locate(frame, self._watch.outlines_m())
+        if matrix is None:
+            return self._miss(frame.t_us)
+        image = self._surface.raster.rectify(frame, facing(matrix))
+        if self._background.is_ready:
+            return [self._follow(image)]
+        return self._catch_up(self._background.hold(image))
+
+    def finish(self) -> list[VisionObjects]:
+        """End the video.
+
+        Returns
+        -------
+        The objects of frames still held, if the video ended during start-up.
+        """
+        if self._background.is_ready:
+            return []
+        return self._catch_up(self._background.start())
+
+    def _miss(self, t_us: int) -> list[VisionObjects]:
+        if not self._background.is_ready:
+            self._held_lost_us.append(t_us)
+            return []
+        self._watch.miss(t_us)
+        return [VisionObjects.lost(t_us)]
+
+    def _catch_up(self, held: list[RoadImage]) -> list[VisionObjects]:
+        """Go through the frames of the start-up, those without a view among them."""
+        if not held:
+            return []
+        lost_us, self._held_lost_us = self._held_lost_us, []
+        results = []
+        for image in held:
+            while lost_us and lost_us[0] < image.t_us:
+                results += self._miss(lost_us.pop(0))
+            results.append(self._follow(image))
+        return results + [one for t_us in lost_us for one in self._miss(t_us)]
+
+    def _follow(self, image: RoadImage) -> VisionObjects:
+        assert image.pixel_from_ground is not None
+        self._surface.look(image.pixel_from_ground)
+        objects = self._watch.follow(image)
+        return objects if objects.is_lost else replace(objects, pixel_from_ground=image.pixel_from_ground)
+
+
+def facing(pixel_from_ground: FloatArray) -> FloatArray:
+    """Choose the sign of a homography that makes depth positive in front of the camera.
+
+    Parameters
+    ----------
+    pixel_from_ground : (3, 3), of a right-handed ground (x east, y north) seen from above.
+
+    Returns
+    -------
+    The same map, with a negative determinant.
+
+    Examples
+    --------
+    >>> float(facing(-np.diag([2.0, -2.0, 1.0]))[2, 2])
+    1.0
+    """
+    matrix = np.asarray(pixel_from_ground, np.float64)
+    return -matrix if np.linalg.det(matrix) > 0 else matrix
