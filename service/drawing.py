@@ -18,6 +18,8 @@ Colour = tuple[int, int, int]
 
 TRAIL_US = 3_000_000
 EVENT_LINGER_US = 2_000_000
+DASH_PX = 4
+FAR_PX = 30_000  # beyond this OpenCV's fixed-point drawing overflows
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 WHITE: Colour = (255, 255, 255)
 BLACK: Colour = (0, 0, 0)
@@ -79,20 +81,23 @@ class OverlayReader:
         return [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
 
 
-def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray) -> ByteArray:
+def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None) -> ByteArray:
     """Draw cars, trails and events on a copy of a picture.
+
+    A car that is seen has a closed box with a dot at its front; one that is only predicted, as when something hides
+    it, a dashed box and a question mark.
 
     Parameters
     ----------
     picture : (h, w, 3) blue, green, red.
-    pixel_from_ground : (3, 3) homography.
+    pixel_from_ground : (3, 3) homography, positive third coordinate in front of the camera; None where the camera of
+        a moving view did not know where it looked, which is then said instead of the cars.
     """
     canvas = picture.copy()
-    for car, trail_m in overlay.trails.items():
-        points = np.round(_project(trail_m, pixel_from_ground)).astype(np.int32)
-        cv2.polylines(canvas, [points], isClosed=False, color=colour_of(car), thickness=1, lineType=cv2.LINE_AA)
-    for state in overlay.cars:
-        _draw_car(canvas, state, pixel_from_ground)
+    if pixel_from_ground is None:
+        _write(canvas, "view lost", (8, canvas.shape[0] - 10), WHITE)
+    else:
+        _draw_traffic(canvas, overlay, pixel_from_ground)
     for line, event in enumerate(overlay.events):
         roles = ", ".join(f"{role} {symbol}" for role, symbol in event.roles.items())
         _write(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
@@ -115,22 +120,56 @@ def corners_m(state: CarState) -> FloatArray:
     return centre_m + offsets_m
 
 
+def _draw_traffic(canvas: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray) -> None:
+    for car, trail_m in overlay.trails.items():
+        for piece in _in_front(_project(trail_m, pixel_from_ground)):
+            cv2.polylines(canvas, [piece], isClosed=False, color=colour_of(car), thickness=1, lineType=cv2.LINE_AA)
+    for state in overlay.cars:
+        _draw_car(canvas, state, pixel_from_ground)
+
+
 def _draw_car(canvas: ByteArray, state: CarState, pixel_from_ground: FloatArray) -> None:
-    outline = np.round(_project(corners_m(state), pixel_from_ground)).astype(np.int32)
+    corners_px = _project(corners_m(state), pixel_from_ground)
+    if not np.isfinite(corners_px).all():
+        return  # behind the camera
+    outline = np.clip(np.round(corners_px), -FAR_PX, FAR_PX).astype(np.int32)
     colour = colour_of(state.car)
-    cv2.polylines(canvas, [outline], isClosed=True, color=colour, thickness=1 if state.linked else 2)
     if state.linked:
+        cv2.polylines(canvas, [outline], isClosed=True, color=colour, thickness=1)
         front = (outline[0] + outline[3]) // 2
         cv2.circle(canvas, (int(front[0]), int(front[1])), 1, colour, -1)
+    else:
+        for start, end in zip(corners_px, np.roll(corners_px, -1, axis=0), strict=True):
+            _draw_dashes(canvas, start, end, colour)
     anchor = (int(outline[:, 0].max()) + 2, int(outline[:, 1].min()) - 2)
     _write(canvas, state.car if state.linked else f"{state.car}?", anchor, colour)
 
 
+def _draw_dashes(canvas: ByteArray, start: FloatArray, end: FloatArray, colour: Colour) -> None:
+    count = max(1, round(float(np.hypot(*(end - start))) / DASH_PX / 2))
+    cuts = np.clip(np.linspace(start, end, 2 * count + 1), -FAR_PX, FAR_PX)
+    for first, second in zip(cuts[::2], cuts[1::2], strict=False):
+        pair = np.round(np.array([first, second])).astype(np.int32)
+        cv2.polylines(canvas, [pair], isClosed=False, color=colour, thickness=1)
+
+
 def _write(canvas: ByteArray, text: str, at_px: tuple[int, int], colour: Colour) -> None:
-    cv2.putText(canvas, text, at_px, FONT, 0.4, BLACK, 3, cv2.LINE_AA)
+    # An edge of its own thickness would not do: letters of another weight are of another width.
+    for x_px, y_px in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        cv2.putText(canvas, text, (at_px[0] + x_px, at_px[1] + y_px), FONT, 0.4, BLACK, 1, cv2.LINE_AA)
     cv2.putText(canvas, text, at_px, FONT, 0.4, colour, 1, cv2.LINE_AA)
 
 
 def _project(points_m: FloatArray, pixel_from_ground: FloatArray) -> FloatArray:
+    """Map ground points to pixels; nan for those behind the camera."""
     scaled = np.column_stack((points_m, np.ones(len(points_m)))) @ pixel_from_ground.T
-    return np.asarray(scaled[:, :2] / scaled[:, 2:], np.float64)
+    depth = np.where(scaled[:, 2:] > 0, scaled[:, 2:], np.nan)
+    return np.asarray(scaled[:, :2] / depth, np.float64)
+
+
+def _in_front(points_px: FloatArray) -> list[NDArray[np.int32]]:
+    """Split a line at the points that have no place in the image, and round what is left."""
+    is_there = np.isfinite(points_px[:, 0])
+    pieces = np.split(np.arange(len(points_px)), np.flatnonzero(np.diff(is_there)) + 1)
+    kept = (points_px[piece] for piece in pieces if is_there[piece[0]])
+    return [np.clip(np.round(piece), -FAR_PX, FAR_PX).astype(np.int32) for piece in kept]

@@ -3,7 +3,7 @@
 A recognised event is *right* when its ordered pair of vehicles is the truth's and both ends of the intervals agree
 within two seconds. The vehicles of a log are symbols of its own, so each role is first matched to the true vehicle
 that was nearest while the event went on. Truth that is not countable (cut by the view, say) is *border*: recognising it
-is neither right nor wrong.
+is neither right nor wrong, and at any time that overlaps it within as much.
 """
 
 import csv
@@ -98,20 +98,25 @@ class Evaluation:
     missed: tuple[TrueEvent, ...]
 
     @property
-    def precision(self) -> float:
-        """Return right / (right + wrong); 1 when nothing was claimed."""
+    def in_truth(self) -> int:
+        """Return how many events of the truth count."""
+        return len(self.right) + len(self.missed)
+
+    @property
+    def precision(self) -> float | None:
+        """Return right / (right + wrong); None when nothing was claimed."""
         return _share(len(self.right), len(self.right) + len(self.wrong))
 
     @property
-    def recall(self) -> float:
-        """Return right / (right + missed); 1 when there was nothing to find."""
+    def recall(self) -> float | None:
+        """Return right / (right + missed); None when there was nothing to find."""
         return _share(len(self.right), len(self.right) + len(self.missed))
 
     @property
-    def f1(self) -> float:
-        """Return the harmonic mean of precision and recall."""
-        total = self.precision + self.recall
-        return 2 * self.precision * self.recall / total if total else 0.0
+    def f1(self) -> float | None:
+        """Return the harmonic mean, 2 right / (2 right + wrong + missed); None when there was nothing at all."""
+        right = 2 * len(self.right)
+        return _share(right, right + len(self.wrong) + len(self.missed))
 
     @property
     def mean_start_error_s(self) -> float:
@@ -132,10 +137,12 @@ class Evaluation:
             "wrong": wrong,
             "missed": missed,
             "border": len(self.border),
+            "in_truth": self.in_truth,
             "precision": self.precision,
-            "precision_interval": wilson_interval(right, right + wrong),
+            "precision_interval": wilson_interval(right, right + wrong) if right + wrong else None,
             "recall": self.recall,
-            "recall_interval": wilson_interval(right, right + missed),
+            "recall_interval": wilson_interval(right, right + missed) if right + missed else None,
+            "f1": self.f1,
             "mean_start_error_s": None if not right else self.mean_start_error_s,
             "mean_end_error_s": None if not right else self.mean_end_error_s,
         }
@@ -293,15 +300,15 @@ def _assign(
 
 
 def _is_right(claim: RecognisedEvent, roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
-    return (
-        all(roles.get(role) == vehicle for role, vehicle in fact.roles.items())
-        and abs(claim.start_us - fact.start_us) <= TOLERANCE_US
-        and abs(claim.end_us - fact.end_us) <= TOLERANCE_US
-    )
+    if not all(roles.get(role) == vehicle for role, vehicle in fact.roles.items()):
+        return False
+    if not fact.countable:  # When it is may be what nobody can tell.
+        return claim.start_us <= fact.end_us + TOLERANCE_US and fact.start_us <= claim.end_us + TOLERANCE_US
+    return abs(claim.start_us - fact.start_us) <= TOLERANCE_US and abs(claim.end_us - fact.end_us) <= TOLERANCE_US
 
 
-def _share(part: int, whole: int) -> float:
-    return part / whole if whole else 1.0
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None
 
 
 def _mean_seconds(errors_us: Sequence[int]) -> float:

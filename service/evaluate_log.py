@@ -1,17 +1,22 @@
 """How good is this log? Read a run's events and cars, and score them against a scene's truth."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
+from dyknow.diagnostics import suggest
+from service.chronicle_files import chronicles_of
 from service.errors import TruthError
 from service.evaluate import (
     Evaluation,
     Positions,
     RecognisedEvent,
+    TrueEvent,
     evaluate_events,
     load_truth,
     positions_from_rows,
 )
 from service.queries import EventFilter, decode_event, iterate_events
+from service.records import RunRecord
 from service.store.log import EventLog, open_log
 
 
@@ -27,18 +32,27 @@ def evaluate_log(url: str, truth_folder: Path, *, event_type: str, run: str | No
     Raises
     ------
     LogError, TruthError
-        If the log, the run or the truth cannot be read.
+        If the log, the run or the truth cannot be read, or nobody knows the type.
     """
     truth, vehicles = load_truth(truth_folder)
     with open_log(url) as log:
         run_id = log.run(run).id
         recognised = load_events(log, run_id, event_type)
-        known = {event.type for event in truth}
-        if not recognised and event_type not in known:
-            raise TruthError(
-                f"event type: expected one of the truth's ({', '.join(sorted(known))}), got {event_type!r}"
-            )
+        if not recognised:
+            _check_type(event_type, log.run(run), truth)
         return evaluate_events(recognised, _car_positions(log, run_id), truth, vehicles, event_type=event_type)
+
+
+def _check_type(event_type: str, run: RunRecord, truth: Iterable[TrueEvent]) -> None:
+    """Refuse a type that nobody knows: all its scores would be those of a scene without such events."""
+    looked_for = {name for plan in chronicles_of(run).plans for name in (plan.name, *plan.produces)}
+    known = sorted(looked_for | {event.type for event in truth})
+    if event_type not in known:
+        hint = suggest(event_type, known)
+        raise TruthError(
+            f"event type: expected one that the run's chronicles or the truth have ({', '.join(known)}), "
+            f"got {event_type!r}{f'; {hint}' if hint.startswith('did') else ''}"
+        )
 
 
 def load_events(log: EventLog, run_id: str, event_type: str) -> list[RecognisedEvent]:

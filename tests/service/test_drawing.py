@@ -78,3 +78,36 @@ def test_box_is_drawn_in_the_colour_of_the_car_where_it_is() -> None:
 def test_colour_belongs_to_the_name_and_is_bright(name: str) -> None:
     assert colour_of(name) == colour_of(name)
     assert max(colour_of(name)) > 200
+
+
+def drawn_pixels(picture: np.ndarray, car: str = "car1") -> int:
+    return int((picture == np.array(colour_of(car), np.uint8)).all(axis=-1).sum())
+
+
+def test_predicted_car_has_a_dashed_box() -> None:
+    picture = np.zeros((100, 200, 3), np.uint8)
+    closed, dashed = (
+        draw_overlay(picture, OverlayReader([state(0, 10.0, linked=linked)], []).at(0), PIXEL_FROM_GROUND)
+        for linked in (True, False)
+    )
+    rows, columns = slice(35, 65), slice(75, 115)  # the box alone, without the name beside it
+    assert 0.3 < drawn_pixels(dashed[rows, columns]) / drawn_pixels(closed[rows, columns]) < 0.8
+
+
+def test_lost_view_is_said_and_no_car_drawn() -> None:
+    picture = np.zeros((100, 200, 3), np.uint8)
+    drawn = draw_overlay(picture, OverlayReader([state(0, 10.0)], []).at(0), None)
+    assert not drawn_pixels(drawn)
+    assert drawn[80:].any()
+    assert not drawn[:80].any()
+
+
+def test_what_is_behind_the_camera_is_left_out() -> None:
+    """An oblique camera whose horizon lies at x = 20 m."""
+    oblique = np.array([[10.0, 0.0, 0.0], [0.0, -10.0, 99.0], [-0.05, 0.0, 1.0]])
+    picture = np.zeros((100, 200, 3), np.uint8)
+    states = [state(0, 10.0), state(0, 40.0, car="car2"), state(SECOND, 40.0), state(SECOND, 10.0, car="car3")]
+    reader = OverlayReader(states, [])
+    assert not drawn_pixels(draw_overlay(picture, reader.at(0), oblique), "car2")
+    later = draw_overlay(picture, reader.at(SECOND), oblique)  # the trail of car1 goes to where nothing is seen
+    assert drawn_pixels(later, "car3")

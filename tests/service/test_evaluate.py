@@ -89,7 +89,8 @@ def test_time_errors_are_means_of_absolute_differences() -> None:
 
 def test_nothing_claimed_and_nothing_to_find_has_no_errors() -> None:
     result = evaluate_events([], CARS, [], VEHICLES, event_type="overtake")
-    assert (result.precision, result.recall) == (1.0, 1.0)
+    assert (result.precision, result.recall, result.f1) == (None, None, None)
+    assert result.as_record()["recall_interval"] is None
     assert math.isnan(result.mean_start_error_s)
     assert result.as_record()["mean_end_error_s"] is None
 
