@@ -40,16 +40,28 @@ def ask(template: Template, bound: Bound, moment: Moment, table: FormulaTable) -
     """
     key = (template, bound)
     found = moment.memo.get(key)
-    if found is None:
-        found = moment.memo[key] = _asked(template, bound, moment, table)
+    if found is not None:
+        moment.has_opened = moment.has_opened or key in moment.openers
+        return found
+    had_opened, moment.has_opened = moment.has_opened, False
+    found = moment.memo[key] = _asked(template, bound, moment, table)
+    if moment.has_opened:
+        moment.openers.add(key)
+    moment.has_opened = moment.has_opened or had_opened
     return found
 
 
 def progress(residual: Residual, moment: Moment, table: FormulaTable) -> Residual:
     """Take one more state: what is left of a residual after it?"""
     found = moment.memo.get(residual)
-    if found is None:
-        found = moment.memo[residual] = _progressed(residual, moment, table)
+    if found is not None:
+        moment.has_opened = moment.has_opened or residual in moment.openers
+        return found
+    had_opened, moment.has_opened = moment.has_opened, False
+    found = moment.memo[residual] = _progressed(residual, moment, table)
+    if moment.has_opened:
+        moment.openers.add(residual)
+    moment.has_opened = moment.has_opened or had_opened
     return found
 
 

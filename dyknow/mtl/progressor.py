@@ -12,7 +12,7 @@ from types import MappingProxyType
 from dyknow.mtl import progression
 from dyknow.mtl.automaton import Place, Step, Values, residual_at, verdict_of
 from dyknow.mtl.formula import Formula
-from dyknow.mtl.lull import Lull
+from dyknow.mtl.lull import Lull, leads_alike
 from dyknow.mtl.printer import print_formula
 from dyknow.mtl.residual import Known, Residual, is_timeless, next_end_us, size_of_residual
 from dyknow.mtl.residual_printer import formula_with_objects, print_residual
@@ -277,12 +277,25 @@ class Progressor:
 
     def _keep_lull(self, lull: Lull | None, values: Values, t_us: int, state: State) -> Verdict:
         """Progress, and remember the step if it would be the same at any other time before the next deadline."""
+        moment = self._shared.moment(t_us, state)
+        if lull is not None and self._generation != self._shared.table.generation:
+            # A step from a residual of an older generation would lead into this one, and never back to itself.
+            self._residual = self._adopted(lull.residual)
+            lull = self._shared.lull(self._template, self._residual)
+        moment.has_opened = False
         residual = self._progressed(t_us, state)
         after = self._shared.lull(self._template, residual)
-        if lull is not None and t_us < lull.until_us and not self._shared.moment(t_us, state).has_opened:
+        if (
+            lull is not None
+            and t_us < lull.until_us
+            and (not moment.has_opened or self._leads_alike(lull.residual, residual))
+        ):
             lull.edges[values] = after
         self._lull = after
         return self._keep(residual, t_us, self._residual)
+
+    def _leads_alike(self, before: Residual, after: Residual) -> bool:
+        return leads_alike(before, after, opens_in_order=self._shared.opens_in_order(self._template))
 
     def _keep(self, residual: Residual, t_us: int | None, before: Place | Residual | None) -> Verdict:
         self._before, self._residual, self._t_us = before, residual, t_us

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dyknow.mtl.automaton import Automaton, automaton_of
-from dyknow.mtl.lull import Lull
+from dyknow.mtl.lull import Lull, opens_in_order
 from dyknow.mtl.moment import Moment
 from dyknow.mtl.residual import Residual
 from dyknow.mtl.states import State
@@ -21,13 +21,14 @@ class SharedWork:
     least_kept : how many residuals the table always remembers.
     """
 
-    __slots__ = ("_automata", "_generation", "_lulls", "_moment", "_remembers", "table", "templates")
+    __slots__ = ("_automata", "_generation", "_lulls", "_moment", "_opens_in_order", "_remembers", "table", "templates")
 
     def __init__(self, *, remembers: bool = True, least_kept: int = 10_000) -> None:
         self.table = FormulaTable(least_kept)
         self.templates = TemplateMaker()
         self._automata: dict[Template, Automaton | None] = {}
         self._lulls: dict[tuple[Template, Residual], Lull] = {}
+        self._opens_in_order: dict[Template, bool] = {}
         self._generation = 0
         self._remembers = remembers
         self._moment: Moment | None = None
@@ -49,6 +50,13 @@ class SharedWork:
         found = self._lulls.get((template, residual))
         if found is None:
             found = self._lulls[template, residual] = Lull(residual)
+        return found
+
+    def opens_in_order(self, template: Template) -> bool:
+        """Tell whether a formula opens its windows in the order in which they end; see `dyknow.mtl.lull`."""
+        found = self._opens_in_order.get(template)
+        if found is None:
+            found = self._opens_in_order[template] = opens_in_order(template)
         return found
 
     def moment(self, t_us: int, state: State) -> Moment:
