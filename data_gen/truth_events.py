@@ -2,57 +2,35 @@
 
 With s the centre's coordinate along the road in the direction of travel, g = s_a - s_b and h half the sum of the
 lengths, a pair is *behind* (g < -h), *overlapping* (|g| <= h) or *ahead* (g > h). An overlap that is entered from
-behind and left ahead is an overtake of b by a; left behind again it is an aborted one; a `pass` if b was not faster
-than 2 m/s all through the overlap. The core interval runs from the first step of the overlap to the first one after it.
+behind and left ahead is a `pass` of b by a if a was faster than 2 m/s all through it, and an `overtake` as well if b
+was; left behind again it is an `aborted_overtake`. The core interval runs from the first step of the overlap to the
+first one after it.
 
-An event is countable only if both centres are in view from 1 s before to 1 s after the core. The others are kept with
-the reason: finding them is no mistake and missing them neither. What happened wholly out of view is left out, and
-so is a pair that comes together or parts while side by side.
+An event is countable only if both centres are in view from 1 s before to 1 s after the core, and if no speed came
+within 0.5 m/s of the one that decides and no distance within 1 m. The others are kept with the reason: finding them is
+no mistake and missing them neither. What happened wholly out of view is left out, and so is a pair that comes together
+or parts while side by side.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data_gen.motion import Motion, PairRun, pair_runs
+from data_gen.states import FloatArray
+from data_gen.truth_event import MARGIN_US, ROLES, TruthEvent, in_order, reasons_out_of_view, rows_around
 from data_gen.view import BoolArray
 
-EventType = Literal["overtake", "aborted_overtake", "pass"]
+__all__ = ["ROLES", "TruthEvent", "find_events"]
 
-ROLES: Mapping[EventType, tuple[str, str]] = MappingProxyType(
-    {
-        "overtake": ("overtaker", "overtaken"),
-        "aborted_overtake": ("overtaker", "overtaken"),
-        "pass": ("passer", "passed"),
-    }
-)
-"""Role of the vehicle that comes from behind, and of the other one."""
-
-MARGIN_US = 1_000_000
 STANDING_MPS = 2.0
-
-
-@dataclass(frozen=True, slots=True)
-class TruthEvent:
-    """Something that a vehicle did to another one."""
-
-    type: EventType
-    actor: str
-    """The vehicle that comes from behind."""
-    other: str
-    start_us: int
-    """Core interval, half-open."""
-    end_us: int
-    manoeuvre_start_us: int | None
-    """When the actor's centre left the other's lane; None if that was before the clip or never."""
-    manoeuvre_end_us: int | None
-    """When it was back in that lane; None if that is after the clip or never."""
-    countable: bool
-    why_not_countable: str | None
+NEARLY_MPS = 0.5
+"""A speed that comes so near to the one that decides leaves open what an observer calls it."""
+NEARLY_M = 1.0
+"""So does an overlap, or a distance after it, that is shorter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +42,14 @@ class _Overlap:
     before: int | None
     """-1 behind, +1 ahead, None where the run starts inside the overlap."""
     after: int | None
+    clear_m: float
+    """How far apart the bodies get along the road, before and after it; the smaller of the two."""
+    depth_m: float
+    """How far the bodies come to overlap."""
 
 
 def find_events(motion: Motion, visible: BoolArray) -> tuple[TruthEvent, ...]:
-    """Find every event of which at least a part is in view.
+    """Find every overtake, aborted overtake and pass of which at least a part is in view.
 
     Parameters
     ----------
@@ -76,15 +58,14 @@ def find_events(motion: Motion, visible: BoolArray) -> tuple[TruthEvent, ...]:
 
     Returns
     -------
-    Events by start, actor and other.
+    Events by start, vehicles and type.
     """
-    events = [
+    return in_order(
         event
         for run in pair_runs(motion)
         for overlap in _overlaps(run)
-        if (event := _event(motion, visible, run, overlap)) is not None
-    ]
-    return tuple(sorted(events, key=lambda event: (event.start_us, event.actor, event.other)))
+        for event in _events(motion, visible, run, overlap)
+    )
 
 
 def _overlaps(run: PairRun) -> Iterator[_Overlap]:
@@ -94,37 +75,59 @@ def _overlaps(run: PairRun) -> Iterator[_Overlap]:
         if phase[start] == 0:
             before = int(phase[start - 1]) if start > 0 else None
             after = int(phase[end]) if end < len(phase) else None
-            yield _Overlap(start, end, before, after)
+            free_m = np.abs(run.gap_m) - run.reach_m
+            clear_m = min(_farthest(free_m, phase, start - 1, -1), _farthest(free_m, phase, end, 1))
+            yield _Overlap(start, end, before, after, clear_m, -float(free_m[start:end].min()))
 
 
-def _event(motion: Motion, visible: BoolArray, run: PairRun, overlap: _Overlap) -> TruthEvent | None:
+def _farthest(free_m: FloatArray, phase: NDArray[np.int_], step: int, way: int) -> float:
+    """Give the largest distance while the phase lasts, from a step forwards or backwards; no limit where it is none."""
+    rest = phase[step::way] if 0 <= step < len(phase) else phase[:0]
+    if not len(rest):
+        return np.inf
+    other = np.flatnonzero(rest != rest[0])
+    return float(free_m[step::way][: other[0] if len(other) else len(rest)].max())
+
+
+def _events(motion: Motion, visible: BoolArray, run: PairRun, overlap: _Overlap) -> Iterator[TruthEvent]:
     actor, other = _actor_first(run, overlap)
     by_clip = _reaches_clip_ends(motion, run)
     # Where a pair comes together or parts side by side (a slip road, a turn), nobody has overtaken.
     cut_by_road = (overlap.before is None and not by_clip[0]) or (overlap.after is None and not by_clip[1])
     if actor is None or other is None or cut_by_road:
-        return None
+        return
     steps = slice(run.first_step + overlap.start, run.first_step + overlap.end)
     # A run that ends inside the overlap has no step after it: the core ends with the last step seen.
     end_step = min(steps.stop, run.first_step + len(run.gap_m) - 1)
     core_us = (int(motion.t_us[steps.start]), int(motion.t_us[end_step]))
-    seen = _visibility(motion, visible, (actor, other), core_us)
+    seen = visible[rows_around(motion.t_us, *core_us), :][:, [actor, other]]
     if not seen.any():
-        return None
-    event_type = _event_type(motion, other, overlap, steps)
-    reasons = _cut_short(motion, run, overlap, core_us) + _out_of_view(seen, ROLES[event_type])
+        return
+    cut_short = _cut_short(motion, run, overlap, core_us)
+    nearly = _nearly_none(overlap)
     leave_us, return_us = _manoeuvre(motion, actor, other, steps.start)
-    return TruthEvent(
-        type=event_type,
-        actor=motion.ids[actor],
-        other=motion.ids[other],
-        start_us=core_us[0],
-        end_us=core_us[1],
-        manoeuvre_start_us=leave_us,
-        manoeuvre_end_us=return_us,
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-    )
+    for event_type, unclear in _types(motion, (actor, other), overlap, steps):
+        reasons = [*cut_short, *reasons_out_of_view(seen, ROLES[event_type], "core"), *unclear, *nearly]
+        yield TruthEvent(
+            type=event_type,
+            vehicles=(motion.ids[actor], motion.ids[other]),
+            start_us=core_us[0],
+            end_us=core_us[1],
+            countable=not reasons,
+            why_not_countable="; ".join(reasons) or None,
+            manoeuvre_start_us=leave_us,
+            manoeuvre_end_us=return_us,
+        )
+
+
+def _nearly_none(overlap: _Overlap) -> list[str]:
+    """Say what hangs on less than a metre."""
+    reasons: list[str] = []
+    if overlap.clear_m < NEARLY_M:
+        reasons.append("the two are hardly clear of each other before or after it")
+    if overlap.before == overlap.after and overlap.depth_m < NEARLY_M:
+        reasons.append("the two hardly overlap")
+    return reasons
 
 
 def _actor_first(run: PairRun, overlap: _Overlap) -> tuple[int | None, int | None]:
@@ -135,16 +138,15 @@ def _actor_first(run: PairRun, overlap: _Overlap) -> tuple[int | None, int | Non
     return (run.a, run.b) if came_from_behind < 0 else (run.b, run.a)
 
 
-def _event_type(motion: Motion, other: int, overlap: _Overlap, steps: slice) -> EventType:
-    if overlap.before is not None and overlap.before == overlap.after:
-        return "aborted_overtake"
-    return "pass" if motion.speed_mps[steps, other].min() <= STANDING_MPS else "overtake"
-
-
-def _visibility(motion: Motion, visible: BoolArray, pair: tuple[int, int], core_us: tuple[int, int]) -> BoolArray:
-    """Cut out (steps, 2): actor and other, from 1 s before to 1 s after the core as far as the clip goes."""
-    first, last = np.searchsorted(motion.t_us, (core_us[0] - MARGIN_US, core_us[1] + MARGIN_US))
-    return np.asarray(visible[first : last + 1, list(pair)], dtype=np.bool_)
+def _types(motion: Motion, pair: tuple[int, int], overlap: _Overlap, steps: slice) -> Iterator[tuple[str, list[str]]]:
+    """Tell what an overlap is, and for each what leaves it open."""
+    slowest_mps: FloatArray = motion.speed_mps[steps, :][:, list(pair)].min(axis=0)
+    fell_back = overlap.before is not None and overlap.before == overlap.after
+    for event_type, asked in (("aborted_overtake", 2),) if fell_back else (("pass", 1), ("overtake", 2)):
+        moving = list(zip(ROLES[event_type], slowest_mps.tolist(), strict=True))[:asked]
+        if all(speed_mps > STANDING_MPS - NEARLY_MPS for _, speed_mps in moving):
+            nearly = [role for role, speed_mps in moving if speed_mps <= STANDING_MPS + NEARLY_MPS]
+            yield event_type, [f"the {role} is at about {STANDING_MPS:g} m/s" for role in nearly]
 
 
 def _reaches_clip_ends(motion: Motion, run: PairRun) -> tuple[bool, bool]:
@@ -165,14 +167,6 @@ def _cut_short(motion: Motion, run: PairRun, overlap: _Overlap, core_us: tuple[i
     elif core_us[1] + MARGIN_US > run_us[1]:
         reasons.append(f"{last} ends less than 1 s after the core")
     return reasons
-
-
-def _out_of_view(seen: BoolArray, roles: tuple[str, str]) -> list[str]:
-    return [
-        f"the {role} is not in view from 1 s before to 1 s after the core"
-        for column, role in enumerate(roles)
-        if not seen[:, column].all()
-    ]
 
 
 def _manoeuvre(motion: Motion, actor: int, other: int, start: int) -> tuple[int | None, int | None]:

@@ -29,12 +29,14 @@ from service.cli.run_examples import run_examples
 from service.cli.serve import serve
 from service.cli.streams import streams
 from service.cli.tracks import tracks
+from service.cli.trajectories import trajectories
 from service.errors import QueryError, RunBusyError
 
 # A new command: write its function in its own module and add it here; the order is that of `dyknow --help`.
 COMMANDS: Mapping[str, Callable[..., None]] = {
     "demo": demo,
     "generate": generate,
+    "trajectories": trajectories,
     "process": process,
     "events": events,
     "tracks": tracks,

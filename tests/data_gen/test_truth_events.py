@@ -29,9 +29,11 @@ def events_of(gap_m: FloatArray, *, b: Track | None = None, visible: BoolArray |
     return find_events(motion, everywhere(motion) if visible is None else visible)
 
 
-def test_a_pair_that_swaps_places_is_one_countable_overtake() -> None:
+def test_a_pair_that_swaps_places_is_one_countable_overtake_and_pass() -> None:
     gap_m = gap(-20, 20)
-    (event,) = events_of(gap_m)
+    event, passing = events_of(gap_m)
+    assert (passing.type, passing.start_us, passing.end_us) == ("pass", event.start_us, event.end_us)
+    assert passing.roles == {"passer": "a", "passed": "b"}
     assert (event.type, event.actor, event.other, event.countable) == ("overtake", "a", "b", True)
     assert event.start_us == int(np.argmax(gap_m >= -4)) * STEP_US
     assert event.end_us == int(np.argmax(gap_m > 4)) * STEP_US
@@ -43,7 +45,7 @@ def test_falling_back_out_of_the_overlap_is_an_aborted_overtake() -> None:
 
 
 def test_wavering_inside_the_overlap_does_not_split_an_overtake() -> None:
-    assert [event.type for event in events_of(gap(-20, 3, -3, 20))] == ["overtake"]
+    assert [event.type for event in events_of(gap(-20, 3, -3, 20))] == ["overtake", "pass"]
 
 
 def test_driving_behind_is_no_event() -> None:
@@ -59,9 +61,25 @@ def test_a_standing_vehicle_is_passed_not_overtaken() -> None:
     assert (event.type, event.countable) == ("pass", True)
 
 
+def test_creeping_past_a_queue_is_nothing() -> None:
+    motion = motion_of({"a": Track(B_M + gap(-20, 20), speed_mps=1.0), "b": Track(B_M, speed_mps=1.0)})
+    assert find_events(motion, everywhere(motion)) == ()
+
+
+def test_an_overtaken_at_about_the_speed_of_standing_leaves_the_overtake_open() -> None:
+    overtake, passing = events_of(gap(-20, 20), b=Track(B_M, speed_mps=2.3))
+    assert (overtake.type, overtake.why_not_countable) == ("overtake", "the overtaken is at about 2 m/s")
+    assert (passing.type, passing.countable) == ("pass", True)
+
+
 def test_two_overtakes_of_one_pair_are_both_found() -> None:
     events = events_of(gap(-20, 20, -20, 20))
-    assert [(event.type, event.actor) for event in events] == [("overtake", "a"), ("overtake", "b"), ("overtake", "a")]
+    overtakes = [event for event in events if event.type != "pass"]
+    assert [(event.type, event.actor) for event in overtakes] == [
+        ("overtake", "a"),
+        ("overtake", "b"),
+        ("overtake", "a"),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +93,7 @@ def test_two_overtakes_of_one_pair_are_both_found() -> None:
     ],
 )
 def test_a_core_cut_by_the_clip_does_not_count(gap_m: FloatArray, actor: str, reason: str) -> None:
-    (event,) = events_of(gap_m)
+    event, _ = events_of(gap_m)
     assert (event.type, event.actor, event.countable) == ("overtake", actor, False)
     assert event.why_not_countable == reason
 
@@ -87,7 +105,7 @@ def test_an_overlap_without_a_seen_end_is_nobodys_overtake() -> None:
 def test_a_pair_in_view_only_during_the_core_does_not_count() -> None:
     gap_m = gap(-20, 20)
     visible = np.column_stack((np.abs(gap_m) <= 4, np.ones(STEPS, dtype=np.bool_)))
-    (event,) = events_of(gap_m, visible=visible)
+    event, _ = events_of(gap_m, visible=visible)
     assert not event.countable
     assert event.why_not_countable == "the overtaker is not in view from 1 s before to 1 s after the core"
 
@@ -108,14 +126,14 @@ def test_the_manoeuvre_runs_from_leaving_the_lane_to_being_back() -> None:
     gap_m = gap(-20, 20)
     motion = motion_of({"a": Track(B_M + gap_m), "b": Track(B_M)})
     motion.lane[50:170, 0] = 1
-    (event,) = find_events(motion, everywhere(motion))
+    event, _ = find_events(motion, everywhere(motion))
     assert (event.manoeuvre_start_us, event.manoeuvre_end_us) == (50 * STEP_US, 170 * STEP_US)
 
 
 def test_a_manoeuvre_that_began_before_the_clip_has_no_start() -> None:
     motion = motion_of({"a": Track(B_M + gap(-20, 20)), "b": Track(B_M)})
     motion.lane[:, 0] = 1
-    (event,) = find_events(motion, everywhere(motion))
+    event, _ = find_events(motion, everywhere(motion))
     assert (event.manoeuvre_start_us, event.manoeuvre_end_us) == (None, None)
 
 
@@ -144,9 +162,13 @@ def _oracle_pair(motion: Motion, a: int, b: int) -> set[tuple[str, str, str, int
             standing |= motion.speed_mps[step, b] <= 2
         else:
             if start >= 0:
-                kind = "aborted_overtake" if gap_m < 0 else "pass" if standing else "overtake"
+                kinds = ["aborted_overtake"] if gap_m < 0 else ["pass", "overtake"]
+                if standing:
+                    kinds = [kind for kind in kinds if kind == "pass"]
+                if motion.speed_mps[step, a] <= 2:
+                    kinds = []
                 core_us = (start * STEP_US, step * STEP_US)
-                found.add((kind, motion.ids[a], motion.ids[b], *core_us))
+                found |= {(kind, motion.ids[a], motion.ids[b], *core_us) for kind in kinds}
             was_behind, start = gap_m < 0, -1
     return found
 

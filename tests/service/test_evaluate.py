@@ -53,6 +53,11 @@ def test_more_than_two_seconds_off_is_wrong_and_missed() -> None:
     assert counts([claim("car1", "car2", 4.1, 7)], [fact("a", "b", 2, 5)]) == (0, 0, 1, 1)
 
 
+def test_what_overlaps_border_truth_is_border_however_long_it_lasts() -> None:
+    assert counts([claim("car1", "car2", 4.1, 9)], [fact("a", "b", 2, 5, countable=False)]) == (0, 1, 0, 0)
+    assert counts([claim("car1", "car2", 7.1, 9)], [fact("a", "b", 2, 5, countable=False)]) == (0, 0, 1, 0)
+
+
 def test_swapped_roles_are_wrong() -> None:
     assert counts([claim("car2", "car1", 2, 5)], [fact("a", "b", 2, 5)]) == (0, 0, 1, 1)
 
