@@ -14,8 +14,8 @@ from gis.errors import GisError
 from gis.road_network import RoadNetwork
 from service.detection_input import DetectionInput, detection_vision, open_detections
 from service.detectors import (
-    DetectorChoice,
     FileChoice,
+    MotionChoice,
     OnnxChoice,
     check_against,
     choose_detector,
@@ -32,8 +32,10 @@ from service.watched_area import watched_area
 from vision.adapter import Vision
 from vision.box_detector import BoxDetector
 from vision.errors import VisionError
-from vision.fixed_camera import FixedCameraVision
+from vision.fixed_camera import FixedCameraVision, VisionSettings
 from vision.frames import Frame, VideoSource, open_video
+from vision.fused_camera import FixedView, FusedCameraVision, thermal_settings
+from vision.lanes import LaneStrip
 from vision.onnx_detector import OnnxDetector
 from vision.scale import estimate_scale, image_plane
 from vision.stored_detections import StoredDetections
@@ -44,6 +46,14 @@ TRAJECTORY_SUFFIXES = (".csv",)
 HASHED_BLOCK_BYTES = 1 << 20
 SCALE_SPAN_US = 10_000_000
 SCALE_STEP_US = 500_000
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalVideo:
+    """A thermal video, and where its camera looks."""
+
+    video: VideoSource
+    view: FixedView
 
 
 @dataclass(slots=True)
@@ -58,6 +68,8 @@ class VideoInput:
     warnings : what the user should know about how the input is read.
     detector, detector_files : what looks at the frames, in words, and the files that it depends on.
     boxes : finds vehicles without knowing the road; None for the built-in detector.
+    thermal : a second video for the built-in detector to look at; None if there is none.
+    is_thermal : whether the video itself is thermal, and therefore coarse.
     """
 
     path: Path
@@ -70,6 +82,8 @@ class VideoInput:
     detector: str = "motion"
     detector_files: tuple[Path, ...] = ()
     boxes: BoxDetector[Frame] | None = None
+    thermal: ThermalVideo | None = None
+    is_thermal: bool = False
     kind: InputKind = "video"
 
     @property
@@ -102,8 +116,13 @@ class VideoInput:
         size_px = (self.video.width_px, self.video.height_px)
         if self.boxes is not None:
             return detection_vision(self.boxes, self.ground_camera, self.motion, self.area_m, size_px)
+        lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
+        if self.thermal is not None:
+            colour = FixedView(self.ground_camera.pixel_from_ground, size_px)
+            return FusedCameraVision(colour, self.thermal.view, self.thermal.video, self.area_m, lanes=lanes)
         if self.motion is None:
-            return FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px)
+            settings = thermal_settings(VisionSettings()) if self.is_thermal else None
+            return FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px, settings, lanes=lanes)
         return moving_vision(self.ground_camera, self.motion, self.area_m, size_px, has_roads=self.network is not None)
 
     def __iter__(self) -> Iterator[tuple[int, Frame]]:
@@ -185,7 +204,30 @@ def open_input(
         raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
     if path.suffix.lower() in TRAJECTORY_SUFFIXES:
         raise InputError(f"{path}: expected a video for the detector {detector!r}, got trajectories")
+    if isinstance(choice, MotionChoice):
+        return _with_channels(path, site, choice)
     return _with_detector(_open_video(path, site), choice)
+
+
+def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:
+    """Open what the built-in detector is to look at: the video, the thermal one beside it, or both."""
+    thermal = site.thermal if site else None
+    if choice.channels == "thermal":
+        if site is None or thermal is None:
+            raise InputError(f"{path}: expected a [camera.thermal] in the site file for motion:thermal, got none")
+        # Poses and masks are those of the colour camera.
+        motion = None if site.motion is None else Motion(None, site.motion.reach_m)
+        alone = replace(site, camera=thermal.camera, motion=motion, road_mask=None)
+        return replace(_open_video(thermal.video, alone), detector=describe(choice), is_thermal=True)
+    source = _open_video(path, site)
+    if choice.channels == "colour" or thermal is None:
+        return replace(source, detector=describe(MotionChoice("colour") if thermal else choice))
+    if source.motion is not None:
+        warning = f"{path.name}: the camera moves, so the thermal video beside it is not looked at"
+        return replace(source, detector="motion:colour", warnings=(*source.warnings, warning))
+    video = open_video(thermal.video)
+    view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px))
+    return replace(source, thermal=ThermalVideo(video, view), detector="motion:both")
 
 
 def _open_video(path: Path, site: Site | None) -> VideoInput:
@@ -202,13 +244,13 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
     return _without_camera(path, video, network)
 
 
-def _with_detector(source: VideoInput, choice: DetectorChoice) -> VideoInput:
+def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
     """Load the detector, so that nothing is written before it is known to work."""
     warnings: tuple[str, ...] = ()
-    boxes: OnnxDetector | StoredDetections | None = None
+    boxes: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
         boxes = choice.open((source.video.width_px, source.video.height_px))
-    elif isinstance(choice, FileChoice):
+    else:
         boxes = choice.open()
         warnings = check_against(boxes, choice.path, source.frame_count)
     return replace(

@@ -208,10 +208,13 @@ def _every(period_s: float) -> "Callable[[], bool]":
 
 
 def _rates(progress: "Progress") -> str:
-    return (
-        f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, "
-        f"{progress.cars} cars, {progress.events} events"
-    )
+    return f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, {_found(progress)}"
+
+
+def _found(progress: "Progress") -> str:
+    """Say what was found; that nothing was is not known of what a text of streams does not record."""
+    counts = (("cars", progress.cars), ("events", progress.events))
+    return ", ".join(f"{name} not recorded" if count is None else f"{count} {name}" for name, count in counts)
 
 
 def _progress_record(progress: "Progress") -> dict[str, object]:
@@ -260,7 +263,7 @@ def print_summary(summary: "RunSummary", log: str) -> None:
         print(f"warning: {warning}", file=sys.stderr)
     print(
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
-        f"({progress.real_time_factor:.1f}x real time): {progress.cars} cars, {progress.events} events"
+        f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"
     )
     print(f"cost per frame: {', '.join(_costs(summary))}")
     print(f"ask for them:   dyknow events {log}")

@@ -1,0 +1,194 @@
+"""Which detector looks at the input? Its name on the command line or in the site file, and what it needs besides.
+
+``motion`` is the built-in one, which fuses the colour and the thermal video where a site has both; ``motion:colour``
+and ``motion:thermal`` look at one of them. ``onnx:PATH`` is a trained network, ``file:PATH`` a file of detections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from service.errors import InputError
+from vision.box_detector import BoxDetector, Instant
+from vision.detection_files import ReadingRules, read_detections
+from vision.frames import Frame
+from vision.onnx_detector import OnnxDetector
+from vision.onnx_settings import OnnxSettings, read_onnx_settings
+from vision.stored_detections import StoredDetections
+
+Channels = Literal["both", "colour", "thermal"]
+GRAMMAR = "motion, motion:colour, motion:thermal, onnx:PATH or file:PATH"
+_CHANNELS: Mapping[str, Channels] = {"": "both", "colour": "colour", "thermal": "thermal"}
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionDetails:
+    """What a site file says about detectors besides which one is meant; see docs/detectors.md.
+
+    Attributes
+    ----------
+    use : the detector, in the words of the command line; empty for the motion detector.
+    classes, score_threshold : for a file of detections, as `ReadingRules`.
+    rate_hz, size_px : frames a second and size of the picture, for a file of detections that stands alone.
+    """
+
+    use: str = ""
+    classes: Mapping[int, str] = field(default_factory=dict)
+    score_threshold: float = 0.25
+    rate_hz: float | None = None
+    size_px: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MotionChoice:
+    """The built-in detector, on the channels to look at."""
+
+    channels: Channels = "both"
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it depends on."""
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class OnnxChoice:
+    """A trained network: its weights, and the TOML beside them that describes it."""
+
+    weights: Path
+    settings: OnnxSettings
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it depends on."""
+        return self.weights, _description(self.weights)
+
+    def open(self, size_px: tuple[int, int]) -> OnnxDetector:
+        """Load the network for frames of a size.
+
+        Raises
+        ------
+        VisionError
+            If it cannot be used.
+        """
+        return OnnxDetector(self.weights, self.settings, size_px)
+
+
+@dataclass(frozen=True, slots=True)
+class FileChoice:
+    """A file of detections, and how it is read."""
+
+    path: Path
+    rules: ReadingRules
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it depends on."""
+        return (self.path,)
+
+    def open(self) -> StoredDetections:
+        """Read the file.
+
+        Raises
+        ------
+        VisionError
+            If it cannot be used.
+        """
+        return read_detections(self.path, self.rules)
+
+
+DetectorChoice = MotionChoice | OnnxChoice | FileChoice
+
+
+def choose_detector(
+    wanted: str | None,
+    details: DetectionDetails | None,
+    *,
+    folder: Path,
+    columns: Mapping[str, str] | None = None,
+) -> DetectorChoice:
+    """Choose the detector: that of the command line, else that of the site file, else motion.
+
+    Parameters
+    ----------
+    wanted : from the command line, with a path relative to the working directory; None if nothing was said.
+    details : from the site file.
+    folder : of the site file, to which its paths are relative.
+    columns : our column names to those of a file of detections.
+
+    Raises
+    ------
+    InputError
+        If it is no detector that there is.
+    VisionError
+        If the description of a network cannot be used.
+    """
+    details = details if details is not None else DetectionDetails()
+    text = wanted if wanted is not None else details.use or "motion"
+    where = "--detector" if wanted is not None else "[detector] use"
+    kind, colon, what = text.partition(":")
+    if kind == "motion" and what in _CHANNELS and bool(colon) == bool(what):
+        return MotionChoice(_CHANNELS[what])
+    if kind not in ("onnx", "file") or not what:
+        raise InputError(f"{where}: expected {GRAMMAR}, got {text!r}")
+    path = Path(what) if wanted is not None else folder / what
+    if not path.is_file():
+        raise InputError(f"{where}: expected the path of a file, got {what!r}, and there is no {path}")
+    if kind == "onnx":
+        return OnnxChoice(path, read_onnx_settings(_description(path)))
+    return FileChoice(path, ReadingRules(columns or {}, details.classes, details.score_threshold))
+
+
+def _description(weights: Path) -> Path:
+    """Return the path of the TOML that lies beside weights."""
+    return weights.with_suffix(".toml")
+
+
+def describe(choice: DetectorChoice, opened: BoxDetector[Frame] | BoxDetector[Instant] | None = None) -> str:
+    """Say in words which detector ran, for the log.
+
+    Examples
+    --------
+    >>> describe(MotionChoice())
+    'motion'
+    """
+    if isinstance(choice, MotionChoice):
+        return "motion" if choice.channels == "both" else f"motion:{choice.channels}"
+    if isinstance(choice, FileChoice):
+        return f"file:{choice.path.name}"
+    runtime = f" ({opened.runtime})" if isinstance(opened, OnnxDetector) else ""
+    return f"onnx:{choice.weights.name}{runtime}"
+
+
+def check_against(stored: StoredDetections, path: Path, frame_count: int | None) -> tuple[str, ...]:
+    """Warn of detections that no frame of a video can take up.
+
+    Raises
+    ------
+    InputError
+        If none can.
+    """
+    if len(stored) == 0:
+        return (f"{path.name}: no detection is left to read; no vehicle will be seen",)
+    if not stored.is_by_frame or not frame_count:
+        return ()
+    late = stored.count_after(frame_count)
+    if late == len(stored):
+        raise InputError(f"{path}: expected detections in the {frame_count} frames of the video, got all of them later")
+    return (f"{path.name}: {late} of {len(stored)} detections lie past the video's end",) if late else ()
+
+
+def alone_size(details: DetectionDetails, path: Path) -> tuple[int, int]:
+    """Tell the size of the picture that a file of detections was made from.
+
+    Raises
+    ------
+    InputError
+        If the site file does not say.
+    """
+    if details.size_px is None:
+        raise InputError(f"{path}: expected size_px in [detector] for boxes in pixels without a video, got none")
+    return details.size_px
