@@ -18,7 +18,7 @@ from vision.boxes import Boxes
 from vision.frames import ByteArray
 from vision.rectify import RoadCells, RoadImage
 from vision.settings import VisionSettings
-from vision.startup import empty_road, holds_vehicle, noise_of, strange
+from vision.startup import USUAL_LEVELS, empty_road, holds_vehicle, noise_of, strange, usual_colour
 
 BoolArray = NDArray[np.bool_]
 
@@ -31,6 +31,9 @@ GAIN_MIN_LEVEL = 40.0
 # The second is stricter: a marking under a dark car has edges too, and a car taken for a ghost is lost.
 OBJECT_RATIO = 1.3
 GHOST_RATIO = 2.0
+# Where one of picture and background shows plain road and the other does not, that settles it: if at least this part of
+# the box is so, and this many times more of it than the other way round.
+PLAIN_SHARE, PLAIN_RATIO = 0.15, 2.0
 # Differences are handed on as multiples of a cell's threshold, this being 1.
 AT_THRESHOLD = 20
 # Shadow leaves this part of the light, and changes the colour by few levels.
@@ -179,7 +182,8 @@ class Background:
 
         Returns
         -------
-        (packed_size,) 1 where the frame is darker by a plausible factor and of the same colour.
+        (packed_size,) how many per cent of the light are left, where that is plausible for a shadow and the colour is
+        the same; else 0.
         """
         lit = self._shown[0].astype(np.float32) - np.float32(BLACK_LEVEL)
         seen = image.planes[0].astype(np.float32) - np.float32(BLACK_LEVEL)
@@ -188,7 +192,7 @@ class Background:
         colour = self._shown[1:].astype(np.float32) - NO_COLOUR
         difference = np.abs(image.planes[1:].astype(np.float32) - NO_COLOUR - light * colour).max(axis=0)
         is_darker = (light > SHADE_DEEPEST) & (light < SHADE_LIGHTEST)
-        return np.asarray(is_darker & (difference <= SHADE_CHROMA), np.uint8)
+        return np.asarray(np.where(is_darker & (difference <= SHADE_CHROMA), 100 * light, 0.0), np.uint8)
 
     def learn(self, image: RoadImage, foreground: ByteArray, objects: Boxes, is_real: BoolArray) -> None:
         """Bring the background up to date, every `background_period_us`.
@@ -241,7 +245,8 @@ class Background:
         """Tell standing objects from ghosts: whose outline is it, the picture's or the background's?
 
         Where a car that was learned as background drives away, the bare road stands out just like a parked car
-        would; but then the edges around it are in the background and not in the picture.
+        would; but then it is the picture that has the usual colour of the road, and the edges around it are in the
+        background and not in the picture.
 
         Parameters
         ----------
@@ -253,23 +258,40 @@ class Background:
         (n,) 1 object, -1 ghost, 0 undecided.
         """
         present, learned = (self._raster.unpack(luma) for luma in (image.planes[0], self._shown[0]))
+        reveals, hides = (self._raster.unpack(cells) for cells in self._plain_road(image))
         verdicts = np.zeros(len(boxes), np.int8)
         for i, corners in enumerate(boxes.corners()):
-            window, ring = self._outline(corners)
-            seen, known = (_edge_strength(luma[window], ring) for luma in (present, learned))
-            verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
+            window, ring, inside = self._outline(corners)
+            verdicts[i] = _verdict_by_colour(reveals[window][inside], hides[window][inside])
+            if verdicts[i] == 0:
+                seen, known = (_edge_strength(luma[window], ring) for luma in (present, learned))
+                verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
         return verdicts
 
-    def _outline(self, corners: NDArray[np.float64]) -> tuple[tuple[slice, slice], BoolArray]:
-        """Mark the border of a box, in a window around it."""
+    def _plain_road(self, image: RoadImage) -> tuple[ByteArray, ByteArray]:
+        """Mark cells in which only the picture has the usual colour of the road, and in which only the background has.
+
+        Two packed arrays of 1 and 0.
+        """
+        usual = usual_colour(self._planes, self._road)[:, None]
+        present = self._in_reference_light(image.planes)
+        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= USUAL_LEVELS for one in (present, self._planes))
+        differs = self._road & (np.abs(present - self._planes).max(axis=0) > self._settings.least_difference)
+        reveals, hides = differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
+        return reveals.astype(np.uint8), hides.astype(np.uint8)
+
+    def _outline(self, corners: NDArray[np.float64]) -> tuple[tuple[slice, slice], BoolArray, BoolArray]:
+        """Mark the border and the inside of a box, in a window around it."""
         cells = np.rint(self._raster.grid.to_cells(corners)).astype(np.int32)
         rows, columns = self._raster.grid.shape
         left, top = np.clip(cells.min(axis=0) - 3, 0, [columns - 1, rows - 1])
         right, bottom = np.clip(cells.max(axis=0) + 4, 1, [columns, rows])
-        ring = np.zeros((max(bottom - top, 1), max(right - left, 1)), np.uint8)
-        cv2.polylines(ring, [cells - np.array([left, top], np.int32)], True, (1,), thickness=3)
+        ring, inside = np.zeros((2, max(bottom - top, 1), max(right - left, 1)), np.uint8)
+        shape = [cells - np.array([left, top], np.int32)]
+        cv2.polylines(ring, shape, True, (1,), thickness=3)
+        cv2.fillPoly(inside, shape, (1,))
         window = slice(top, top + ring.shape[0]), slice(left, left + ring.shape[1])
-        return window, (ring > 0) & self._raster.road[window]
+        return window, (ring > 0) & self._raster.road[window], (inside > 0) & self._raster.road[window]
 
     def _follow_light(self, luma: ByteArray) -> None:
         """Measure the gain on a fixed sample of cells; a median does not mind the vehicles among them."""
@@ -296,6 +318,14 @@ class Background:
 
     def _show(self) -> None:
         np.rint(self._planes, out=self._shown, casting="unsafe")
+
+
+def _verdict_by_colour(reveals: ByteArray, hides: ByteArray) -> int:
+    """Say 1 for an object, -1 for a ghost, 0 for undecided, by the cells inside a box."""
+    revealed, hidden = int(reveals.sum()), int(hides.sum())
+    if max(revealed, hidden) < PLAIN_SHARE * len(reveals):
+        return 0
+    return int(hidden > PLAIN_RATIO * revealed) - int(revealed > PLAIN_RATIO * hidden)
 
 
 def _edge_strength(luma: ByteArray, ring: BoolArray) -> float:

@@ -13,6 +13,7 @@ from vision.background import AT_THRESHOLD, Background
 from vision.blobs import Cells, find_blobs
 from vision.boxes import Boxes, distance_to_boxes
 from vision.frames import ByteArray
+from vision.lanes import LaneField
 from vision.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.split import assign_cells
@@ -31,6 +32,10 @@ HALO_SHARE = 0.5
 HALO_MOST = 2.2
 
 
+# What is in a lane moves along it, whatever its shape.
+LANE_ELONGATION = 2.0
+
+
 @dataclass(frozen=True, slots=True)
 class Detections:
     """What was found in one frame, one row each.
@@ -45,6 +50,7 @@ class Detections:
     directed : (n,) True if the heading came from a track, so that the front is known.
     cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
     borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
+    weight : (n,) how much evidence for a vehicle each is, 0 to 1; None for 1 each.
     """
 
     boxes: Boxes
@@ -55,9 +61,43 @@ class Detections:
     directed: BoolArray
     cut: NDArray[np.int8]
     borders_m: FloatArray
+    weight: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.owner)
+
+    def weights(self) -> FloatArray:
+        """Give the evidence of each, (n,)."""
+        return np.ones(len(self)) if self.weight is None else self.weight
+
+    def select(self, which: BoolArray | IntArray) -> Detections:
+        """Take some of the detections, by mask or row numbers."""
+        return Detections(
+            boxes=self.boxes.select(which),
+            noise=self.noise[which],
+            elongation=self.elongation[which],
+            owner=self.owner[which],
+            divided=self.divided[which],
+            directed=self.directed[which],
+            cut=self.cut[which],
+            borders_m=self.borders_m[which],
+            weight=None if self.weight is None else self.weight[which],
+        )
+
+    @classmethod
+    def none(cls) -> Detections:
+        """Make the empty set of detections."""
+        rows, falses = np.zeros(0, np.intp), np.zeros(0, np.bool_)
+        return cls(
+            boxes=Boxes.none(),
+            noise=np.zeros((0, 2, 2)),
+            elongation=np.zeros(0),
+            owner=rows,
+            divided=falses,
+            directed=falses,
+            cut=np.zeros(0, np.int8),
+            borders_m=np.zeros((0, 4)),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +149,14 @@ class Detector(Protocol):
 class MotionDetector:
     """Finds what differs from the background: threshold, close, connect, divide by prediction, box."""
 
-    def __init__(self, surface: Surface, background: Background, settings: VisionSettings) -> None:
+    def __init__(
+        self, surface: Surface, background: Background, settings: VisionSettings, lanes: LaneField | None = None
+    ) -> None:
+        self._lanes = lanes
         self._surface = surface
         self._raster = surface.raster
         self._background = background
         self._settings = settings
-        self._road = surface.raster.road.astype(np.uint8)
         self._kernel = np.ones((CLOSE_CELLS, CLOSE_CELLS), np.uint8)
         self._shadows_us = 0
 
@@ -134,7 +176,7 @@ class MotionDetector:
         difference = self._raster.unpack(packed)
         mask = cv2.threshold(difference, AT_THRESHOLD, 1, cv2.THRESH_BINARY)[1]
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-        blobs = self._strong(find_blobs(self._raster, np.asarray(closed * self._road, np.uint8), difference))
+        blobs = self._strong(find_blobs(self._raster, np.asarray(closed * self._raster.road, np.uint8), difference))
         foreground = np.asarray(packed > AT_THRESHOLD, np.uint8)
         return Scene(self._box(blobs, expected, image), foreground)
 
@@ -153,9 +195,10 @@ class MotionDetector:
         # Owned cells are grouped by owner; of each blob, what is left over and what was never owned stay together.
         others = known + 2 * blobs.group + ownership.is_rest
         cells = blobs.regroup(np.where(ownership.owner >= 0, ownership.owner, others))
+        cells = self._part_by_lanes(cells, ownership.is_divided, image)
         cells = cells.keep(self._surface.areas_m2(cells) >= self._settings.min_area_m2)
         owner = np.where(cells.key < known, cells.key, -1)
-        heading, elongation = self._surface.headings(cells)
+        heading, elongation = self._headings(cells)
         is_owned = owner >= 0
         heading[is_owned] = expected.known.heading_rad[owner[is_owned]]
         lent, lender = _lend(cells, self._surface.appearances(expected.tentative))
@@ -172,6 +215,43 @@ class MotionDetector:
             cut=footprints.cut,
             borders_m=footprints.borders_m,
         )
+
+    def _part_by_lanes(self, cells: Cells, is_divided: BoolArray, image: RoadImage) -> Cells:
+        """Part groups that fill several lanes; the owner of such a group, if there is one, keeps the largest part.
+
+        Parameters
+        ----------
+        cells : grouped by owner; keys from `len(is_divided)` on mean none.
+        is_divided : (n,) owners that share a blob already.
+        """
+        if self._lanes is None:
+            return cells
+        part = self._lanes.parts(cells, lambda points: self._light(image, points))
+        known = len(is_divided)
+        is_shared = np.append(is_divided, False)[np.minimum(cells.key, known)]
+        part[is_shared[cells.group]] = 0
+        if not part.any():
+            return cells
+        parts = int(part.max()) + 1
+        key = cells.key[cells.group]
+        loose = int(cells.key.max()) + 1 + cells.group * parts + part
+        sizes = np.bincount(cells.group * parts + part, minlength=cells.count * parts).reshape(cells.count, parts)
+        is_kept = (part == 0) | ((key < known) & (part == sizes.argmax(axis=1)[cells.group]))
+        return cells.regroup(np.where(is_kept, key, loose))
+
+    def _light(self, image: RoadImage, points: FloatArray) -> ByteArray:
+        """Measure how many per cent of the road's light are left at some points; 0 where there is no shadow."""
+        column, row = np.rint(self._raster.grid.to_cells(points)).astype(np.intp).T
+        return np.asarray(self._raster.unpack(self._background.shaded(image))[row, column], np.uint8)
+
+    def _headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
+        """Guess directions of groups without a track: along the lane, or else along the group."""
+        heading, elongation = self._surface.headings(cells)
+        if self._lanes is None or cells.count == 0:
+            return heading, elongation
+        along, is_known = self._lanes.headings(cells)
+        clear = np.where(is_known, np.maximum(elongation, LANE_ELONGATION), elongation)
+        return np.where(is_known, along, heading), clear
 
     def _shaded(self, cells: Cells, image: RoadImage) -> BoolArray | None:
         """Find cells like road in shadow; only now and then, since shadows change slowly."""

@@ -16,6 +16,7 @@ from vision.background import Background
 from vision.frames import Frame
 from vision.ground_surface import GroundSurface
 from vision.image_surface import ImageSurface
+from vision.lanes import LaneField, LaneStrip
 from vision.objects import VisionObjects
 from vision.road_watch import RoadWatch
 from vision.settings import VisionSettings
@@ -36,6 +37,7 @@ class FixedCameraVision:
     road_polygons_m : outlines of the road, (k, 2) each; what lies outside is not looked at.
     image_size_px : (width, height) of the frames.
     settings : constants; the defaults suit daylight traffic.
+    lanes : of the road, if they are known; they help with vehicles that stand side by side.
 
     Raises
     ------
@@ -49,14 +51,18 @@ class FixedCameraVision:
         road_polygons_m: Sequence[FloatArray],
         image_size_px: tuple[int, int],
         settings: VisionSettings | None = None,
+        *,
+        lanes: Sequence[LaneStrip] = (),
     ) -> None:
         self._settings = settings if settings is not None else VisionSettings()
-        self._surface = _surface(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, self._settings)
+        self._surface = surface_of(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, self._settings)
         raster = self._surface.raster
         # Only a map has one width of a car all over.
-        car_cells = self._settings.car_width_m / raster.grid.side if raster.grid.is_north_up else None
+        is_map = raster.grid.is_north_up
+        car_cells = self._settings.car_width_m / raster.grid.side if is_map else None
         self._background = Background(raster, self._settings, car_cells=car_cells)
-        self._watch = RoadWatch(self._surface, self._background, self._settings)
+        field = LaneField(raster.grid, lanes) if is_map and lanes else None
+        self._watch = RoadWatch(self._surface, self._background, self._settings, field)
 
     def observe(self, frame: Frame) -> list[VisionObjects]:
         """Take the next frame.
@@ -91,13 +97,23 @@ class FixedCameraVision:
         return [self._watch.follow(held) for held in self._background.start()]
 
 
-def _surface(
+def surface_of(
     pixel_from_ground: FloatArray,
     polygons_m: list[FloatArray],
     image_size_px: tuple[int, int],
     settings: VisionSettings,
 ) -> FixedSurface:
-    """Choose the plane of detection: the image, where height would smear a car over more than its own length."""
+    """Choose the plane of detection: the image, where height would smear a car over more than its own length.
+
+    Parameters
+    ----------
+    pixel_from_ground, polygons_m, image_size_px, settings : as of `FixedCameraVision`.
+
+    Raises
+    ------
+    VisionError
+        If no road is in view, or the geometry is unusable.
+    """
     view = GroundView(pixel_from_ground, image_size_px, max_metres_per_pixel=settings.max_metres_per_pixel)
     corners = np.concatenate(polygons_m)
     corners = corners[view.sees(corners)]

@@ -18,6 +18,8 @@ from vision.blobs import Cells, measure
 from vision.boxes import Boxes
 from vision.cover import Rectangle
 from vision.grid import Grid
+from vision.image_lanes import ImageLanes
+from vision.lanes import LaneStrip
 from vision.rectify import RoadRaster
 from vision.settings import VisionSettings
 from vision.surface import Appearances, Footprints
@@ -36,6 +38,8 @@ COARSE_PX = 8.0
 # The lowest row of a blob is this uncertain, in cells.
 FOOT_NOISE_CELLS = 1.5
 EDGE_CELLS = 2
+# A foot behind the border of the view may be anywhere within this many lengths.
+HIDDEN_FOOT_LENGTHS = 2.0
 
 
 class ImageSurface:
@@ -76,6 +80,19 @@ class ImageSurface:
             to_pixels=lambda points: points,
             image_size_px=image_size_px,
         )
+
+    def lane_field(self, lanes: Sequence[LaneStrip]) -> ImageLanes:
+        """Lay lanes into the image.
+
+        Parameters
+        ----------
+        lanes : on the ground.
+
+        Returns
+        -------
+        The lanes on this surface's raster.
+        """
+        return ImageLanes(self.raster.grid, lanes, self._view)
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view.
@@ -158,21 +175,28 @@ class ImageSurface:
         turn = heading_rad - bearing
         depth_m = np.abs(length_m * np.cos(turn)) + np.abs(width_m * np.sin(turn))
         blur, least_m = FOOT_NOISE_CELLS * self.raster.grid.side, self._settings.position_noise_m
-        noise = kalman.oriented_covariance(
-            bearing, np.maximum(blur * sight.along_m, least_m), np.maximum(blur * sight.across_m, least_m)
-        )
+        # Where the border hides the foot, the lowest row is another part of the vehicle in every frame: as it comes
+        # into view the row wanders towards the camera, and a track that believed in it would shoot ahead.
+        along_m = np.maximum(blur * sight.along_m, np.where(is_touching, HIDDEN_FOOT_LENGTHS * length_m, least_m))
+        across_m = np.maximum(blur * sight.across_m, np.where(is_touching, width_m, least_m))
+        noise = kalman.oriented_covariance(bearing, along_m, across_m)
         return Footprints(
             boxes=Boxes(feet_m + sight.away * depth_m[:, None] / 2, heading_rad, length_m, width_m),
             noise=noise,
             cut=is_touching.astype(np.int8),
             borders_m=np.full((cells.count, 4), np.nan),
+            # Nobody is shown before its foot was seen; a track may begin all the same.
+            weight=np.where(is_touching, 0.0, 1.0),
         )
 
     def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray]:
-        """Find where groups meet the ground nearest to the camera, and which of them touch the view edge."""
-        extents = measure(cells, np.zeros(cells.count), self.raster.grid.side)
-        lowest = extents.boxes.centre_m + np.stack([np.zeros(cells.count), extents.boxes.width_m / 2], axis=-1)
-        return self._view.to_ground(lowest)[0], extents.cut != 0
+        """Find where groups meet the ground nearest to the camera, and of which the view edge may hide the foot."""
+        boxes = measure(cells, np.zeros(cells.count), self.raster.grid.side).boxes
+        lowest = boxes.centre_m + np.stack([np.zeros(cells.count), boxes.width_m / 2], axis=-1)
+        # A roof cut off above leaves the foot where it is.
+        is_low = cells.points[:, 1] >= boxes.centre_m[cells.group, 1]
+        is_touching = np.add.reduceat((cells.at_edge & is_low).astype(np.intp), cells.starts) > 0
+        return self._view.to_ground(lowest)[0], is_touching
 
 
 class _Watched:

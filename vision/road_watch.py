@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vision.background import Background
 from vision.detector import Detections, Detector, MotionDetector
+from vision.lanes import LaneField
 from vision.objects import VisionObjects
 from vision.rectify import RoadImage
 from vision.settings import VisionSettings
@@ -31,13 +32,16 @@ class RoadWatch:
     surface : the plane of detection.
     background : of its raster.
     settings : constants.
+    lanes : on the surface's raster, if they are known.
     """
 
-    def __init__(self, surface: Surface, background: Background, settings: VisionSettings) -> None:
+    def __init__(
+        self, surface: Surface, background: Background, settings: VisionSettings, lanes: LaneField | None = None
+    ) -> None:
         self._settings = settings
         self._surface = surface
         self._background = background
-        self._detector: Detector = MotionDetector(surface, background, settings)
+        self._detector: Detector = MotionDetector(surface, background, settings, lanes)
         self._tracker = Tracker(settings, surface.holds)
         self._judged_us = 0
 

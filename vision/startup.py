@@ -26,6 +26,9 @@ SAME_LEVELS = 8
 CHOICES = 9
 # How many times more a vote counts for the usual colour of the road, and within how many levels of it that fades.
 USUAL_FACTOR, USUAL_LEVELS = 4.0, 10.0
+# A value that most samples have and that came back this often is no vehicle, if it is seen in the first and in the last
+# of so many equal parts of the time.
+RETURNS, ENDS = 3, 6
 # Something this different from the road may be a vehicle, if it fills a square of this part of a car's width and has
 # the area of a small car.
 STRANGE_LEVELS = 18.0
@@ -74,18 +77,33 @@ def _elected(values: ByteArray, usual: FloatArray) -> FloatArray:
     """Let the values of every cell vote: (times, 3, n) to (3, n)."""
     values = values.astype(np.int16)
     order = np.argsort(values[:, 0], axis=0, kind="stable")
-    best = np.full(values.shape[2], -1.0, np.float32)
-    elected = np.zeros(values.shape[1:], np.float32)
+    middle = np.take_along_axis(values, order[len(values) // 2][None, None], axis=0)[0]
+    best = np.where(_returns(np.abs(values - middle).max(axis=1) <= SAME_LEVELS), np.inf, -1.0).astype(np.float32)
+    elected: FloatArray = middle.astype(np.float32)
     for place in np.unique(np.linspace(0, len(values) - 1, CHOICES).round().astype(np.intp)):
         choice = np.take_along_axis(values, order[place][None, None], axis=0)[0]
         is_same = np.abs(values - choice).max(axis=1) <= SAME_LEVELS
-        distance = np.abs(choice - usual[:, None]).max(axis=0)
-        votes = _votes(is_same) * (1 + (USUAL_FACTOR - 1) * np.exp(-((distance / USUAL_LEVELS) ** 2)))
+        votes = _votes(is_same) * _weight(choice - usual[:, None])
         mean = np.where(is_same[:, None], values, 0).sum(axis=0) / is_same.sum(axis=0)
         is_better = votes > best
         best[is_better] = votes[is_better]
         elected[:, is_better] = mean[:, is_better]
     return elected
+
+
+def _weight(from_usual: FloatArray) -> FloatArray:
+    """Say how much a vote for colours counts, by their difference from the usual one: (3, n) to (n,)."""
+    distance = np.abs(from_usual).max(axis=0)
+    weight = 1 + (USUAL_FACTOR - 1) * np.exp(-((distance / USUAL_LEVELS) ** 2))
+    return np.asarray(weight, np.float32)
+
+
+def _returns(is_same: BoolArray) -> BoolArray:
+    """Find cells that are the same for most of the time, at its ends and again and again: markings, not vehicles."""
+    begins = is_same[0] + (is_same[1:] & ~is_same[:-1]).sum(axis=0)
+    ends = -(-len(is_same) // ENDS)
+    is_lasting = is_same[:ends].any(axis=0) & is_same[-ends:].any(axis=0)
+    return np.asarray(is_lasting & (begins >= RETURNS) & (2 * is_same.sum(axis=0) > len(is_same)))
 
 
 def _votes(is_same: BoolArray) -> FloatArray:

@@ -22,6 +22,10 @@ SIZE_MISFIT_M = 1.5
 SIZE_MISFITS = 12
 # A track that stays within this distance stands.
 REST_RADIUS_M = 0.7
+# Slower than this, a step that is less than this part ahead or back is no driving.
+SIDEWAYS_MPS, SIDEWAYS_SHARE = 3.0, 0.7
+# A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
+SURE_SIGMAS, SURE_MPS = 2.0, 4.0
 # Parts of one vehicle: no farther apart across and along, no difference in velocity beyond the noise.
 JOINED_ACROSS_M = 1.2
 JOINED_GAP_M = 1.5
@@ -167,7 +171,9 @@ class TrackTable:
         ----------
         min_speed_mps : slower counts as standing: the direction of a small velocity is noise.
         """
-        is_moving = self.speed_mps() >= min_speed_mps
+        spread_mps = np.sqrt(np.trace(self.covariance[:, 2:, 2:], axis1=1, axis2=2))
+        sure_mps = np.minimum(SURE_SIGMAS * spread_mps, SURE_MPS)
+        is_moving = self.speed_mps() >= np.maximum(min_speed_mps, sure_mps)
         ahead = np.arctan2(self.state[:, 3], self.state[:, 2])
         self.heading_rad = np.where(is_moving, ahead, self.heading_rad)
 
@@ -178,7 +184,12 @@ class TrackTable:
         ----------
         now_us : the frame's time.
         """
-        has_moved = np.hypot(*(self.state[:, :2] - self.rest_m).T) > REST_RADIUS_M
+        shift_m = self.state[:, :2] - self.rest_m
+        has_moved = np.hypot(*shift_m.T) > REST_RADIUS_M
+        along_m = np.abs(np.einsum("ni,ni->n", shift_m, axis(self.heading_rad)))
+        # Nobody starts sideways: what is seen there now may be the road that the vehicle has left.
+        is_slow = self.speed_mps() < SIDEWAYS_MPS
+        self.is_proved[has_moved & is_slow & (along_m < SIDEWAYS_SHARE * np.hypot(*shift_m.T))] = False
         self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
         self.rest_us = np.where(has_moved, now_us, self.rest_us)
 
@@ -198,6 +209,8 @@ class TrackTable:
             step = np.clip(measured - size[rows], -SIZE_STEP_M, SIZE_STEP_M)
             size[rows] = np.where(is_fresh, measured, size[rows] + step / np.minimum(count, SIZE_MEMORY))
         self.size_count[rows] = count
+        # What stands there is not what was known: perhaps the road that a car uncovered. It has to prove itself again.
+        self.is_proved[rows[misfits >= SIZE_MISFITS]] = False
         self.size_misfits[rows] = np.where(is_fresh, 0, misfits)
 
     def grow(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:

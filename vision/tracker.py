@@ -199,7 +199,7 @@ class Tracker:
         noise_m = np.sqrt(np.trace(tracks.covariance[:, :2, :2], axis1=1, axis2=2))
         has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
         is_evident = tracks.evidence >= settings.confirm_hits
-        tracks.is_proved |= has_moved & is_evident
+        tracks.is_proved |= has_moved & is_evident & ~tracks.is_confirmed
         is_new = ~tracks.is_confirmed & tracks.is_proved & tracks.is_observed & is_evident
         tracks.number[is_new] = self._names_used + np.arange(1, is_new.sum() + 1)
         self._names_used += int(is_new.sum())

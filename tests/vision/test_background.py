@@ -113,6 +113,35 @@ def test_outline_tells_a_standing_car_from_revealed_road() -> None:
     assert with_car.differing(revealed) == 0
 
 
+def test_startup_lasts_until_the_car_that_stands_there_has_left() -> None:
+    car = make_boxes([(20, 9, 0, 4.5, 1.8)])
+    road = Road()
+    road.background = Background(road.raster, SETTINGS, car_cells=1.8 / road.raster.grid.side)
+    k = 0
+    while not road.background.hold(road.picture(k, car if k < 60 else None)):
+        k += 1
+    assert 60 < k < 150
+    assert road.differing(road.picture(k + 1)) < 3
+    assert road.differing(road.picture(k + 1, car)) > 25
+
+
+def test_startup_ends_at_last_though_something_stands_there() -> None:
+    road = Road()
+    settings = VisionSettings(startup_us=1_000_000, startup_most_us=3_000_000)
+    road.background = Background(road.raster, settings, car_cells=1.8 / road.raster.grid.side)
+    assert road.start(make_boxes([(20, 9, 0, 4.5, 1.8)])) == 76
+
+
+def test_plain_road_where_something_else_was_learned_is_a_ghost_whatever_its_edges() -> None:
+    # The picture has an outline too, that of a smaller thing: edges alone would not decide.
+    car, line = make_boxes([(20, 9, 0, 4.5, 1.8)]), make_boxes([(20, 9, 0, 5.0, 0.3)])
+    road = Road()
+    k = road.start(car)
+    image = road.picture(k, line)
+    road.background.compare(image)
+    assert road.background.judge(image, car).tolist() == [-1]
+
+
 def test_change_of_most_of_the_view_is_learned_anew() -> None:
     road = Road()
     start = road.start()

@@ -175,6 +175,20 @@ def test_thing_that_never_moves_is_listed_until_it_is_proved_or_dropped() -> Non
     assert later[-1].ids == ("v1",)
 
 
+@pytest.mark.parametrize("way", [pytest.param((1.0, 0.0), id="ahead"), pytest.param((0.0, 1.0), id="sideways")])
+def test_standing_car_that_creeps_sideways_must_prove_itself_again(way: tuple[float, float]) -> None:
+    # It may be the road that the car has left, or its shadow, learned as background.
+    tracker = Tracker(VisionSettings(), everywhere)
+    east = [20 * min(t, 1_000_000) / 1e6 for t in TIMES]
+    track([(t, [(e, 0.0, 0.0, 4.5, 1.8)]) for t, e in zip(TIMES, east, strict=True)], tracker)
+    assert tracker.claims()[1].tolist() == [True]
+    shifts_m = [0.02 * k for k in range(75)]
+    places = [(east[-1] + way[0] * shift, way[1] * shift, 0.0, 4.5, 1.8) for shift in shifts_m]
+    results = track([(TIMES[-1] + STEP_US * (k + 1), [place]) for k, place in enumerate(places)], tracker)
+    assert results[-1].ids == ("v1",)
+    assert tracker.claims()[1].tolist() == [way[1] == 0.0]
+
+
 def test_oversized_blob_starts_no_track() -> None:
     results = track([(t, [(20 * t / 1e6, 0.0, 0.0, 80.0, 9.0)]) for t in TIMES])
     assert all(r.ids == () for r in results)

@@ -1,0 +1,99 @@
+"""Blobs of several vehicles seen from low above the road are parted by their feet."""
+
+import numpy as np
+import pytest
+
+from tests.vision.support import make_boxes
+from tests.vision.test_image_surface import bridge_surface
+from tests.vision.test_view import SIZE, bridge_view
+from vision.blobs import Cells, find_blobs
+from vision.image_lanes import ImageLanes, _is_beside
+from vision.image_surface import ImageSurface
+from vision.lanes import LaneField, LaneStrip
+from vision.settings import VisionSettings
+from vision.view import GroundView
+
+LANES = [LaneStrip(np.array([[x, 20.0], [x, 200.0]]), 3.6) for x in (-1.8, 1.8)]
+
+
+def seen(surface: ImageSurface, *cars: tuple[float, float]) -> Cells:
+    boxes = make_boxes([(x, y, np.pi / 2, 4.5, 1.8) for x, y in cars])
+    mask = surface.raster.grid.paint(surface.appearances(boxes).boxes.corners())
+    return find_blobs(surface.raster, mask, 99 * mask)
+
+
+def parts(surface: ImageSurface, cells: Cells) -> list[int]:
+    found = surface.lane_field(LANES).parts(cells, lambda points: np.zeros(len(points), np.uint8))
+    return np.unique(found).tolist()
+
+
+def test_one_car_is_not_parted() -> None:
+    surface = bridge_surface()
+    cells = seen(surface, (1.8, 50.0))
+    assert (cells.count, parts(surface, cells)) == (1, [0])
+
+
+def test_cars_in_two_lanes_that_overlap_are_parted_where_the_nearer_one_begins() -> None:
+    surface = bridge_surface()
+    cells = seen(surface, (1.0, 50.0), (-0.9, 58.0))
+    assert cells.count == 1
+    part = surface.lane_field(LANES).parts(cells, lambda points: np.zeros(len(points), np.uint8))
+    assert np.unique(part).tolist() == [1, 2]
+    left, right = (cells.points[part == number] for number in (1, 2))
+    assert left[:, 0].max() < right[:, 0].min()
+    assert left[:, 1].max() < right[:, 1].max()  # the farther car's foot is higher up
+
+
+def test_flat_thing_on_the_next_lane_is_a_shadow() -> None:
+    surface = bridge_surface()
+    car = surface.appearances(make_boxes([(1.8, 50.0, np.pi / 2, 4.5, 1.8)])).boxes.corners()
+    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    shadow = view.to_pixels(make_boxes([(-0.6, 50.0, np.pi / 2, 4.5, 3.0)]).corners())
+    mask = surface.raster.grid.paint([*car, *shadow])
+    cells = find_blobs(surface.raster, mask, 99 * mask)
+    assert (cells.count, parts(surface, cells)) == (1, [0])
+
+
+def test_headings_are_those_of_the_lane_at_the_foot() -> None:
+    surface = bridge_surface()
+    cells = seen(surface, (1.8, 50.0))
+    towards = [LaneStrip(LANES[1].centre_line_m[::-1], 3.6)]
+    heading_rad, is_known = surface.lane_field(towards).headings(cells)
+    assert (heading_rad[0], bool(is_known[0])) == (pytest.approx(-np.pi / 2), True)
+    assert not surface.lane_field([]).headings(cells)[1][0]
+
+
+def test_no_cells_have_no_parts_and_no_headings() -> None:
+    surface = bridge_surface()
+    mask = np.zeros(surface.raster.grid.shape, np.uint8)
+    nothing = find_blobs(surface.raster, mask, mask)
+    field: LaneField = surface.lane_field(LANES)
+    assert isinstance(field, ImageLanes)
+    assert len(field.parts(nothing, lambda points: np.zeros(len(points), np.uint8))) == 0
+    assert len(field.headings(nothing)[0]) == 0
+
+
+def test_strip_holds_what_its_corners_enclose() -> None:
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-4, 8, (300, 2))
+    start, end = np.array([0.0, 0.0]), np.array([3.0, 4.0])
+    turned = points @ np.array([[0.6, -0.8], [0.8, 0.6]])  # along the line, and to its left
+    expected = (turned[:, 0] >= 0) & (turned[:, 0] <= 5) & (np.abs(turned[:, 1]) < 1.5)
+    assert _is_beside(points, start, end, 1.5).tolist() == expected.tolist()
+
+
+def test_foot_behind_the_lower_border_says_little_and_does_not_confirm() -> None:
+    surface = bridge_surface()
+    settings = VisionSettings()
+    rows = surface.raster.grid.shape[0]
+    car = surface.appearances(make_boxes([(1.8, 40.0, np.pi / 2, 4.5, 1.8)])).boxes.corners()[0]
+    whole = surface.raster.grid.paint([car])
+    cut = surface.raster.grid.paint([car + np.array([0.0, SIZE[1] - car[:, 1].max() + 5.0])])
+    assert cut[rows - 1].any()
+    prints = [
+        surface.footprints(find_blobs(surface.raster, mask, 99 * mask), np.array([np.pi / 2]), None)
+        for mask in (whole, cut * surface.raster.road)
+    ]
+    assert [one.cut.tolist() for one in prints] == [[0], [1]]
+    assert [one.weight.tolist() for one in prints if one.weight is not None] == [[1.0], [0.0]]
+    assert np.sqrt(prints[1].noise[0, 1, 1]) == pytest.approx(2 * settings.usual_length_m, rel=0.05)

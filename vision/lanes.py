@@ -1,0 +1,183 @@
+"""Which lane is a cell in, and which way do people drive there? Parts merged blobs that no track can tell apart.
+
+Two cars that stand side by side, with the shadow of one in the gap, are one blob; if they were there before anything
+was tracked, no prediction divides it. But each fills its lane, and no vehicle fills two. Lanes also give the direction
+of what has never moved. Where lanes overlap, and where there are none (inside junctions), nothing is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.blobs import Cells
+from vision.frames import ByteArray
+from vision.grid import Grid
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+# A blob at least this wide across the lanes may be two vehicles; of each, this much area and width is in its lane.
+TWO_VEHICLES_M = 3.4
+LEAST_PART_M2 = 3.0
+LEAST_PART_M = 1.3
+# Beside a vehicle this long, which is tall too, the next lane may hold nothing but its shadow.
+TALL_LENGTH_M = 7.5
+# The part of a lane that is the shadow of the vehicle beside it is evenly dark: so much of it, within so many per cent.
+SHADOW_SHARE, EVEN_PERCENT = 0.8, 10
+# So much of a group is in lanes if it takes their direction.
+LANE_SHARE = 0.6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneStrip:
+    """One lane.
+
+    Attributes
+    ----------
+    centre_line_m : (k, 2) in driving direction. width_m : full width.
+    """
+
+    centre_line_m: FloatArray
+    width_m: float
+
+
+class LaneField:
+    """The lanes on a raster of ground.
+
+    Parameters
+    ----------
+    grid : of ground.
+    lanes : may be none.
+    """
+
+    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip]) -> None:
+        self._grid = grid
+        self._lane = np.zeros(grid.shape, np.int32)
+        self._heading_rad = np.zeros(grid.shape, np.float32)
+        taken = np.zeros(grid.shape, np.uint8)
+        for number, lane in enumerate(lanes, start=1):
+            inside = np.zeros(grid.shape, np.bool_)
+            # Half a cell less on either side, so that lanes side by side share no cell.
+            for quad, heading_rad in _quads(lane, lane.width_m / 2 - grid.side / 2):
+                part = grid.paint([quad]) > 0
+                self._heading_rad[part] = heading_rad
+                inside |= part
+            self._lane[inside] = number
+            taken += inside
+        self._lane[taken > 1] = 0
+
+    def lanes_at(self, points_m: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Look up points.
+
+        Parameters
+        ----------
+        points_m : (n, 2) inside the grid.
+
+        Returns
+        -------
+        (n,) number of the lane, 0 for none, and (n,) its direction.
+        """
+        column, row = np.rint(self._grid.to_cells(points_m)).astype(np.intp).T
+        return self._lane[row, column].astype(np.intp), self._heading_rad[row, column].astype(np.float64)
+
+    def parts(self, cells: Cells, light: Callable[[FloatArray], ByteArray]) -> IntArray:
+        """Part groups that fill several lanes.
+
+        Parameters
+        ----------
+        cells : n groups.
+        light : tells how many per cent of the road's light are left at (n, 2) points, 0 where it is no shadow; asked
+            only where there may be something to part.
+
+        Returns
+        -------
+        (p,) number of the lane whose vehicle the cell belongs to; 0 in groups that are not parted.
+        """
+        result = np.zeros(len(cells.group), np.intp)
+        if cells.count == 0:
+            return result
+        lane, heading_rad = self.lanes_at(cells.points)
+        least = LEAST_PART_M2 / self._grid.side**2
+        pairs, counts = np.unique(np.stack([cells.group[lane > 0], lane[lane > 0]]), axis=1, return_counts=True)
+        large = pairs[0, counts >= least]
+        for group in np.flatnonzero(np.bincount(large, minlength=cells.count) > 1):
+            rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
+            numbers = self._filled(cells.points[rows], lane[rows], heading_rad[rows], least)
+            if len(numbers) > 1:
+                left = light(cells.points[rows])
+                numbers = [one for one in numbers if not _is_shadow(left[lane[rows] == one])]
+            if len(numbers) > 1:
+                result[rows] = _dealt(cells.points[rows], lane[rows], numbers)
+        return result
+
+    def _filled(self, points_m: FloatArray, lane: IntArray, heading_rad: FloatArray, least: float) -> list[int]:
+        """List the lanes in which a group is as large as a vehicle; none if it is not wide enough for two."""
+        side = self._grid.side
+        numbers = []
+        for number in np.unique(lane[lane > 0]).tolist():
+            mine = lane == number
+            along, across = _turned(points_m, heading_rad[mine][0])
+            if np.ptp(along[mine]) + side > TALL_LENGTH_M or np.ptp(across) + side < TWO_VEHICLES_M:
+                return []
+            if np.ptp(across[mine]) + side >= LEAST_PART_M and mine.sum() >= least:
+                numbers.append(number)
+        return numbers
+
+    def headings(self, cells: Cells) -> tuple[FloatArray, BoolArray]:
+        """Find the direction of the lanes that groups are in.
+
+        Parameters
+        ----------
+        cells : n groups.
+
+        Returns
+        -------
+        (n,) direction, and (n,) whether enough of the group is in lanes.
+        """
+        lane, heading_rad = self.lanes_at(cells.points)
+        is_in = lane > 0
+        # Lanes side by side in opposite directions have one axis: doubled angles add up, and the largest lane decides.
+        sums = [
+            np.add.reduceat(np.where(is_in, part, 0.0), cells.starts) if cells.count else np.zeros(0)
+            for part in (np.cos(2 * heading_rad), np.sin(2 * heading_rad), np.ones(len(lane)))
+        ]
+        axis_rad = np.arctan2(sums[1], sums[0]) / 2
+        ahead = np.where(is_in, np.cos(heading_rad - axis_rad[cells.group]), 0.0)
+        forward = np.add.reduceat(ahead, cells.starts) if cells.count else np.zeros(0)
+        return np.where(forward < 0, axis_rad + np.pi, axis_rad), sums[2] >= LANE_SHARE * cells.sizes
+
+
+def _quads(lane: LaneStrip, half_m: float) -> list[tuple[FloatArray, float]]:
+    """Outline the straight pieces of a lane, with their directions."""
+    quads = []
+    for start, end in zip(lane.centre_line_m[:-1], lane.centre_line_m[1:], strict=True):
+        heading_rad = float(np.arctan2(*(end - start)[::-1]))
+        left = half_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
+        quads.append((np.array([start + left, start - left, end - left, end + left]), heading_rad))
+    return quads
+
+
+def _is_shadow(light: ByteArray) -> bool:
+    """Tell whether cells are evenly dark road."""
+    dark = light[light > 0].astype(np.int16)
+    if len(dark) == 0:
+        return False
+    is_even = np.abs(dark - np.median(dark)) <= EVEN_PERCENT
+    return bool(is_even.sum() >= SHADOW_SHARE * len(light))
+
+
+def _dealt(points_m: FloatArray, lane: IntArray, numbers: list[int]) -> IntArray:
+    """Give the cells outside the given lanes to the nearest of the vehicles in them."""
+    middles = np.array([points_m[lane == number].mean(axis=0) for number in numbers])
+    nearest = np.argmin(np.linalg.norm(points_m[:, None] - middles[None], axis=-1), axis=1)
+    return np.where(np.isin(lane, numbers), lane, np.array(numbers, np.intp)[nearest])
+
+
+def _turned(points_m: FloatArray, heading_rad: float) -> tuple[FloatArray, FloatArray]:
+    cos, sin = np.cos(heading_rad), np.sin(heading_rad)
+    return points_m[:, 0] * cos + points_m[:, 1] * sin, points_m[:, 1] * cos - points_m[:, 0] * sin
