@@ -68,12 +68,15 @@ class LedSampling:
             self._release_settled(released)
         if available_us > self._now_us:
             self._now_us = available_us
-            self._take(available_us - self._max_delay_us - 1)
+            self._forget(available_us - self._max_delay_us - 1)
         return released
 
     def finish(self) -> list[Sample[Values]]:
         """Release every time of the leader: nothing comes any more."""
-        return [self._release() for _ in range(len(self._times_us))]
+        released = [self._release() for _ in range(len(self._times_us))]
+        for fluent in self._fluents:
+            fluent.finish()
+        return released
 
     def _release_settled(self, released: list[Sample[Values]]) -> list[Sample[Values]]:
         while self._is_eager and self._times_us and self._is_settled(self._times_us[0]):
@@ -85,11 +88,12 @@ class LedSampling:
 
     def _release(self) -> Sample[Values]:
         t_us = self._times_us.popleft()
-        return Sample(self._now_us, t_us, self._take(t_us))
-
-    def _take(self, t_us: int) -> Values:
-        """Give the values at a time, and forget what no later one needs."""
-        if t_us <= self._taken_us:
-            return ()
         self._taken_us = t_us
-        return tuple([fluent.take(t_us) for fluent in self._fluents])
+        return Sample(self._now_us, t_us, tuple([fluent.take(t_us) for fluent in self._fluents]))
+
+    def _forget(self, t_us: int) -> None:
+        """Forget what no later time needs: none up to this one is released any more."""
+        if t_us > self._taken_us:
+            self._taken_us = t_us
+            for fluent in self._fluents:
+                fluent.forget(t_us)

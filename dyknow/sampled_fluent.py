@@ -36,7 +36,7 @@ class SampledFluent:
     Attributes
     ----------
     settled_us : nothing that comes later changes the value at or before this time.
-    dropped : samples that no sampled time needs any more or never did, by cause.
+    dropped : samples that never served a sampled time, by cause; after `finish` each sample has served or is here.
 
     Examples
     --------
@@ -47,11 +47,14 @@ class SampledFluent:
     (True, False, {'not sampled': 1})
     >>> height.take(0), height.take(100), height.take(200)
     (1.0, 3.0, no_value)
+    >>> height.finish()
+    >>> height.dropped  # of 20 and 40; the others were taken, or a neighbour
+    {'not sampled': 2}
     """
 
     __slots__ = (
-        "_approximation", "_from_us", "_has_taken", "_is_ordered", "_last_us", "_needed", "_period_us", "_start_us",
-        "_taken_us", "_times_us", "_to_us", "_values", "dropped", "settled_us",
+        "_approximation", "_from_us", "_has_served", "_has_taken", "_is_ordered", "_last_us", "_needed", "_period_us",
+        "_start_us", "_taken_us", "_times_us", "_to_us", "_values", "dropped", "settled_us",
     )  # fmt: skip
 
     def __init__(
@@ -75,8 +78,9 @@ class SampledFluent:
         # No time before the start is taken, so of the samples before it only the newest is needed.
         self._taken_us = start_us - period_us
         self._has_taken = False
-        self._times_us: list[int] = []  # ascending, without repetition; _values goes with it
+        self._times_us: list[int] = []  # ascending, without repetition; the two below go with it
         self._values: list[Any] = []  # Any: fluents have values of any type
+        self._has_served: list[bool] = []
         self.settled_us = -_NEVER_US
         self.dropped: dict[str, int] = {}
 
@@ -113,21 +117,35 @@ class SampledFluent:
 
     def take(self, t_us: int) -> Any:  # Any: see above
         """Give the value at a sampled time, and forget what no later time needs; times must increase."""
+        at = self.forget(t_us)
         times_us, values = self._times_us, self._values
-        at = bisect_right(times_us, t_us) - 1  # the most recent sample
-        if not self._has_taken:
-            for unused_us in times_us[: max(at, 0)]:
-                self._drop(self._useless(unused_us))
-        self._taken_us, self._has_taken = t_us, True
-        if at > 0:
-            del times_us[:at], values[:at]
         if at < 0:
             return NO_VALUE
         if times_us[0] == t_us or self._approximation is Approximation.MOST_RECENT:
+            self._has_served[0] = True
             return values[0]
         if self._approximation is Approximation.NONE or len(times_us) == 1:
             return NO_VALUE
+        self._has_served[:2] = True, True
         return _between(times_us, values, t_us)
+
+    def forget(self, t_us: int) -> int:
+        """Forget what no time from this one on needs; return the position of the most recent sample, 0, or -1."""
+        at = bisect_right(self._times_us, t_us) - 1
+        self._taken_us, self._has_taken = t_us, True
+        if at > 0:
+            self._forget_before(at)
+        return min(at, 0)
+
+    def finish(self) -> None:
+        """Count what still waits for a sampled time: none comes any more."""
+        self._forget_before(len(self._times_us))
+
+    def _forget_before(self, end: int) -> None:
+        for k in range(end):
+            if not self._has_served[k]:
+                self._drop(self._useless(self._times_us[k]))
+        del self._times_us[:end], self._values[:end], self._has_served[:end]
 
     def _place(self, at: int, valid_us: int, value: Any) -> None:  # Any: see above
         """Put a sample before position ``at``, or in place of one that it makes useless, or drop it."""
@@ -136,6 +154,7 @@ class SampledFluent:
         if end - first < needed:
             self._times_us.insert(at, valid_us)
             self._values.insert(at, value)
+            self._has_served.insert(at, False)
         elif needed and at == end and until_us != _NEVER_US:  # the new last one
             self._replace(at - 1, valid_us, value)
         elif at == first and (needed == 2 or (needed and until_us == _NEVER_US)):  # the new first one
@@ -157,10 +176,11 @@ class SampledFluent:
         return self._start_us - (self._start_us - us) // self._period_us * self._period_us
 
     def _replace(self, at: int, valid_us: int, value: Any) -> None:  # Any: see above
-        if self._times_us[at] > self._taken_us or not self._has_taken:  # else it served its time
+        if not self._has_served[at]:
             self._drop(self._useless(self._times_us[at]))
         self._times_us[at] = valid_us
         self._values[at] = value
+        self._has_served[at] = False
 
     def _useless(self, valid_us: int) -> str:
         """Name the cause for which a sample is dropped that is not the nearest one of any sampled time."""

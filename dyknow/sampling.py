@@ -90,6 +90,8 @@ class Sampling:
         released: list[Sample[Values]] = []
         while self._head_us <= self._last_us and not self._is_over():
             released.append(self._release())
+        for fluent in self._fluents:
+            fluent.finish()
         return released
 
     def _settle(self, index: int, released: list[Sample[Values]]) -> list[Sample[Values]]:

@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
-from dyknow.monitors.monitors import MonitorEvent, Monitors
+from dyknow.monitors.monitors import MonitorEvent, MonitorReport, Monitors
 from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from service.monitor_files import LoadedMonitors
@@ -60,6 +60,10 @@ class MonitoringUnit:
         events = self._samples(self._monitors.advance(self._now_us))
         self._monitors.finish()
         return events
+
+    def report(self) -> tuple[MonitorReport, ...]:
+        """Count the events and instances of each monitor so far."""
+        return self._monitors.report()
 
     def _samples(self, events: Iterable[MonitorEvent]) -> list[Sample[MonitorEvent]]:
         return [Sample(self._now_us, event.t_us, event) for event in events]

@@ -87,12 +87,14 @@ class Recorder:
     ----------
     events : number of events that stand so far; a retracted one does not.
     cars : symbols of all cars seen so far.
+    records_cars, records_events : whether there is a stream of them; without one, they are not known.
     lost_views : from when to when a moving camera's view was lost; the end is None where it was not found again.
     """
 
     def __init__(self, writer: RunWriter, network: RoadNetwork | None, *, history_us: int) -> None:
         self.events = 0
         self.cars: set[str] = set()
+        self.records_cars = self.records_events = False
         self.lost_views: list[tuple[int, int | None]] = []
         self._writer = writer
         self._rows = CarRows(network)
@@ -102,6 +104,8 @@ class Recorder:
 
     def attach(self, streams: RecordedStreams) -> None:
         """Subscribe to the streams that are to be recorded."""
+        self.records_cars = streams.cars is not None
+        self.records_events = streams.verdicts is not None or streams.occurrences is not None
         pairs: list[tuple[DeclaredStream | None, Consumer]] = [
             (streams.frames, self._record_frame),
             (streams.objects, self._record_objects),

@@ -65,14 +65,15 @@ class Progress:
     frames, frame_count : done, and in all by the container (None if it does not say).
     media_us : time of the newest frame since the first one.
     elapsed_s : wall time since the run began.
+    cars, events : seen and recognised so far; None where the streams do not record them.
     """
 
     frames: int
     frame_count: int | None
     media_us: int
     elapsed_s: float
-    cars: int
-    events: int
+    cars: int | None
+    events: int | None
 
     @property
     def frames_per_s(self) -> float:
@@ -278,6 +279,6 @@ class _Meter:
             frame_count=self._frame_count,
             media_us=self.last_us - (self._first_us or 0),
             elapsed_s=time.perf_counter() - self._started_s,
-            cars=len(self._recorder.cars),
-            events=self._recorder.events,
+            cars=len(self._recorder.cars) if self._recorder.records_cars else None,
+            events=self._recorder.events if self._recorder.records_events else None,
         )

@@ -10,16 +10,18 @@ from typing import TypeVar
 from anchoring.adapter import TRIAL_US, LinkTrials
 from anchoring.observations import LinkChange
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
+from dyknow.sample import Sample
 from qsr.changes import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.errors import InputError, LogError
 from service.monitor_files import LoadedMonitors, load_monitor_files
 from service.monitored_states import TrafficState, TrafficStates
-from service.monitoring import traffic_monitors
+from service.monitoring import MonitoringUnit
 from service.records import CarState, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
 
 _Row = TypeVar("_Row", LinkRecord, RelationRecord)
+_States = list[tuple[int, TrafficState]]
 
 _VALUES: Mapping[str, Value] = {"true": True, "false": False, "unknown": None}
 
@@ -51,11 +53,10 @@ def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = No
         _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
         _check_watched(record, monitors)
-        states = TrafficStates(monitors.features, lag_us=RelationSettings().backdate_us)
-        running = traffic_monitors(monitors)
-        events = [one for t_us, state in _replay(log, record.id, states) for one in running.update(t_us, state)]
-    running.finish()
-    return Monitored(record.id, tuple(events), running.report())
+        lag_us = RelationSettings().backdate_us
+        states, unit = TrafficStates(monitors.features, lag_us=lag_us), MonitoringUnit(monitors, lag_us=lag_us)
+        events = [one.value for one in _told(states, unit, _replay(log, record.id, states))]
+    return Monitored(record.id, tuple(events), unit.report())
 
 
 def _check_complete(run: RunRecord) -> None:
@@ -77,8 +78,30 @@ def _check_watched(run: RunRecord, monitors: LoadedMonitors) -> None:
         )
 
 
-def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, TrafficState]]:
-    """Feed the rows of a run frame by frame, in the order in which the pipeline had them."""
+def _told(
+    states: TrafficStates, unit: MonitoringUnit, frames: Iterable[tuple[int, _States]]
+) -> Iterator[Sample[MonitorEvent]]:
+    """Give what monitors tell frame by frame, and at the end, which comes as it does in a run.
+
+    There the time of the last frame is told before the end. After a gap this makes deadlines pass that lie before the
+    last frame, so what is told of them has the time at which it was certain in the run.
+    """
+    now_us = 0
+    for now_us, here in frames:
+        yield from _update(unit, now_us, here)
+    yield from _update(unit, now_us, states.advance(now_us))
+    yield from unit.advance(now_us)
+    yield from _update(unit, now_us, states.finish())
+    yield from unit.finish()
+
+
+def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Sample[MonitorEvent]]:
+    for t_us, state in states:
+        yield from unit.update(Sample(now_us, t_us, state))
+
+
+def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, _States]]:
+    """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
     trials = LinkTrials(TRIAL_US)
     links = _by_frame(log.links(run_id), "t_us")
     changes = _by_frame(log.relations(run_id), "decided_us")
@@ -87,13 +110,12 @@ def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple
     for _, t_us in log.frames(run_id):
         _, refuted = trials.judge(t_us, map(_link_change, links.get(t_us, ())))
         decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
-        yield from states.take_relations(t_us, decided, refuted)
+        past = states.take_relations(t_us, decided, refuted)
         here: tuple[CarState, ...] = ()
         if cars_us == t_us:
             here = tuple(cars)
             cars_us, cars = next(frames, (None, iter(())))
-        yield from states.take_cars(t_us, here, dict(trials.hypotheses()))
-    yield from states.finish()
+        yield t_us, past + states.take_cars(t_us, here, dict(trials.hypotheses()))
 
 
 def _by_frame(rows: Iterable[_Row], time: str) -> dict[int, list[_Row]]:

@@ -13,16 +13,35 @@ Arrived = list[tuple[int, Sample[Any]]]  # the node's time at which each sample 
 
 def received(policy: Policy, samples: Samples, told_us: int | None = None) -> list[Sample[Any]]:
     """Say what a subscriber receives of a whole stream."""
+    passed, end_us = passed_by(policy, samples, told_us)
+    if not is_sampled(policy):
+        return changes(policy, [sample for _, sample in passed])
+    return [Sample(at, t, value) for at, t, (value,) in states_of_stream(policy, passed, end_us)]
+
+
+def count_used(policy: Policy, samples: Samples, told_us: int | None = None) -> int:
+    """Say how many samples of a whole stream are delivered, or are what a sampled value is made of."""
+    if not is_sampled(policy):
+        return len(received(policy, samples, told_us))
+    passed, end_us = passed_by(policy, samples, told_us)
+    kept = first_word_only(policy, passed)
+    used_us = {
+        one.valid_us
+        for at_us, t_us, _ in states_of_stream(policy, passed, end_us)
+        for one in nearest(policy.approximation, [one for now_us, one in kept if now_us <= at_us], t_us)
+    }
+    return len(used_us)
+
+
+def passed_by(policy: Policy, samples: Samples, told_us: int | None) -> tuple[Arrived, int]:
+    """Say what passes the rules before that of cause, and when the stream ends."""
     clock_us = list(accumulate((sample.available_us for sample in samples), max))
     passed: Arrived = []
     for now_us, sample in zip(clock_us, samples, strict=True):
         is_taken = is_sampled(policy) or is_of_interest(policy, sample)
         if is_taken and all(is_in_order(policy, one.valid_us, sample) for _, one in passed):
             passed.append((now_us, sample))
-    if not is_sampled(policy):
-        return changes(policy, [sample for _, sample in passed])
-    end_us = max([*clock_us, *([] if told_us is None else [told_us])], default=0)
-    return [Sample(at, t, value) for at, t, (value,) in states_of_stream(policy, passed, end_us)]
+    return passed, max([*clock_us, *([] if told_us is None else [told_us])], default=0)
 
 
 def is_of_interest(policy: Policy, sample: Sample[Any]) -> bool:
@@ -130,12 +149,24 @@ def settling_time(policy: Policy, rows: Arrived, t_us: int) -> int | None:
 
 
 def value_at(approximation: Approximation, known: Samples, t_us: int) -> Any:
+    match nearest(approximation, known, t_us):
+        case []:
+            return NO_VALUE
+        case [one]:
+            return one.value
+        case [before, after]:
+            share = (t_us - before.valid_us) / (after.valid_us - before.valid_us)
+            return before.value + (after.value - before.value) * share
+
+
+def nearest(approximation: Approximation, known: Samples, t_us: int) -> list[Sample[Any]]:
+    """Say of which samples the value at a time is made."""
     before = max((one for one in known if one.valid_us <= t_us), key=lambda one: one.valid_us, default=None)
     after = min((one for one in known if one.valid_us >= t_us), key=lambda one: one.valid_us, default=None)
     if before is None:
-        return NO_VALUE
+        return []
     if before.valid_us == t_us or approximation is Approximation.MOST_RECENT:
-        return before.value
+        return [before]
     if after is None or approximation is Approximation.NONE:
-        return NO_VALUE
-    return before.value + (after.value - before.value) * ((t_us - before.valid_us) / (after.valid_us - before.valid_us))
+        return []
+    return [before, after]

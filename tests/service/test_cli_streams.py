@@ -271,3 +271,46 @@ def test_options_that_do_not_go_together_are_refused(
 ) -> None:
     assert run(["streams", *arguments]) == 2
     assert f"Invalid value for {wrong}" in capsys.readouterr().err
+
+
+def test_the_summary_says_what_is_not_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = shipped_kpl(TRAJECTORIES).text
+    for name in ("cars", "verdicts", "occurrences"):
+        (line,) = (one for one in text.splitlines() if one.startswith(f"stream recorded_{name} "))
+        text = text.replace(line, "")
+    kpl, race = tmp_path / "mine.kpl", write_race(tmp_path / "race.csv")
+    kpl.write_text(text)
+    options = ["process", str(race), "--kpl", str(kpl), "--log", str(tmp_path / "log.db")]
+    assert run(options) == 0
+    assert "real time): cars not recorded, events not recorded\n" in capsys.readouterr().out
+    assert run([*options, "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (summary["cars"], summary["events"]) == (None, None)
+
+
+def test_warnings_of_a_text_are_shown_after_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kpl, race = tmp_path / "mine.kpl", write_race(tmp_path / "race.csv", frames=5)
+    kpl.write_text(shipped_kpl(TRAJECTORIES).text + "strmgen spare = trajectories;\n")
+    assert run(["process", str(race), "--kpl", str(kpl), "--log", str(tmp_path / "log.db")]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert "warning[K0601]: label 'spare' is read by no unit and no stream" in lines
+
+
+def test_a_sampled_run_is_that_of_the_sampled_frames(tmp_path: Path) -> None:
+    """The race has ten frames a second: every fifth one is what sampling twice a second leaves."""
+    race, few, kpl = write_race(tmp_path / "race.csv"), tmp_path / "few.csv", tmp_path / "mine.kpl"
+    head, *rows = race.read_text().splitlines()
+    few.write_text("\n".join([head, *(row for row in rows if int(row.split(",")[0]) % 500_000 == 0), ""]))
+    whole = "anchoring(vision_objects with strict order)"
+    text = shipped_kpl(TRAJECTORIES).text
+    assert whole in text
+    kpl.write_text(text.replace(whole, whole.replace("with", "with sample every 500ms, use most recent,")))
+    found = []
+    for path, own in ((few, None), (race, kpl)):
+        url = f"sqlite:///{tmp_path / path.stem}.db"
+        run_id = process(RunRequest(input=path, site=None, log_url=url, kpl_file=own)).run
+        with open_log(url) as log:
+            found.append((list(log.states(run_id)), list(log.relations(run_id))))
+    assert found[0] == found[1]
+    assert len(found[0][0]) > 20
+    assert found[0][1]

@@ -141,7 +141,7 @@ def test_relations_that_come_when_their_state_has_left_are_dropped_and_counted()
     states.take_relations(2 * IDLE_US, ())
     assert values(states.take_relations(2 * IDLE_US + 20, ())) == [(2 * IDLE_US, True)]
     states.take_cars(10, [state(10, "a")])
-    assert states.left_out == {"cars late": 1}
+    assert states.left_out == {"cars late": 1, "relations not sampled": 1}
 
 
 def test_time_alone_completes_a_state_once_the_lag_is_over() -> None:

@@ -231,6 +231,20 @@ def test_monitors_tell_the_same_of_the_log_as_they_told_in_the_run(tmp_path: Pat
     ]
 
 
+@pytest.mark.parametrize("again", [[], [200], [200, 201], [200, 210], [200, 240], [200, 240, 280]])
+@pytest.mark.parametrize("window", ["5s", "15s", "17s", "30s"])
+def test_after_a_gap_the_log_tells_the_same_as_the_run(tmp_path: Path, again: list[int], window: str) -> None:
+    """Deadlines pass while no frame comes; the run is told the time of its last frame before the end."""
+    text = f"monitor far per ?car in Car: always eventually[0s, {window}] x[?car] > 1 km\n"
+    rows = [f"{100_000 * k},a,{k},0,0,10,4.5,1.8" for k in [*range(40), *again]]
+    (tmp_path / "gap.csv").write_text("\n".join([HEADER, *rows, ""]))
+    monitors, log = written(tmp_path, "a.monitors", text), str(tmp_path / "log.db")
+    process(RunRequest(tmp_path / "gap.csv", None, log, monitor_files=(monitors,)))
+    live = [stored(one) for one in read_all(f"sqlite:///{log}", EventFilter(types=("far_violated",)))]
+    assert told(monitor_log(log, [monitors]).events) == live
+    assert bool(live) is (window != "30s" and bool(again))
+
+
 @pytest.mark.parametrize(("jump_at", "expected"), [(14, []), (60, [("car1", "car2"), ("car2", "car1")])])
 def test_nobody_violates_anything_by_a_link_that_is_refuted(
     tmp_path: Path, jump_at: int, expected: list[tuple[str, str]]
