@@ -37,6 +37,7 @@ Progress = Callable[[int, int], None]
 
 _NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
 _NO_FAULTS = Degradation()
+_LARGEST_PX = 8192  # the ground is painted once in floats, which is gigabytes beyond
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +84,10 @@ def generate(
     seed : 0 to 2**31 - 1; fixes traffic, scenery, light and noise. A longer clip begins with the shorter one's traffic.
     duration_us : length of the clip.
     out_dir : made if it is missing; files of an earlier scene in it are replaced.
-    width_px, height_px : size of the image, both even, at least 64.
+    width_px, height_px : size of the image, both even, 64 to 8192.
     rate_hz : frames per second, from 10 up, a divisor of 1000, so that a frame lasts whole milliseconds.
     camera : how the scene is filmed; see `data_gen.cameras.camera_path`.
-    poses : tell the site file of the camera's poses; they are written for every camera that has one.
+    poses : tell the site file of the poses of a camera that moves; they are written for every camera that has one.
     thermal : add the video of a thermal camera of half the size.
     weather : "sunny", "clouds" whose shadows drift over the ground, or "overcast" without any shadow.
     occluders : what hides the traffic here and there: "trees", "bridge", "gantry", or "all".
@@ -117,6 +118,7 @@ def generate(
     plan = scenario_named(scenario, options)
     step_us = _step_us(rate_hz)
     _check_size(width_px, height_px)
+    _check_poses(camera, poses=poses)
     check_seed(seed)
     check_weather(weather)
     hung = occluder_kinds(occluders)
@@ -245,8 +247,14 @@ def _step_us(rate_hz: int) -> int:
 
 def _check_size(width_px: int, height_px: int) -> None:
     for name, size_px in (("width", width_px), ("height", height_px)):
-        if size_px < 64 or size_px % 2:
-            raise DataGenError(f"image {name}: expected an even number of pixels from 64 up, got {size_px!r}")
+        if not 64 <= size_px <= _LARGEST_PX or size_px % 2:
+            expected = f"expected an even number of pixels from 64 to {_LARGEST_PX}"
+            raise DataGenError(f"image {name}: {expected}, got {size_px!r}")
+
+
+def _check_poses(camera: CameraKind, *, poses: bool) -> None:
+    if poses and camera != "uav":
+        raise DataGenError(f"poses: expected the camera 'uav' for a site file with poses, got {camera!r}")
 
 
 def _even(value: float) -> int:

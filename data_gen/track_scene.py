@@ -81,9 +81,10 @@ def make_track_scene(
     Raises
     ------
     DataGenError
-        If an argument is out of range or SUMO fails; arguments are checked before anything is written.
+        If an argument is out of range, the folder has a scene with a video, or SUMO fails; nothing is written then.
     """
     plan = scenario_named(scenario, options)
+    _check_folder(out_dir)
     check_seed(seed)
     step_us, every = _steps(rate_hz)
     # The first of the sources of `generate`, so that equal steps give equal traffic.
@@ -141,21 +142,28 @@ def write_folder_tracks(
     Raises
     ------
     DataGenError
-        If a file is missing or cannot be read.
+        If a file is missing or cannot be read, or the new folder has a scene with a video.
     """
     names = ("truth.csv", "truth_events.jsonl", "network.net.xml", "site.toml")
     for name in names:
         if not (folder / name).is_file():
             raise DataGenError(f"{folder}: expected the folder of a scene with {name}, got none there")
     tracks = disturb(read_truth_rows(folder / "truth.csv", rate_hz=rate_hz), faults, seed=seed ^ _FAULT_SEED)
-    file.parent.mkdir(parents=True, exist_ok=True)
     if file.parent.resolve() != folder.resolve():
+        _check_folder(file.parent)
+        file.parent.mkdir(parents=True, exist_ok=True)
         for name in names[:3]:
             shutil.copyfile(folder / name, file.parent / name)
         network = file.parent / "network.net.xml"
         write_site_without_camera(file.parent / "site.toml", name=f"tracks of {folder.name}", network=network)
     write_tracks(file, tracks)
     return tracks
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse to put another truth beside a video: the two would no longer belong together."""
+    if (folder / "video.mp4").exists():
+        raise DataGenError(f"{folder}: expected a folder without a scene's video, got one with video.mp4")
 
 
 def _steps(rate_hz: int) -> tuple[int, int]:

@@ -215,7 +215,7 @@ def read_camera_track(path: str | Path) -> CameraTrack:
     """
     path = Path(path)
     try:
-        with path.open(encoding="utf-8", newline="") as file:
+        with path.open(encoding="utf-8-sig", newline="") as file:  # spreadsheets write a mark of byte order
             samples = list(_read_rows(csv.DictReader(file), path))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise GisError(f"{path}: expected a readable CSV file of camera poses, got {error!s}") from error
@@ -249,8 +249,9 @@ def _read_rows(reader: csv.DictReader[str], path: Path) -> Iterator[tuple[int, C
         where = f"{path}, line {reader.line_num}"
         try:
             t_us = int(row["t_us"])
+            np.int64(t_us)
             values = [float(row[name]) for name in COLUMNS[1:]]
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise GisError(f"{where}: expected a whole t_us and seven numbers, got {list(row.values())!r}") from error
         try:
             pose = CameraPose(*values)

@@ -1,7 +1,7 @@
 """Which detector looks at the input? Its name on the command line or in the site file, and what it needs besides.
 
-``motion`` is the built-in one, which fuses the colour and the thermal video where a site has both; ``motion:colour``
-and ``motion:thermal`` look at one of them. ``onnx:PATH`` is a trained network, ``file:PATH`` a file of detections.
+``motion`` is the built-in one on the video that was given; ``motion:thermal`` looks at the site's thermal video
+instead, ``motion:both`` fuses the two. ``onnx:PATH`` is a trained network, ``file:PATH`` a file of detections.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from vision.onnx_detector import OnnxDetector
 from vision.onnx_settings import OnnxSettings, read_onnx_settings
 from vision.stored_detections import StoredDetections
 
-Channels = Literal["both", "colour", "thermal"]
-GRAMMAR = "motion, motion:colour, motion:thermal, onnx:PATH or file:PATH"
-_CHANNELS: Mapping[str, Channels] = {"": "both", "colour": "colour", "thermal": "thermal"}
+Channels = Literal["colour", "thermal", "both"]
+GRAMMAR = "motion, motion:thermal, motion:both, onnx:PATH or file:PATH"
+_CHANNELS: Mapping[str, Channels] = {"": "colour", "thermal": "thermal", "both": "both"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class DetectionDetails:
 class MotionChoice:
     """The built-in detector, on the channels to look at."""
 
-    channels: Channels = "both"
+    channels: Channels = "colour"
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -156,7 +156,7 @@ def describe(choice: DetectorChoice, opened: BoxDetector[Frame] | BoxDetector[In
     'motion'
     """
     if isinstance(choice, MotionChoice):
-        return "motion" if choice.channels == "both" else f"motion:{choice.channels}"
+        return "motion" if choice.channels == "colour" else f"motion:{choice.channels}"
     if isinstance(choice, FileChoice):
         return f"file:{choice.path.name}"
     runtime = f" ({opened.runtime})" if isinstance(opened, OnnxDetector) else ""

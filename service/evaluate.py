@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
+from data_gen.truth_event import ROLES
 from service.errors import TruthError
 from service.proportions import wilson_interval
 
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 
 TOLERANCE_US = 2_000_000
 NEAREST_M = 4.0
+TOLD_TYPES = frozenset(ROLES)
+"""Types that the truth of a generated scene tells of: if it has none, there was none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,8 @@ class Evaluation:
     ----------
     right : matches with countable truth. border : matches with truth that does not count.
     wrong : recognised events without truth. missed : countable truth that was not recognised.
+    unjudged : recognised events of a type that the truth does not tell of; they are all there is then.
+    has_truth : whether the truth tells of the type at all.
     """
 
     type: str
@@ -96,6 +101,8 @@ class Evaluation:
     border: tuple[Match, ...]
     wrong: tuple[RecognisedEvent, ...]
     missed: tuple[TrueEvent, ...]
+    unjudged: tuple[RecognisedEvent, ...] = ()
+    has_truth: bool = True
 
     @property
     def in_truth(self) -> int:
@@ -137,6 +144,8 @@ class Evaluation:
             "wrong": wrong,
             "missed": missed,
             "border": len(self.border),
+            "has_truth": self.has_truth,
+            "unjudged": len(self.unjudged),
             "in_truth": self.in_truth,
             "precision": self.precision,
             "precision_interval": wilson_interval(right, right + wrong) if right + wrong else None,
@@ -163,9 +172,16 @@ def evaluate_events(
     recognised, cars : events and car symbols of the log.
     truth, vehicles : true events and true vehicles of the scene.
     event_type : the type to score, in the log and in the truth alike.
+
+    Returns
+    -------
+    The score. Of a type that no event of the truth has and that is none of `TOLD_TYPES`, nobody can say whether the
+    recognised events are right: they are *unjudged*.
     """
     claims = [event for event in recognised if event.type == event_type]
     facts = [event for event in truth if event.type == event_type]
+    if not facts and event_type not in TOLD_TYPES:
+        return Evaluation(event_type, (), (), (), (), unjudged=tuple(claims), has_truth=False)
     roles = [_true_roles(event, cars, vehicles) for event in claims]
     pairs = _assign(claims, roles, facts)
     matches = [Match(claims[i], facts[j]) for i, j in pairs]
@@ -196,6 +212,8 @@ def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
         border=tuple(match for one in evaluations for match in one.border),
         wrong=tuple(event for one in evaluations for event in one.wrong),
         missed=tuple(event for one in evaluations for event in one.missed),
+        unjudged=tuple(event for one in evaluations for event in one.unjudged),
+        has_truth=any(one.has_truth for one in evaluations),
     )
 
 
@@ -216,7 +234,7 @@ def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
 
 def _read_text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise TruthError(f"{path}: expected a readable truth file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
@@ -224,27 +242,37 @@ def _read_text(path: Path) -> str:
 
 
 def _load_true_events(path: Path) -> list[TrueEvent]:
-    events = []
+    events: list[TrueEvent] = []
     for number, line in enumerate(_read_text(path).splitlines(), start=1):
         try:
-            row = json.loads(line)
-            fields = (row["type"], row["roles"], int(row["start_us"]), int(row["end_us"]), bool(row["countable"]))
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            events.append(_true_event(json.loads(line)))
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
             raise TruthError(
                 f"{path}:{number}: expected a truth event as one JSON object, got {line[:80]!r}"
             ) from error
-        events.append(TrueEvent(*fields))
     return events
+
+
+def _true_event(row: dict[str, object]) -> TrueEvent:
+    """Read one event; whatever is wrong with it raises one of the errors that `_load_true_events` words."""
+    name, roles, start_us, end_us = row["type"], row["roles"], row["start_us"], row["end_us"]
+    if not (isinstance(name, str) and isinstance(roles, dict) and all(isinstance(one, str) for one in roles.values())):
+        raise TypeError("type or roles")
+    if not (isinstance(start_us, int) and isinstance(end_us, int)):
+        raise TypeError("times")
+    return TrueEvent(name, roles, int(start_us), int(end_us), bool(row["countable"]))
 
 
 def _load_true_positions(path: Path) -> Positions:
     t_us, ids, centres = [], [], []
     for number, row in enumerate(csv.DictReader(_read_text(path).splitlines()), start=2):
         try:
-            t_us.append(int(row["t_us"]))
+            t_us.append(int(np.int64(int(row["t_us"]))))
             ids.append(row["id"])
             centres.append((float(row["x_m"]), float(row["y_m"])))
-        except (ValueError, KeyError, TypeError) as error:
+            if not np.isfinite(centres[-1]).all():
+                raise ValueError("not finite")
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise TruthError(f"{path}:{number}: expected t_us, id, x_m, y_m, got {row!r}") from error
     if not t_us:
         raise TruthError(f"{path}: expected at least one row with t_us, id, x_m, y_m, got none")

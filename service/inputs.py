@@ -211,23 +211,23 @@ def open_input(
 
 def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:
     """Open what the built-in detector is to look at: the video, the thermal one beside it, or both."""
+    if choice.channels == "colour":
+        return replace(_open_video(path, site), detector=describe(choice))
     thermal = site.thermal if site else None
+    if site is None or thermal is None:
+        raise InputError(f"{path}: expected a [camera.thermal] in the site file for {describe(choice)}, got none")
     if choice.channels == "thermal":
-        if site is None or thermal is None:
-            raise InputError(f"{path}: expected a [camera.thermal] in the site file for motion:thermal, got none")
         # Poses and masks are those of the colour camera.
         motion = None if site.motion is None else Motion(None, site.motion.reach_m)
         alone = replace(site, camera=thermal.camera, motion=motion, road_mask=None)
         return replace(_open_video(thermal.video, alone), detector=describe(choice), is_thermal=True)
     source = _open_video(path, site)
-    if choice.channels == "colour" or thermal is None:
-        return replace(source, detector=describe(MotionChoice("colour") if thermal else choice))
     if source.motion is not None:
         warning = f"{path.name}: the camera moves, so the thermal video beside it is not looked at"
-        return replace(source, detector="motion:colour", warnings=(*source.warnings, warning))
+        return replace(source, detector=describe(MotionChoice()), warnings=(*source.warnings, warning))
     video = open_video(thermal.video)
     view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px))
-    return replace(source, thermal=ThermalVideo(video, view), detector="motion:both")
+    return replace(source, thermal=ThermalVideo(video, view), detector=describe(choice))
 
 
 def _open_video(path: Path, site: Site | None) -> VideoInput:

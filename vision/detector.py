@@ -13,7 +13,7 @@ from vision.background import AT_THRESHOLD, Background
 from vision.blobs import Cells, find_blobs
 from vision.boxes import Boxes, distance_to_boxes
 from vision.frames import ByteArray
-from vision.lanes import LaneField
+from vision.lanes import TWO_VEHICLES_M, LaneField
 from vision.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.split import assign_cells
@@ -110,12 +110,14 @@ class Expected:
     bodies : the same without shadows.
     is_sized : which of the known ones have a size that can be relied on.
     tentative : boxes of unconfirmed tracks that move; they lend their direction to the blobs that they meet.
+    is_driving : which of the known ones move faster than the heading needs.
     """
 
     known: Boxes
     bodies: Boxes
     is_sized: BoolArray
     tentative: Boxes
+    is_driving: BoolArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +197,7 @@ class MotionDetector:
         # Owned cells are grouped by owner; of each blob, what is left over and what was never owned stay together.
         others = known + 2 * blobs.group + ownership.is_rest
         cells = blobs.regroup(np.where(ownership.owner >= 0, ownership.owner, others))
-        cells = self._part_by_lanes(cells, ownership.is_divided, image)
+        cells = self._part_by_lanes(cells, ownership.is_divided | self._is_one(expected), image, seen.boxes)
         cells = cells.keep(self._surface.areas_m2(cells) >= self._settings.min_area_m2)
         owner = np.where(cells.key < known, cells.key, -1)
         heading, elongation = self._headings(cells)
@@ -214,29 +216,34 @@ class MotionDetector:
             directed=is_owned | lent,
             cut=footprints.cut,
             borders_m=footprints.borders_m,
+            weight=footprints.weight,
         )
 
-    def _part_by_lanes(self, cells: Cells, is_divided: BoolArray, image: RoadImage) -> Cells:
-        """Part groups that fill several lanes; the owner of such a group, if there is one, keeps the largest part.
+    @staticmethod
+    def _is_one(expected: Expected) -> BoolArray:
+        """Tell which known objects are one vehicle: two that drive were seen apart, two that stand are too wide."""
+        return expected.is_driving | (expected.is_sized & (expected.known.width_m < TWO_VEHICLES_M))
+
+    def _part_by_lanes(self, cells: Cells, is_whole: BoolArray, image: RoadImage, seen: Boxes) -> Cells:
+        """Part groups that fill several lanes; the owner of such a group, if there is one, keeps a part.
 
         Parameters
         ----------
-        cells : grouped by owner; keys from `len(is_divided)` on mean none.
-        is_divided : (n,) owners that share a blob already.
+        cells : grouped by owner; keys from `len(is_whole)` on mean none.
+        is_whole : (n,) owners whose groups are not parted: they share a blob already, or are one vehicle.
+        seen : n boxes on the plane, where the owners must be; the part nearest to its box is kept.
         """
         if self._lanes is None:
             return cells
         part = self._lanes.parts(cells, lambda points: self._light(image, points))
-        known = len(is_divided)
-        is_shared = np.append(is_divided, False)[np.minimum(cells.key, known)]
-        part[is_shared[cells.group]] = 0
+        known = len(is_whole)
+        part[np.append(is_whole, False)[np.minimum(cells.key, known)][cells.group]] = 0
         if not part.any():
             return cells
         parts = int(part.max()) + 1
         key = cells.key[cells.group]
         loose = int(cells.key.max()) + 1 + cells.group * parts + part
-        sizes = np.bincount(cells.group * parts + part, minlength=cells.count * parts).reshape(cells.count, parts)
-        is_kept = (part == 0) | ((key < known) & (part == sizes.argmax(axis=1)[cells.group]))
+        is_kept = (part == 0) | ((key < known) & (part == _nearest_part(cells, part, seen)[cells.group]))
         return cells.regroup(np.where(is_kept, key, loose))
 
     def _light(self, image: RoadImage, points: FloatArray) -> ByteArray:
@@ -260,6 +267,17 @@ class MotionDetector:
         self._shadows_us = image.t_us
         is_shaded = self._raster.unpack(self._background.shaded(image)) > 0
         return self._raster.grid.look_up(is_shaded, cells.points)
+
+
+def _nearest_part(cells: Cells, part: IntArray, seen: Boxes) -> IntArray:
+    """Find the part of each owned group whose middle lies nearest to where its owner must be; 0 without an owner."""
+    nearest = np.zeros(cells.count, np.intp)
+    for group in np.flatnonzero(cells.key < len(seen)):
+        rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
+        numbers = np.unique(part[rows])
+        middles = np.array([cells.points[rows][part[rows] == number].mean(axis=0) for number in numbers])
+        nearest[group] = numbers[np.argmin(np.hypot(*(middles - seen.centre_m[cells.key[group]]).T))]
+    return nearest
 
 
 def _without_halo(cells: Cells) -> Cells:

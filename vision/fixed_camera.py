@@ -62,6 +62,8 @@ class FixedCameraVision:
         car_cells = self._settings.car_width_m / raster.grid.side if is_map else None
         self._background = Background(raster, self._settings, car_cells=car_cells)
         field = LaneField(raster.grid, lanes) if is_map and lanes else None
+        if lanes and isinstance(self._surface, ImageSurface):
+            field = self._surface.lane_field(lanes)
         self._watch = RoadWatch(self._surface, self._background, self._settings, field)
 
     def observe(self, frame: Frame) -> list[VisionObjects]:

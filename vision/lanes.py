@@ -24,7 +24,7 @@ BoolArray = NDArray[np.bool_]
 # A blob at least this wide across the lanes may be two vehicles; of each, this much area and width is in its lane.
 TWO_VEHICLES_M = 3.4
 LEAST_PART_M2 = 3.0
-LEAST_PART_M = 1.3
+LEAST_PART_M = 1.5
 # Beside a vehicle this long, which is tall too, the next lane may hold nothing but its shadow.
 TALL_LENGTH_M = 7.5
 # The part of a lane that is the shadow of the vehicle beside it is evenly dark: so much of it, within so many per cent.

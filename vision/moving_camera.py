@@ -97,11 +97,14 @@ class MovingCameraVision:
 
         Returns
         -------
-        The objects of frames still held, if the video ended during start-up.
+        The objects of frames still held, if the video ended during start-up; that the view was lost all the time.
         """
         if self._background.is_ready:
             return []
-        return self._catch_up(self._background.start())
+        held = self._background.start()
+        if not held:  # There was never a map, as with poses on another clock.
+            return [VisionObjects.lost(t_us) for t_us in self._held_lost_us]
+        return self._catch_up(held)
 
     def _miss(self, t_us: int) -> list[VisionObjects]:
         if not self._background.is_ready:

@@ -47,12 +47,14 @@ class Footprints:
     noise : (n, 2, 2) covariance of the centres.
     cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
     borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
+    weight : (n,) how much evidence for a vehicle at this place each is, 0 to 1; None for 1 each.
     """
 
     boxes: Boxes
     noise: FloatArray
     cut: NDArray[np.int8]
     borders_m: FloatArray
+    weight: FloatArray | None = None
 
 
 class Surface(Protocol):

@@ -83,6 +83,7 @@ class Tracker:
             bodies=self._bodies().select(tracks.is_confirmed),
             is_sized=(tracks.size_count >= SIZED_COUNT)[tracks.is_confirmed],
             tentative=boxes.select(~tracks.is_confirmed & has_direction),
+            is_driving=has_direction[tracks.is_confirmed],
         )
 
     def update(self, detections: Detections) -> VisionObjects:

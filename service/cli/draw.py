@@ -23,6 +23,8 @@ def draw(
 
     from_us = parse_media_us(start, parameter="--from")
     to_us = parse_media_us(end, parameter="--to") if end else None
+    if to_us is not None and to_us <= from_us:
+        raise InputError(f"--to: expected a time after --from, got {end!r} and {start!r}")
     suffix = out.suffix.lower()
     if suffix in PICTURES:
         draw_picture(video, log, out, at_us=from_us, run=run)

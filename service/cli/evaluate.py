@@ -50,9 +50,19 @@ def evaluate(
         print(msgspec.json.encode(_record(parts, evaluation, scores, is_flat=what is None)).decode())
     else:
         print("\n\n".join(_texts(parts, evaluation, scores)))
-    f1 = None if evaluation is None else evaluation.f1  # None: nothing to find and nothing claimed
-    if min_f1 is not None and f1 is not None and f1 < min_f1:
-        print(f"error: {event_type}: expected F1 >= {min_f1}, got {f1:.3f}", file=sys.stderr)
+    if min_f1 is not None and evaluation is not None:
+        _hold_to(evaluation, min_f1)
+
+
+def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:
+    """Leave with an error if the events are not good enough, or nobody can say how good they are."""
+    from service.errors import TruthError
+
+    if not evaluation.has_truth:
+        raise TruthError(f"--min-f1: expected a type that the truth tells of, got {evaluation.type!r}")
+    f1 = evaluation.f1  # None: nothing to find and nothing claimed
+    if f1 is not None and f1 < min_f1:
+        print(f"error: {evaluation.type}: expected F1 >= {min_f1}, got {f1:.3f}", file=sys.stderr)
         raise typer.Exit(exit_codes.BELOW_THRESHOLD)
 
 
@@ -125,6 +135,8 @@ def _texts(parts: Sequence[str], evaluation: "Evaluation | None", scores: "Scene
 
 def describe(evaluation: "Evaluation") -> str:
     """Write a score for people."""
+    if not evaluation.has_truth:
+        return f"{evaluation.type}: {len(evaluation.unjudged)} recognised; the truth does not tell of this type"
     right, wrong, missed = len(evaluation.right), len(evaluation.wrong), len(evaluation.missed)
     counts = f"{right} right, {wrong} wrong, {missed} missed, {len(evaluation.border)} at the border"
     none = "" if evaluation.in_truth else "0 in the truth, "

@@ -37,7 +37,7 @@ def generate(
     camera: Annotated[
         CameraChoice, typer.Option("--camera", help="Straight above, slantwise from a mast, or a drone that drifts.")
     ] = CameraChoice.VERTICAL,
-    poses: Annotated[bool, typer.Option("--poses", help="Tell the site file of the camera's poses.")] = False,
+    poses: Annotated[bool, typer.Option("--poses", help="Tell the site file of the poses, with --camera uav.")] = False,
     thermal: Annotated[bool, typer.Option("--thermal", help="Add the video of a thermal camera.")] = False,
     weather: Annotated[
         WeatherChoice, typer.Option("--weather", help="Sun, drifting clouds, or a closed layer of cloud.")

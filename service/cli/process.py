@@ -40,7 +40,7 @@ def process(
     ] = None,
     detector: Annotated[
         str | None,
-        typer.Option("--detector", help="motion, motion:colour, motion:thermal, onnx:PATH or file:PATH."),
+        typer.Option("--detector", help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH."),
     ] = None,
     detections: Annotated[
         Path | None,
@@ -259,8 +259,8 @@ def _summary_json(summary: "RunSummary") -> str:
 def print_summary(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
     progress = summary.progress
-    for warning in summary.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+    for warning in summary.warnings:  # those of a text of streams say so themselves
+        print(warning if warning.startswith("warning[") else f"warning: {warning}", file=sys.stderr)
     print(
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
         f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"

@@ -66,6 +66,7 @@ def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int 
         frames=log.frames(run.id),
         car_numbers={one.car: one.number for one in log.cars(run.id)},
         camera=run.camera,
+        views=log.views(run.id),
     )
     left_out = report.without_frame + report.outside
     if left_out:

@@ -9,13 +9,18 @@ if TYPE_CHECKING:
     from data_gen.trajectories import NoisyTracks, TrackFaults
 
 
+SCENE_FILES = ("truth.csv", "camera.csv")
+
+
 def trajectories(
     source: Annotated[
         str, typer.Argument(metavar="SCENARIO|FOLDER", help="A scenario, or the folder of a generated scene.")
     ],
     out: Annotated[Path, typer.Option("--out", help="Trajectory file (.csv); site and truth are written beside it.")],
-    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same files.")] = 1,
-    seconds: Annotated[float, typer.Option("--seconds", help="Length of the clip, of a scenario.")] = 300.0,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same files.")] = 1,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.1, max=86_400.0, help="Length of the clip, of a scenario.")
+    ] = 300.0,
     rate_hz: Annotated[
         int | None, typer.Option("--rate-hz", min=1, help="Rows a second of each vehicle; 10, or those of the folder.")
     ] = None,
@@ -37,6 +42,7 @@ def trajectories(
     from data_gen.trajectories import TrackFaults
     from service.cli.generate import read_scenario_options
 
+    _check_out(out)
     gaps_per_minute, gap_us = parse_gap(gap)
     faults = TrackFaults(
         position_sigma_m=position_noise_m,
@@ -92,6 +98,13 @@ def parse_gap(text: str) -> tuple[float, int]:
     except (ValueError, OverflowError):
         pass
     raise typer.BadParameter(f"expected RATE:SECONDS, as 0.5:2, got {text!r}", param_hint="--gap")
+
+
+def _check_out(out: Path) -> None:
+    """Refuse a name that is no trajectory file's to us, or that of a file of the scene itself."""
+    if out.suffix.lower() != ".csv" or out.name in SCENE_FILES:
+        expected = f"expected a path that ends in .csv and none of {', '.join(SCENE_FILES)}"
+        raise typer.BadParameter(f"{expected}, got {str(out)!r}", param_hint="--out")
 
 
 def _of_folder(folder: Path, out: Path, seed: int, rate_hz: int | None, faults: "TrackFaults") -> "NoisyTracks":

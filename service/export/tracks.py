@@ -6,11 +6,11 @@ benchmarks read: boxes in the image, with whole-numbered frames and objects.
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TextIO
 
-from service.records import CameraRecord, CarState
+from service.records import CameraRecord, CarState, ViewRecord
 
 COLUMNS = (
     "t_us", "id", "class", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m", "road", "lane", "visible",
@@ -55,6 +55,7 @@ def write_tracks_mot(
     frames: Iterable[tuple[int, int]],
     car_numbers: Mapping[str, int],
     camera: CameraRecord,
+    views: Iterable[ViewRecord] = (),
 ) -> MotReport:
     """Write car states as MOT text: frame, id, left, top, width, height, confidence, -1, -1, -1.
 
@@ -66,11 +67,14 @@ def write_tracks_mot(
     states : ordered by time.
     frames : (number, t_us), ordered by time.
     car_numbers : the whole number that stands for each car symbol.
+    camera : of the run.
+    views : of a moving camera, ordered by time; none for a fixed one. A car has no box while the view is lost.
     """
-    view = _View(camera)
+    walk = _Views(camera, iter(views))
     written = without_frame = outside = 0
     for number, one in _numbered(states, frames):
-        box = view.box(one)
+        view = walk.at(one.t_us)
+        box = None if view is None else view.box(one)
         if number is None:
             without_frame += 1
         elif box is None:
@@ -104,6 +108,27 @@ def footprint_corners(state: CarState) -> tuple[Point, Point, Point, Point]:
     )
 
 
+class _Views:
+    """Walk through the views of a run in step with its states; a fixed camera has the same one all the time."""
+
+    def __init__(self, camera: CameraRecord, views: Iterator[ViewRecord]) -> None:
+        self._size_px = (camera.width_px, camera.height_px)
+        self._views = views
+        self._next = next(views, None)
+        self._is_moving = self._next is not None
+        self._present = None if self._is_moving else _View(camera.pixel_from_ground, *self._size_px)
+        self._present_us = -1
+
+    def at(self, t_us: int) -> "_View | None":
+        """Return the view at this time, None if it is not known; times must not decrease."""
+        while self._next is not None and self._next.t_us <= t_us:
+            numbers = self._next.pixel_from_ground
+            self._present = _View(numbers, *self._size_px) if numbers else None
+            self._present_us = self._next.t_us
+            self._next = next(self._views, None)
+        return None if self._is_moving and self._present_us != t_us else self._present
+
+
 def _numbered(states: Iterable[CarState], frames: Iterable[tuple[int, int]]) -> Iterator[tuple[int | None, CarState]]:
     """Join states and frames by time, both read once; None for a state between frames."""
     walk = iter(frames)
@@ -117,9 +142,9 @@ def _numbered(states: Iterable[CarState], frames: Iterable[tuple[int, int]]) -> 
 class _View:
     """Where footprints lie in an image; points behind the camera have no place there."""
 
-    def __init__(self, camera: CameraRecord) -> None:
-        self._h = camera.pixel_from_ground
-        self._width_px, self._height_px = camera.width_px, camera.height_px
+    def __init__(self, pixel_from_ground: Sequence[float], width_px: int, height_px: int) -> None:
+        self._h = pixel_from_ground
+        self._width_px, self._height_px = width_px, height_px
         # The scale of a homography is free, so which sign means "in front" is read off a point that is: the ground
         # at the middle of the lower edge, which is never above the horizon.
         x_m, y_m = self._ground((self._width_px - 1) / 2, self._height_px - 1)

@@ -27,6 +27,7 @@ BoolArray = NDArray[np.bool_]
 
 MOT_SUFFIXES = (".txt", ".mot")
 MOT_FIELDS = 6
+FARTHEST_PX = 1_000_000
 # In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
 _MOT_OFFSET_PX = 1.5
 
@@ -155,6 +156,7 @@ def _read_visible(path: Path, tracks: Trajectories) -> BoolArray:
 
 def _read_mot(path: Path, frame_us: IntArray, view: SceneView) -> ObjectRows:
     frames, names, boxes = [], [], []
+    told: set[tuple[int, str]] = set()
     for number, fields in enumerate(_mot_lines(path), start=1):
         try:
             frame, left, top, width, height = int(fields[0]), *(float(text) for text in fields[2:MOT_FIELDS])
@@ -163,6 +165,12 @@ def _read_mot(path: Path, frame_us: IntArray, view: SceneView) -> ObjectRows:
             raise InputError(f"{path}:{number}: expected {expected}, got {','.join(fields)!r}") from error
         if not 1 <= frame <= len(frame_us):
             raise InputError(f"{path}:{number}: expected a frame from 1 to {len(frame_us)}, got {frame}")
+        if not (all(abs(value) <= FARTHEST_PX for value in (left, top, width, height)) and min(width, height) >= 0):
+            expected = f"expected a box within {FARTHEST_PX} pixels, its sides not below 0"
+            raise InputError(f"{path}:{number}: {expected}, got {','.join(fields)!r}")
+        if (frame, fields[1].strip()) in told:
+            raise InputError(f"{path}:{number}: expected each id once in a frame, got {fields[1].strip()!r} again")
+        told.add((frame, fields[1].strip()))
         frames.append(frame - 1)
         names.append(fields[1].strip())
         boxes.append((left - _MOT_OFFSET_PX, top - _MOT_OFFSET_PX, width, height))

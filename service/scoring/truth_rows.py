@@ -7,7 +7,8 @@ or its footprint with `EDGE_M` around it reaches over the edge of the picture.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -136,10 +137,17 @@ def load_truth_table(folder: Path) -> TruthTable:
     if not path.is_file():
         raise TruthError(f"{folder}: expected a truth folder with {path.name}, got none there")
     try:
-        with path.open(encoding="utf-8", newline="") as file:
+        with path.open(encoding="utf-8-sig", newline="") as file:
             return _read(path, csv.reader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise TruthError(f"{path}: expected a readable CSV file, got {error}") from error
+
+
+def _finite(texts: Iterable[str]) -> list[float]:
+    values = [float(text) for text in texts]
+    if not all(map(math.isfinite, values)):
+        raise ValueError("not finite")
+    return values
 
 
 def _read(path: Path, lines: Iterator[list[str]]) -> TruthTable:
@@ -152,9 +160,9 @@ def _read(path: Path, lines: Iterator[list[str]]) -> TruthTable:
     for number, fields in enumerate(lines, start=2):
         try:
             t_us, name, kind, *numbers = (fields[place] for place in places)
-            times.append(int(t_us))
-            values.append([float(text) for text in numbers])
-        except (ValueError, IndexError) as error:
+            times.append(np.int64(int(t_us)))
+            values.append(_finite(numbers))
+        except (ValueError, IndexError, OverflowError) as error:
             raise TruthError(f"{path}:{number}: expected whole t_us and numbers, got {','.join(fields)!r}") from error
         names.append(name)
         kinds.append(kind)

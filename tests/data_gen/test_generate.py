@@ -105,7 +105,7 @@ def test_progress_counts_every_frame(tmp_path: Path) -> None:
         ({"scenario": "moon"}, "scenario: expected one of .*, rural_overtaking, .*, got 'moon'"),
         ({"seed": -1}, "seed: expected 0 to 2147483647, got -1"),
         ({"rate_hz": 30}, "rate: expected a divisor of 1000 from 10 up, in frames per second, got 30"),
-        ({"width_px": 641}, "image width: expected an even number of pixels from 64 up, got 641"),
+        ({"width_px": 641}, "image width: expected an even number of pixels from 64 to 8192, got 641"),
         ({"camera": "moon"}, "camera: expected one of vertical, oblique, uav, got 'moon'"),
         ({"weather": "snow"}, "weather: expected one of sunny, clouds, overcast, got 'snow'"),
         ({"occluders": ["wall"]}, "occluders: expected none, all or some of trees, bridge, gantry, got 'wall'"),

@@ -167,3 +167,16 @@ def test_a_broken_file_is_refused_with_its_place(tmp_path: Path, text: str, mess
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(GisError, match="expected a readable CSV file of camera poses"):
         read_camera_track(tmp_path / "none.csv")
+
+
+def test_a_time_beyond_64_bits_is_refused_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "camera.csv"
+    path.write_text(",".join(COLUMNS) + f"\n{10**20},0,0,90,0,-1.5,0,900\n")
+    with pytest.raises(GisError, match=r"camera\.csv, line 2: expected a whole t_us and seven numbers"):
+        read_camera_track(path)
+
+
+def test_a_mark_of_byte_order_is_read_over(tmp_path: Path) -> None:
+    path = tmp_path / "camera.csv"
+    path.write_text(",".join(COLUMNS) + "\n7,0,0,90,0,-1.5,0,900\n", encoding="utf-8-sig")
+    assert read_camera_track(path).t_us.tolist() == [7]

@@ -34,6 +34,8 @@ def test_a_folder_is_disturbed_without_simulating_again(tmp_path: Path) -> None:
         (["meeting_only", "--gap", "2"], exit_codes.USAGE, "expected RATE:SECONDS, as 0.5:2, got '2'"),
         (["meeting_only", "--miss", "2"], exit_codes.INVALID, "miss_share: expected 0 to 1, got 2.0"),
         (["meeting_only", "--rate-hz", "7"], exit_codes.INVALID, "rate: expected a divisor of 1000"),
+        (["meeting_only", "--seconds", "nan"], exit_codes.USAGE, "'--seconds'"),
+        (["meeting_only", "--seed", "-1"], exit_codes.USAGE, "'--seed'"),
         ([".", "--view"], exit_codes.USAGE, "expected a scenario for --view and --option"),
     ],
 )
@@ -43,3 +45,27 @@ def test_wrong_arguments_are_refused(
     assert run(["trajectories", *arguments, "--out", str(tmp_path / "t.csv")]) == code
     assert message in " ".join(capsys.readouterr().err.split())
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["truth.csv", "camera.csv", "site.toml", "tracks.txt"])
+def test_a_name_that_is_none_of_a_trajectory_file_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    (tmp_path / name).write_text("mine")
+    assert run(["trajectories", "meeting_only", "--seconds", "1", "--out", str(tmp_path / name)]) == exit_codes.USAGE
+    assert "--out: expected a path that ends in .csv and none of" in " ".join(capsys.readouterr().err.split())
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [(name, "mine")]
+
+
+def test_the_truth_of_a_video_is_never_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, other = tmp_path / "scene", tmp_path / "other"
+    make = ["trajectories", "meeting_only", "--seconds", "1", "--out"]
+    assert run([*make, str(other / "t.csv")]) == exit_codes.OK
+    scene.mkdir()
+    (scene / "video.mp4").write_text("a video")
+    (scene / "truth.csv").write_text("its truth")
+    for source in ("meeting_only", str(other)):
+        assert run(["trajectories", source, "--out", str(scene / "t.csv")]) == exit_codes.INVALID
+        assert "expected a folder without a scene's video, got one with video.mp4" in capsys.readouterr().err
+    assert (scene / "truth.csv").read_text() == "its truth"
+    assert not (scene / "site.toml").exists()

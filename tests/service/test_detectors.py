@@ -146,7 +146,7 @@ homography = [[0.25, 0.0, 0.0], [0.0, -0.25, 15.75], [0.0, 0.0, 1.0]]
 
 @pytest.mark.parametrize(
     ("wanted", "path", "has_second"),
-    [(None, "video.mp4", True), ("motion:colour", "video.mp4", False), ("motion:thermal", "thermal.mp4", False)],
+    [(None, "video.mp4", False), ("motion:both", "video.mp4", True), ("motion:thermal", "thermal.mp4", False)],
 )
 def test_channels_of_a_site_with_a_thermal_video(tmp_path: Path, wanted: str, path: str, has_second: bool) -> None:
     video = make_video(tmp_path / "video.mp4", level=70.0)
@@ -154,14 +154,15 @@ def test_channels_of_a_site_with_a_thermal_video(tmp_path: Path, wanted: str, pa
     source = open_input(video, load_site(make_site(tmp_path, THERMAL)), detector=wanted)
     assert isinstance(source, VideoInput)
     assert (source.path.name, source.thermal is not None) == (path, has_second)
-    assert source.detector == (wanted or "motion:both")
+    assert source.detector == (wanted or "motion")
 
 
 def test_car_that_only_the_thermal_camera_sees_is_in_the_log(tmp_path: Path) -> None:
     video = make_video(tmp_path / "video.mp4", level=70.0)
     make_video(tmp_path / "thermal.mp4")
     log = tmp_path / "log.db"
-    assert run(["process", str(video), "--site", str(make_site(tmp_path, THERMAL)), "--log", str(log)]) == 0
+    site = make_site(tmp_path, THERMAL)
+    assert run(["process", str(video), "--site", str(site), "--log", str(log), "--detector", "motion:both"]) == 0
     record, [car] = last_states(log)
     assert car == pytest.approx((east_m(FRAMES - 1), NORTH_M), abs=0.5)
     assert record.detector == "motion:both"

@@ -125,3 +125,57 @@ def test_truth_line_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "truth.csv").write_text("t_us,id,x_m,y_m\n")
     with pytest.raises(TruthError, match=r"truth_events.jsonl:1: expected a truth event"):
         load_truth(tmp_path)
+
+
+def near_miss(vehicle: str) -> TrueEvent:
+    return TrueEvent("near_miss", {"car": vehicle}, 2 * SECOND, 3 * SECOND, countable=True)
+
+
+def near_misses(*cars: str) -> list[RecognisedEvent]:
+    return [RecognisedEvent(f"e{car}", "near_miss", {"car": car}, 2 * SECOND, 3 * SECOND) for car in cars]
+
+
+def test_events_of_a_type_without_truth_are_unjudged_and_not_wrong() -> None:
+    claims = near_misses("car1", "car2")
+    result = evaluate_events(claims, CARS, [fact("a", "b", 2, 5)], VEHICLES, event_type="near_miss")
+    assert (result.has_truth, result.unjudged, result.wrong) == (False, tuple(claims), ())
+    assert (result.precision, result.recall, result.f1) == (None, None, None)
+
+
+def test_one_event_of_a_type_says_that_the_truth_tells_of_it() -> None:
+    result = evaluate_events(near_misses("car1", "car2"), CARS, [near_miss("a")], VEHICLES, event_type="near_miss")
+    assert (result.has_truth, result.unjudged, len(result.right), len(result.wrong)) == (True, (), 1, 1)
+
+
+def test_every_type_of_a_generated_scene_is_judged_without_any_there() -> None:
+    for name in ("overtake", "pass", "turn_left", "follow", "wrong_way"):
+        claims = [RecognisedEvent("e1", name, {"car": "car1"}, SECOND, SECOND)]
+        assert len(evaluate_events(claims, CARS, [], VEHICLES, event_type=name).wrong) == 1
+
+
+def test_unjudged_events_of_several_scenes_add_up() -> None:
+    one = evaluate_events(near_misses("car1"), CARS, [], VEHICLES, event_type="near_miss")
+    other = evaluate_events(near_misses("car1", "car2"), CARS, [], VEHICLES, event_type="near_miss")
+    pooled = merge_evaluations([one, other])
+    assert (len(pooled.unjudged), pooled.has_truth) == (3, False)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"type": 3}, {"roles": []}, {"roles": {"car": 3}}, {"start_us": 1e400}, {"end_us": "soon"}],
+    ids=["type", "no roles", "role", "infinite", "text"],
+)
+def test_a_true_event_with_a_wrong_field_is_refused(tmp_path: Path, change: dict[str, object]) -> None:
+    event = {"type": "overtake", "roles": {"overtaker": "a"}, "start_us": 0, "end_us": 1, "countable": True}
+    (tmp_path / "truth.csv").write_text("t_us,id,x_m,y_m\n0,a,0,0\n")
+    (tmp_path / "truth_events.jsonl").write_text(json.dumps(event) + "\n" + json.dumps(event | change))
+    with pytest.raises(TruthError, match=r"truth_events\.jsonl:2: expected a truth event"):
+        load_truth(tmp_path)
+
+
+@pytest.mark.parametrize("row", ["0,a,nan,0", "0,a,0,inf", "99999999999999999999,a,0,0"])
+def test_a_true_position_that_is_no_place_is_refused(tmp_path: Path, row: str) -> None:
+    (tmp_path / "truth.csv").write_text(f"t_us,id,x_m,y_m\n0,a,0,0\n{row}\n")
+    (tmp_path / "truth_events.jsonl").write_text("")
+    with pytest.raises(TruthError, match=r"truth\.csv:3: expected t_us, id, x_m, y_m"):
+        load_truth(tmp_path)

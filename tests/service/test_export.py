@@ -11,7 +11,7 @@ from service.errors import ExportError
 from service.export.events import read_events_csv, read_events_jsonl, write_events_csv, write_events_jsonl
 from service.export.tracks import MotReport, footprint_corners, write_tracks_csv, write_tracks_mot
 from service.queries import EventFilter, find_role_names, iterate_events
-from service.records import CameraRecord, CarState
+from service.records import CameraRecord, CarState, ViewRecord
 from service.store.log import open_log
 from tests.service.logs import CAMERA, overtake, random_drafts, read_all, state, write_log
 
@@ -109,3 +109,16 @@ def _mot(states: list[CarState]) -> list[str]:
     out = io.StringIO()
     write_tracks_mot(states, out, frames=[(1, 0), (2, 40_000)], car_numbers={"car7": 3}, camera=CAMERA)
     return out.getvalue().splitlines()
+
+
+def test_a_moving_camera_has_boxes_where_it_looked_and_none_while_it_was_lost() -> None:
+    a, b, c, d, e, f, *last = CAMERA.pixel_from_ground
+    aside = (a, b, c + 50.0, d, e, f - 20.0, *last)  # everything 50 px to the right and 20 px up
+    views = [ViewRecord(0, CAMERA.pixel_from_ground), ViewRecord(40_000, aside), ViewRecord(80_000, ())]
+    states = [state(t_us, "car7", 10.0, 5.0) for t_us in (0, 40_000, 80_000, 120_000)]
+    frames = [(k + 1, 40_000 * k) for k in range(4)]
+    out = io.StringIO()
+    report = write_tracks_mot(states, out, frames=frames, car_numbers={"car7": 3}, camera=CAMERA, views=views)
+    assert report == MotReport(written=2, without_frame=0, outside=2)
+    boxes = [[float(text) for text in line.split(",")[2:6]] for line in out.getvalue().splitlines()]
+    assert boxes == [[179.0, 142.5, 45.0, 18.0], [229.0, 122.5, 45.0, 18.0]]

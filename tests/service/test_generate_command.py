@@ -25,9 +25,14 @@ def test_the_options_reach_the_scene(tmp_path: Path, capsys: pytest.CaptureFixtu
         (["--option", "platoons"], "expected NAME=VALUE, got 'platoons'"),
         (["--degrade", "rain=1"], "degrade: expected some of noise, drop"),
         (["--occluders", "wall"], "occluders: expected none, all or some of trees, bridge, gantry, got 'wall'"),
+        (["--size", "8194x64"], "image width: expected an even number of pixels from 64 to 8192, got 8194"),
+        (
+            ["--camera", "oblique", "--poses"],
+            "poses: expected the camera 'uav' for a site file with poses, got 'oblique'",
+        ),
         (["--fps", "30"], "rate: expected a divisor of 1000 from 10 up, in frames per second, got 30"),
     ],
-    ids=["size", "option", "degrade", "occluders", "fps"],
+    ids=["size", "option", "degrade", "occluders", "too large", "poses", "fps"],
 )
 def test_what_cannot_be_read_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str

@@ -168,3 +168,11 @@ def test_a_log_on_a_trajectory_line_out_of_range_is_not_created(
     )
     with pytest.raises(LogError):
         open_log(str(tmp_path / "a.db"))
+
+
+def test_drawing_from_a_time_to_an_earlier_one_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    where = "--from", "5s", "--to", "4s"
+    for name in ("moment.png", "clip.mp4"):
+        message = refused(capsys, "draw", tmp_path / "a.mp4", tmp_path / "a.db", "--out", tmp_path / name, *where)
+        assert "--to: expected a time after --from, got '4s' and '5s'" in message
+        assert not (tmp_path / name).exists()

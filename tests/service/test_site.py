@@ -154,7 +154,10 @@ def test_the_documentation_names_every_field() -> None:
         ),
         (
             HEAD + "[camera]\nwind = 3\n",
-            "camera.wind: expected one of homography, point, road_mask, moving, poses, reach_m, thermal; got an unknown field",
+            (
+                "camera.wind: expected one of homography, point, road_mask, moving, poses, reach_m, thermal; "
+                "got an unknown field"
+            ),
         ),
         (HEAD + "camera = 3\n", "camera: expected a table [camera], got 3"),
         (HEAD + "[network]\n", "network: expected exactly one of sumo, geojson, lane; got none of them"),

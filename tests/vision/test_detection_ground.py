@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 SIZE_PX = (640, 360)
 SETTINGS = VisionSettings()
-NOTHING = Expected(Boxes.none(), Boxes.none(), np.zeros(0, np.bool_), Boxes.none())
+NOTHING = Expected(Boxes.none(), Boxes.none(), np.zeros(0, np.bool_), Boxes.none(), np.zeros(0, np.bool_))
 
 
 def slanted(height_m: float = 40.0, pitch_rad: float = 0.6, focal_px: float = 700.0) -> FloatArray:
@@ -57,7 +57,9 @@ def detect(projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHI
 
 
 def known(vehicles: Boxes) -> Expected:
-    return Expected(vehicles, vehicles, np.ones(len(vehicles), np.bool_), Boxes.none())
+    return Expected(
+        vehicles, vehicles, np.ones(len(vehicles), np.bool_), Boxes.none(), np.zeros(len(vehicles), np.bool_)
+    )
 
 
 @pytest.mark.parametrize("heading_rad", [0.0, np.pi / 2])

@@ -113,3 +113,8 @@ def test_no_road_in_reach_is_refused() -> None:
 
 def test_sign_of_the_map_does_not_matter() -> None:
     assert np.array_equal(facing(drift(5)), facing(-drift(5)))
+
+
+def test_a_view_that_is_never_known_is_told_as_lost_all_the_time() -> None:
+    results = watch(GivenMotion(lost=range(30)), 30)
+    assert [(one.t_us, one.is_lost, len(one.ids)) for one in results] == [(40_000 * k, True, 0) for k in range(30)]

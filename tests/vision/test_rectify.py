@@ -78,10 +78,10 @@ def test_only_the_road_is_sampled() -> None:
     assert raster.packed_size < 0.25 * raster.grid.shape[0] * raster.grid.shape[1]
 
 
-def test_cell_keeps_a_car_four_cells_wide_but_is_never_finer_than_the_camera() -> None:
+def test_cell_keeps_a_car_six_cells_wide_but_is_never_finer_than_the_camera() -> None:
     fine = ground_surface(top_view((600, 300), 0.1), [whole_view((600, 300), 0.1)], (600, 300))
     coarse = ground_surface(top_view(SIZE, 0.6), [whole_view(SIZE, 0.6)])
-    assert fine.raster.grid.side == pytest.approx(0.45)
+    assert fine.raster.grid.side == pytest.approx(0.3)
     assert coarse.raster.grid.side == pytest.approx(0.6)
 
 

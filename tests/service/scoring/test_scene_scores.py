@@ -126,6 +126,9 @@ def test_mot_text_is_scored_by_overlap_in_the_image(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
+        ("1,7,nan,10,4,4", r"tracks\.txt:1: expected a box within 1000000 pixels, its sides not below 0"),
+        ("1,7,10,10,-4,4", r"tracks\.txt:1: expected a box within 1000000 pixels, its sides not below 0"),
+        ("1,7,10,10,4,4\n1,7,90,90,4,4", r"tracks\.txt:2: expected each id once in a frame, got '7' again"),
         ("1,7,10,10", r"tracks\.txt:1: expected frame, id, left, top, width, height, got '1,7,10,10'"),
         ("x,7,10,10,4,4", "expected frame, id"),
         ("11,7,10,10,4,4", "expected a frame from 1 to 10, got 11"),

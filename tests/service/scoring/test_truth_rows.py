@@ -120,3 +120,9 @@ def test_wrong_truth_is_an_error_that_says_where(tmp_path: Path, text: str, mess
 def test_missing_truth_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(TruthError, match=r"expected a truth folder with truth\.csv, got none there"):
         load_truth_table(tmp_path)
+
+
+@pytest.mark.parametrize("wrong", [row(0, x_m=float("nan")), row(0, x_m=float("inf")), row(10**20)])
+def test_numbers_that_nothing_can_be_done_with_are_an_error(tmp_path: Path, wrong: str) -> None:
+    with pytest.raises(TruthError, match=r"truth\.csv:3: expected whole t_us and numbers"):
+        table(tmp_path, row(0), wrong)
