@@ -52,11 +52,11 @@ def empty_road(samples: Sequence[ByteArray], road: BoolArray) -> FloatArray:
 
     Examples
     --------
-    A car of level 30 stands in the first of two cells for most of the time; the road has level 100.
+    A car of level 30 stands in the first of three cells for most of the time; the road has level 100.
 
-    >>> pictures = [np.array([[level, 100]] * 3, np.uint8) for level in (100, 30, 30, 30, 30, 30, 30, 100)]
-    >>> empty_road(pictures, np.ones(2, np.bool_))[0].tolist()
-    [100.0, 100.0]
+    >>> pictures = [np.array([[level, 100, 100]] * 3, np.uint8) for level in (100, 30, 30, 30, 30, 30, 30, 100)]
+    >>> empty_road(pictures, np.ones(3, np.bool_))[0].tolist()
+    [100.0, 100.0, 100.0]
     """
     planes = median_of(samples)
     usual = usual_colour(planes, road)
