@@ -144,6 +144,7 @@ def test_interrupt_keeps_what_was_found(
         assert opened.cars(record.id)
 
 
+@pytest.mark.slow
 def test_video_without_a_site_file_runs_on_the_image_plane_and_says_so(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path
 ) -> None:
