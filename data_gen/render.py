@@ -188,6 +188,7 @@ class _FixedScene:
         self._empty_i420 = cv2.cvtColor(empty, cv2.COLOR_BGR2YUV_I420).astype(np.uint8)
 
     def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
+        """Draw a frame without light and noise: I420 planes."""
         picture = self._empty_i420.copy()
         touched = self._painter.draw(self._canvas, states, view)
         for part in touched:
@@ -221,6 +222,7 @@ class _MovingScene:
         self._ground = GroundPicture(world, path, rng)
 
     def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
+        """Draw a frame without light and noise: I420 planes."""
         canvas = self._ground.seen(view)
         self._painter.draw(canvas, states, view)
         self._overlay.apply(canvas, Rectangle(0, 0, *view.size_px), view)

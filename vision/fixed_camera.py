@@ -56,14 +56,8 @@ class FixedCameraVision:
     ) -> None:
         self._settings = settings if settings is not None else VisionSettings()
         self._surface = surface_of(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, self._settings)
-        raster = self._surface.raster
-        # Only a map has one width of a car all over.
-        is_map = raster.grid.is_north_up
-        car_cells = self._settings.car_width_m / raster.grid.side if is_map else None
-        self._background = Background(raster, self._settings, car_cells=car_cells)
-        field = LaneField(raster.grid, lanes) if is_map and lanes else None
-        if lanes and isinstance(self._surface, ImageSurface):
-            field = self._surface.lane_field(lanes)
+        self._background = background_of(self._surface, self._settings)
+        field = lane_field_of(self._surface, lanes)
         self._watch = RoadWatch(self._surface, self._background, self._settings, field)
 
     def observe(self, frame: Frame) -> list[VisionObjects]:
@@ -125,3 +119,20 @@ def surface_of(
     if np.median(smear_m) > settings.usual_length_m:
         return ImageSurface(view, polygons_m, image_size_px=image_size_px, settings=settings)
     return GroundSurface(view, polygons_m, image_size_px=image_size_px, settings=settings)
+
+
+def background_of(surface: FixedSurface, settings: VisionSettings) -> Background:
+    """Make the background of a fixed camera's surface."""
+    grid = surface.raster.grid
+    # Only a map has one width of a car all over.
+    car_cells = settings.car_width_m / grid.side if grid.is_north_up else None
+    return Background(surface.raster, settings, car_cells=car_cells)
+
+
+def lane_field_of(surface: FixedSurface, lanes: Sequence[LaneStrip]) -> LaneField | None:
+    """Lay the lanes on a fixed camera's surface; None if there are none."""
+    if not lanes:
+        return None
+    if isinstance(surface, ImageSurface):
+        return surface.lane_field(lanes)
+    return LaneField(surface.raster.grid, lanes)

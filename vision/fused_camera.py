@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.background import Background
 from vision.boxes import Boxes
 from vision.companion import Companion
 from vision.detector import Detections, Expected, MotionDetector
-from vision.fixed_camera import surface_of
+from vision.fixed_camera import background_of, lane_field_of, surface_of
 from vision.frames import ByteArray, Frame
 from vision.fusion import Channel, DetectionRate, fuse
-from vision.lanes import LaneField, LaneStrip
+from vision.lanes import LaneStrip
 from vision.objects import VisionObjects
 from vision.rectify import RoadImage
 from vision.settings import VisionSettings
@@ -63,11 +62,8 @@ class _Eye:
         bias_m: float,
     ) -> None:
         self._surface = surface_of(view.pixel_from_ground, polygons_m, view.image_size_px, settings)
-        raster = self._surface.raster
-        # Only a map has one width of a car all over.
-        car_cells = settings.car_width_m / raster.grid.side if raster.grid.is_north_up else None
-        self._background = Background(raster, settings, car_cells=car_cells)
-        field = LaneField(raster.grid, lanes) if raster.grid.is_north_up and lanes else None
+        self._background = background_of(self._surface, settings)
+        field = lane_field_of(self._surface, lanes)
         self._detector = MotionDetector(self._surface, self._background, settings, field)
         self._bias_m = bias_m
         self._rate = DetectionRate()

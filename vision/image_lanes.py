@@ -50,6 +50,7 @@ class _Feet:
     heading_rad: FloatArray
 
     def of(self, group: int) -> _Feet:
+        """Select the feet of one group."""
         rows = slice(*np.searchsorted(self.group, [group, group + 1]))
         return _Feet(
             self.group[rows],
