@@ -105,7 +105,7 @@ def _fit(boxes: Boxes, rows: IntArray, tracks: TrackTable) -> FloatArray:
 
 def _nearest_fit(offset_m: FloatArray, excess_m: FloatArray) -> FloatArray:
     room_m = np.abs(excess_m) / 2
-    nearest_m = np.clip(0.0, offset_m - room_m, offset_m + room_m)
+    nearest_m = np.minimum(np.maximum(offset_m - room_m, 0.0), offset_m + room_m)
     return np.where(room_m > FIT_TOLERANCE_M / 2, nearest_m, offset_m)
 
 
@@ -129,7 +129,7 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int, settings: Visio
     )
     shift_m = sightings.centre_m[None] - tracks.seen_m[:, None]
     ahead_m = np.einsum("nmk,nk->nm", shift_m, axis(tracks.heading_rad))
-    slack_m = SLACK_SIGMAS * np.sqrt(np.trace(sightings.noise, axis1=1, axis2=2))[None]
+    slack_m = SLACK_SIGMAS * np.sqrt(sightings.noise[:, 0, 0] + sightings.noise[:, 1, 1])[None]
     is_moving = (tracks.speed_mps() > REVERSE_SPEED_MPS) & (tracks.hits > 2)
     reverses = is_moving[:, None] & (ahead_m < -slack_m)
     reach_m = settings.max_speed_mps * (now_us - tracks.seen_us) / 1_000_000

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from vision.boxes import Boxes
 from vision.frames import ByteArray
 from vision.rectify import RoadCells, RoadImage
+from vision.road_colour import RoadColour
 from vision.settings import VisionSettings
-from vision.startup import USUAL_LEVELS, empty_road, holds_vehicle, noise_of, strange, usual_colour
+from vision.standing import StandingVehicles
+from vision.startup import FirstSight, first_sight, noise_of
 
 BoolArray = NDArray[np.bool_]
 
@@ -42,6 +44,10 @@ SHADE_CHROMA = 6.0
 NO_COLOUR = 128.0
 
 
+# In the light of the start-up, plain road has the usual colour up to so much.
+PLAIN_LEVELS = 10.0
+
+
 class Background:
     """The road without vehicles, as packed planes.
 
@@ -51,8 +57,8 @@ class Background:
     ----------
     raster : the cells.
     settings : constants.
-    car_cells : width of a car in cells, by which standing vehicles are recognised during the start-up; None where it
-        is not known, and the start-up is never prolonged.
+    car_cells : width of a car in cells, about.
+    finds_standing : look for vehicles that stand all the time during the start-up, and prolong it for them.
 
     Attributes
     ----------
@@ -60,10 +66,17 @@ class Background:
     is_overwhelmed : whether the frame last compared differs so much that nothing can be read off it.
     """
 
-    def __init__(self, raster: RoadCells, settings: VisionSettings, *, car_cells: float | None = None) -> None:
+    def __init__(
+        self, raster: RoadCells, settings: VisionSettings, *, car_cells: float, finds_standing: bool = True
+    ) -> None:
         self._raster = raster
         self._settings = settings
         self._car_cells = car_cells
+        self._colour = RoadColour(raster, car_cells=car_cells)
+        self._standing: StandingVehicles | None = None
+        if finds_standing:
+            margin_cells = round(settings.road_margin_m / raster.grid.side) + 1
+            self._standing = StandingVehicles(raster, self._colour, car_cells=car_cells, margin_cells=margin_cells)
         self._startup_us = settings.startup_us
         self._held: list[RoadImage] = []
         self._max_held = max(2, settings.startup_bytes // (3 * raster.packed_size))
@@ -98,10 +111,13 @@ class Background:
         is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
         if held_us < self._startup_us and not is_full:
             return []
-        if not is_full and self._has_standing():
-            self._startup_us += self._settings.startup_us
+        if is_full or self._standing is None:
+            return self.start()
+        sight = self._first_sight()
+        if self._standing.find(sight).any():
+            self._startup_us *= 2
             return []
-        return self.start()
+        return self._begin(sight)
 
     def start(self) -> list[RoadImage]:
         """End the start-up with what is held.
@@ -110,34 +126,27 @@ class Background:
         -------
         All held frames, in order.
         """
+        return self._begin(self._first_sight()) if self._held else []
+
+    def _first_sight(self) -> FirstSight:
+        return first_sight(self._samples(self._held), self._raster, self._colour, car_cells=self._car_cells)
+
+    def _begin(self, sight: FirstSight) -> list[RoadImage]:
+        """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
         held, self._held = self._held, []
-        if held:
-            samples = self._samples(held)
-            self._planes[...] = empty_road(samples, self._road)
-            self._show()
-            self._set_sensitivity(samples)
-            self._learned_us = held[0].t_us
-            self.is_ready = True
+        self._planes[...] = sight.planes
+        if self._standing is not None:
+            where = self._standing.find(sight)
+            self._planes[:, where] = self._colour.around(sight.planes)[:, where]
+        self._show()
+        self._set_sensitivity(list(sight.samples))
+        self._learned_us = held[0].t_us
+        self.is_ready = True
         return held
 
     def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
         count = min(len(held), self._settings.startup_samples)
         return [held[i].planes for i in np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))]
-
-    def _has_standing(self) -> bool:
-        """Tell whether a vehicle seems to have stood somewhere for as long as frames are held."""
-        if self._car_cells is None:
-            return False
-        # The margin and its border are of another colour than the road, all along it.
-        margin = round(self._settings.road_margin_m / self._raster.grid.side) + 1
-        square = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
-        road = self._raster.road.astype(np.uint8)
-        inner = cv2.erode(road, square, borderType=cv2.BORDER_CONSTANT, borderValue=(0,))
-        is_inner = self._raster.pack(np.asarray(inner, np.uint8)) > 0
-        if not is_inner.any():
-            return False
-        mask = strange(empty_road(self._samples(self._held), self._road), is_inner)
-        return holds_vehicle(self._raster.unpack(mask), self._car_cells)
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every cell differs from the background, for what is usual there.
@@ -173,24 +182,26 @@ class Background:
         threshold = settings.least_difference + settings.noise_factor * (noise - 1.0)
         return np.asarray(np.clip(threshold, settings.least_difference, settings.most_difference), np.float32)
 
-    def shaded(self, image: RoadImage) -> ByteArray:
+    def shaded(self, image: RoadImage, points: NDArray[np.float64]) -> ByteArray:
         """Find cells that look like the known road with less light on it.
 
         Parameters
         ----------
         image : the frame last compared.
+        points : (n, 2) centres of road cells.
 
         Returns
         -------
-        (packed_size,) how many per cent of the light are left, where that is plausible for a shadow and the colour is
+        (n,) how many per cent of the light are left, where that is plausible for a shadow and the colour is
         the same; else 0.
         """
-        lit = self._shown[0].astype(np.float32) - np.float32(BLACK_LEVEL)
-        seen = image.planes[0].astype(np.float32) - np.float32(BLACK_LEVEL)
+        places = self._raster.places(points)
+        shown, present = (planes.take(places, axis=1).astype(np.float32) for planes in (self._shown, image.planes))
+        lit, seen = shown[0] - np.float32(BLACK_LEVEL), present[0] - np.float32(BLACK_LEVEL)
         light = seen / np.maximum(lit, 1.0)
         # Less light takes colour away in proportion, seen best on grass.
-        colour = self._shown[1:].astype(np.float32) - NO_COLOUR
-        difference = np.abs(image.planes[1:].astype(np.float32) - NO_COLOUR - light * colour).max(axis=0)
+        colour = shown[1:] - NO_COLOUR
+        difference = np.abs(present[1:] - NO_COLOUR - light * colour).max(axis=0)
         is_darker = (light > SHADE_DEEPEST) & (light < SHADE_LIGHTEST)
         return np.asarray(np.where(is_darker & (difference <= SHADE_CHROMA), 100 * light, 0.0), np.uint8)
 
@@ -273,9 +284,9 @@ class Background:
 
         Two packed arrays of 1 and 0.
         """
-        usual = usual_colour(self._planes, self._road)[:, None]
+        usual = self._colour.around(self._planes)
         present = self._in_reference_light(image.planes)
-        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= USUAL_LEVELS for one in (present, self._planes))
+        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= PLAIN_LEVELS for one in (present, self._planes))
         differs = self._road & (np.abs(present - self._planes).max(axis=0) > self._settings.least_difference)
         reveals, hides = differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
         return reveals.astype(np.uint8), hides.astype(np.uint8)
@@ -295,11 +306,14 @@ class Background:
 
     def _follow_light(self, luma: ByteArray) -> None:
         """Measure the gain on a fixed sample of cells; a median does not mind the vehicles among them."""
-        learned = self._planes[0, self._gain_cells] - BLACK_LEVEL
-        seen = luma[self._gain_cells] - np.float32(BLACK_LEVEL)
+        learned = self._planes[0].take(self._gain_cells) - np.float32(BLACK_LEVEL)
+        seen = luma.take(self._gain_cells) - np.float32(BLACK_LEVEL)
         is_bright = learned > GAIN_MIN_LEVEL - BLACK_LEVEL
-        if is_bright.sum() >= 10:
-            self._gain = float(np.clip(np.median(seen[is_bright] / learned[is_bright]), 0.25, 4.0))
+        ratios = seen[is_bright] / learned[is_bright]
+        if len(ratios) >= 10:
+            middle = slice((len(ratios) - 1) // 2, len(ratios) // 2 + 1)
+            ratios.partition((middle.start, middle.stop - 1))
+            self._gain = min(max(float(ratios[middle].mean()), 0.25), 4.0)
 
     def _in_reference_light(self, planes: ByteArray) -> NDArray[np.float32]:
         present = planes.astype(np.float32)

@@ -55,7 +55,10 @@ class Cells:
     @property
     def sizes(self) -> IntArray:
         """Number of cells of each group."""
-        return np.diff(self.starts, append=len(self.group))
+        sizes = np.empty_like(self.starts)
+        np.subtract(self.starts[1:], self.starts[:-1], out=sizes[:-1])
+        np.subtract(len(self.group), self.starts[-1:], out=sizes[-1:])
+        return sizes
 
     def regroup(self, key: IntArray) -> Cells:
         """Sort the cells into other groups.
@@ -68,18 +71,14 @@ class Cells:
         -------
         The kept cells; groups in ascending order of their keys.
         """
-        order = np.argsort(key, kind="stable")
-        order = order[np.searchsorted(key[order], 0) :]
-        ordered = key[order]
-        is_first = np.ones(len(ordered), np.bool_)
-        is_first[1:] = ordered[1:] != ordered[:-1]
+        order, group, starts = _sorted_groups(key)
         return Cells(
-            points=self.points[order],
-            group=np.cumsum(is_first) - 1,
-            strength=self.strength[order],
-            at_edge=self.at_edge[order],
-            starts=np.flatnonzero(is_first),
-            key=ordered[is_first],
+            points=self.points.take(order, axis=0),
+            group=group,
+            strength=self.strength.take(order),
+            at_edge=self.at_edge.take(order),
+            starts=starts,
+            key=key.take(order.take(starts)),
         )
 
     def keep(self, which: BoolArray) -> Cells:
@@ -107,6 +106,19 @@ class Cells:
         )
 
 
+def _sorted_groups(key: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Sort rows by key, negative keys left out: rows in order, the group of each, and where the groups start."""
+    order = np.argsort(key, kind="stable")
+    ordered = key.take(order)
+    dropped = int(ordered.searchsorted(0))
+    if dropped > 0:
+        order, ordered = order[dropped:], ordered[dropped:]
+    is_first = np.empty(len(ordered), np.bool_)
+    is_first[:1] = True
+    np.not_equal(ordered[1:], ordered[:-1], out=is_first[1:])
+    return order, is_first.cumsum() - 1, is_first.nonzero()[0]
+
+
 def find_blobs(raster: RoadCells, mask: ByteArray, difference: ByteArray) -> Cells:
     """Find the connected groups of marked cells.
 
@@ -120,20 +132,25 @@ def find_blobs(raster: RoadCells, mask: ByteArray, difference: ByteArray) -> Cel
     -------
     One group per 8-connected blob.
     """
-    if not mask.any():
+    place = np.flatnonzero(mask > 0)
+    if len(place) == 0:
         nothing = np.zeros(0, np.intp)
         return Cells(np.zeros((0, 2)), nothing, np.zeros(0, np.uint8), np.zeros(0, np.bool_), nothing, nothing)
-    column, row = np.asarray(cv2.findNonZero(mask), np.intp).reshape(-1, 2).T
     labels = cv2.connectedComponents(mask, connectivity=8, ltype=cv2.CV_32S)[1]
-    cells = Cells(
-        points=raster.grid.to_plane(np.stack([column, row], axis=-1).astype(np.float64)),
-        group=np.zeros(len(column), np.intp),
-        strength=difference[row, column],
-        at_edge=raster.view_edge[row, column],
-        starts=np.zeros(1, np.intp),
-        key=np.zeros(1, np.intp),
+    key = np.asarray(labels, np.int32).take(place).astype(np.intp) - 1
+    order, group, starts = _sorted_groups(key)
+    place = place.take(order)
+    columns = mask.shape[1]
+    cells = np.empty((len(place), 2))
+    np.divmod(place, columns, out=(cells[:, 1], cells[:, 0]), casting="unsafe")
+    return Cells(
+        points=raster.grid.to_plane(cells),
+        group=group,
+        strength=difference.take(place),
+        at_edge=raster.view_edge.take(place),
+        starts=starts,
+        key=key.take(order.take(starts)),
     )
-    return cells.regroup(np.asarray(labels[row, column], np.intp) - 1)
 
 
 @dataclass(frozen=True, slots=True)

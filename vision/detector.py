@@ -178,7 +178,7 @@ class MotionDetector:
         difference = self._raster.unpack(packed)
         mask = cv2.threshold(difference, AT_THRESHOLD, 1, cv2.THRESH_BINARY)[1]
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-        blobs = self._strong(find_blobs(self._raster, np.asarray(closed * self._raster.road, np.uint8), difference))
+        blobs = self._strong(find_blobs(self._raster, closed & self._raster.road.view(np.uint8), difference))
         foreground = np.asarray(packed > AT_THRESHOLD, np.uint8)
         return Scene(self._box(blobs, expected, image), foreground)
 
@@ -235,9 +235,9 @@ class MotionDetector:
         """
         if self._lanes is None:
             return cells
-        part = self._lanes.parts(cells, lambda points: self._light(image, points))
         known = len(is_whole)
-        part[np.append(is_whole, False)[np.minimum(cells.key, known)][cells.group]] = 0
+        is_group_whole = np.append(is_whole, False)[np.minimum(cells.key, known)]
+        part = self._lanes.parts(cells, lambda points: self._background.shaded(image, points), is_group_whole)
         if not part.any():
             return cells
         parts = int(part.max()) + 1
@@ -245,11 +245,6 @@ class MotionDetector:
         loose = int(cells.key.max()) + 1 + cells.group * parts + part
         is_kept = (part == 0) | ((key < known) & (part == _nearest_part(cells, part, seen)[cells.group]))
         return cells.regroup(np.where(is_kept, key, loose))
-
-    def _light(self, image: RoadImage, points: FloatArray) -> ByteArray:
-        """Measure how many per cent of the road's light are left at some points; 0 where there is no shadow."""
-        column, row = np.rint(self._raster.grid.to_cells(points)).astype(np.intp).T
-        return np.asarray(self._raster.unpack(self._background.shaded(image))[row, column], np.uint8)
 
     def _headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
         """Guess directions of groups without a track: along the lane, or else along the group."""
@@ -265,8 +260,7 @@ class MotionDetector:
         if image.t_us - self._shadows_us < self._settings.background_period_us:
             return None
         self._shadows_us = image.t_us
-        is_shaded = self._raster.unpack(self._background.shaded(image)) > 0
-        return self._raster.grid.look_up(is_shaded, cells.points)
+        return self._background.shaded(image, cells.points) > 0
 
 
 def _nearest_part(cells: Cells, part: IntArray, seen: Boxes) -> IntArray:

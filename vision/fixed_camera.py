@@ -18,6 +18,7 @@ from vision.ground_surface import GroundSurface
 from vision.image_surface import ImageSurface
 from vision.lanes import LaneField, LaneStrip
 from vision.objects import VisionObjects
+from vision.rectify import RectifiedFrame
 from vision.road_watch import RoadWatch
 from vision.settings import VisionSettings
 from vision.surface import FixedSurface, checked_polygons
@@ -60,6 +61,25 @@ class FixedCameraVision:
         field = lane_field_of(self._surface, lanes)
         self._watch = RoadWatch(self._surface, self._background, self._settings, field)
 
+    def prepare(self, frame: Frame) -> Frame:
+        """Do the part of `observe` that depends on nothing but the frame; any thread may.
+
+        Parameters
+        ----------
+        frame : of the video, in whatever order.
+
+        Returns
+        -------
+        The frame with its road, for `observe`.
+
+        Raises
+        ------
+        VisionError
+            If the frame has another size than announced.
+        """
+        road = self._surface.raster.rectify(frame)
+        return RectifiedFrame(frame.index, frame.t_us, frame.luma, frame.chroma_u, frame.chroma_v, road)
+
     def observe(self, frame: Frame) -> list[VisionObjects]:
         """Take the next frame.
 
@@ -76,7 +96,7 @@ class FixedCameraVision:
         VisionError
             If the frame has another size than announced.
         """
-        image = self._surface.raster.rectify(frame)
+        image = frame.road if isinstance(frame, RectifiedFrame) else self._surface.raster.rectify(frame)
         if self._background.is_ready:
             return [self._watch.follow(image)]
         return [self._watch.follow(held) for held in self._background.hold(image)]
@@ -123,10 +143,9 @@ def surface_of(
 
 def background_of(surface: FixedSurface, settings: VisionSettings) -> Background:
     """Make the background of a fixed camera's surface."""
-    grid = surface.raster.grid
-    # Only a map has one width of a car all over.
-    car_cells = settings.car_width_m / grid.side if grid.is_north_up else None
-    return Background(surface.raster, settings, car_cells=car_cells)
+    car_cells = settings.car_width_m / surface.metres_per_cell
+    # Only on a map do vehicles keep their size, and keep apart.
+    return Background(surface.raster, settings, car_cells=car_cells, finds_standing=surface.raster.grid.is_north_up)
 
 
 def lane_field_of(surface: FixedSurface, lanes: Sequence[LaneStrip]) -> LaneField | None:

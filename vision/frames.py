@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +33,8 @@ class VideoSource:
     rate_hz : average frame rate by the container; for information only, times come from time stamps.
     frame_count : number of frames by the container, None where it does not say.
     duration_us : length by the container, None where it does not say.
+    prepare : what the decoder's thread does to every frame before it hands it over; work that needs no earlier frame
+        runs beside the consumer's there.
     skipped_frames : frames of the latest iteration left out because they had no time stamp, did not come later than
         the one before, or came damaged before the first good one.
     """
@@ -44,6 +46,7 @@ class VideoSource:
         self.rate_hz = header.rate_hz
         self.frame_count = header.frame_count
         self.duration_us = header.duration_us
+        self.prepare: Callable[[Frame], Frame] | None = None
         self.skipped_frames = 0
         self._header = header
 
@@ -80,7 +83,7 @@ class VideoSource:
             for picture in decode(self._header):
                 if picture is None:
                     self.skipped_frames += 1
-                elif not hand_over.put(picture):
+                elif not hand_over.put(picture if self.prepare is None else self.prepare(picture)):
                     return
         except BaseException as error:  # (handed to the consumer's thread and raised there)
             hand_over.put(error)

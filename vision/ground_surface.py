@@ -140,6 +140,11 @@ class GroundSurface(MapSurface):
 
     raster: RoadRaster
 
+    @property
+    def metres_per_cell(self) -> float:
+        """Side of a cell."""
+        return self.raster.grid.side
+
     def __init__(
         self,
         view: GroundView,

@@ -87,13 +87,16 @@ class ImageLanes(LaneField):
             taken += inside
         self._lane[taken > 1] = 0
 
-    def parts(self, cells: Cells, light: Callable[[FloatArray], ByteArray]) -> IntArray:
+    def parts(
+        self, cells: Cells, light: Callable[[FloatArray], ByteArray], is_whole: BoolArray | None = None
+    ) -> IntArray:
         """Part groups that stand on several feet.
 
         Parameters
         ----------
         cells : n groups.
         light : not used: a shadow is told by its want of height.
+        is_whole : (n,) groups that are not to be parted; None for none.
 
         Returns
         -------
@@ -104,7 +107,7 @@ class ImageLanes(LaneField):
         if cells.count == 0:
             return result
         feet = self._feet(cells)
-        for group in range(cells.count):
+        for group in range(cells.count) if is_whole is None else np.flatnonzero(~is_whole).tolist():
             mine = feet.of(group)
             vehicle = self._vehicles(mine)
             if vehicle.max() > 1:

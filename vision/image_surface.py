@@ -52,6 +52,10 @@ class ImageSurface:
     image_size_px : (width, height).
     settings : cell size, the usual car, noise.
 
+    Attributes
+    ----------
+    metres_per_cell : of half of the road, or finer.
+
     Raises
     ------
     VisionError
@@ -73,6 +77,7 @@ class ImageSurface:
         grid = Grid.between(low, high, side=side, is_north_up=False)
         watched = _Watched(grid, view, polygons_m, settings)
         self._ground = watched.ground
+        self.metres_per_cell = side * watched.median_scale()
         self.raster = RoadRaster(
             grid,
             road=watched.road,
@@ -221,6 +226,10 @@ class _Watched:
     def typical_scale(self) -> float:
         """Metres per pixel that nine tenths of the road are seen with, or finer."""
         return float(np.percentile(self._scale[self.ground], 90)) if self.ground.any() else np.inf
+
+    def median_scale(self) -> float:
+        """Metres per pixel that half of the road is seen with, or finer."""
+        return float(np.median(self._scale[self.ground])) if self.ground.any() else np.inf
 
     def view_edge(self) -> BoolArray:
         """Cells next to the border of the image, or to road too far away."""

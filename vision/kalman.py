@@ -31,8 +31,11 @@ def oriented_covariance(heading_rad: FloatArray, along: FloatArray, across: Floa
     """
     cos, sin = np.cos(heading_rad), np.sin(heading_rad)
     a, c = along**2, across**2
-    off = (a - c) * cos * sin
-    return np.stack([a * cos**2 + c * sin**2, off, off, a * sin**2 + c * cos**2], axis=-1).reshape(-1, 2, 2)
+    result = np.empty((len(cos), 2, 2))
+    result[:, 0, 0] = a * cos**2 + c * sin**2
+    result[:, 0, 1] = result[:, 1, 0] = (a - c) * cos * sin
+    result[:, 1, 1] = a * sin**2 + c * cos**2
+    return result
 
 
 def predict(state: FloatArray, covariance: FloatArray, noise: FloatArray, dt_s: float) -> tuple[FloatArray, FloatArray]:
@@ -94,7 +97,11 @@ def inverse(matrices: FloatArray) -> FloatArray:
     (..., 2, 2).
     """
     a, b, d = matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 1, 1]
-    return np.stack([d, -b, -b, a], axis=-1).reshape(matrices.shape) / (a * d - b * b)[..., None, None]
+    result = np.empty_like(matrices)
+    result[..., 0, 0], result[..., 1, 1] = d, a
+    result[..., 0, 1] = result[..., 1, 0] = -b
+    result /= (a * d - b * b)[..., None, None]
+    return result
 
 
 def squared_distance(

@@ -70,6 +70,7 @@ class LaneField:
             self._lane[inside] = number
             taken += inside
         self._lane[taken > 1] = 0
+        self._numbers = len(lanes) + 1  # of lanes, with 0 for none
 
     def lanes_at(self, points_m: FloatArray) -> tuple[IntArray, FloatArray]:
         """Look up points.
@@ -83,9 +84,12 @@ class LaneField:
         (n,) number of the lane, 0 for none, and (n,) its direction.
         """
         column, row = np.rint(self._grid.to_cells(points_m)).astype(np.intp).T
-        return self._lane[row, column].astype(np.intp), self._heading_rad[row, column].astype(np.float64)
+        place = row * self._grid.shape[1] + column
+        return self._lane.take(place).astype(np.intp), self._heading_rad.take(place).astype(np.float64)
 
-    def parts(self, cells: Cells, light: Callable[[FloatArray], ByteArray]) -> IntArray:
+    def parts(
+        self, cells: Cells, light: Callable[[FloatArray], ByteArray], is_whole: BoolArray | None = None
+    ) -> IntArray:
         """Part groups that fill several lanes.
 
         Parameters
@@ -93,6 +97,7 @@ class LaneField:
         cells : n groups.
         light : tells how many per cent of the road's light are left at (n, 2) points, 0 where it is no shadow; asked
             only where there may be something to part.
+        is_whole : (n,) groups that are not to be parted; None for none.
 
         Returns
         -------
@@ -103,9 +108,10 @@ class LaneField:
             return result
         lane, heading_rad = self.lanes_at(cells.points)
         least = LEAST_PART_M2 / self._grid.side**2
-        pairs, counts = np.unique(np.stack([cells.group[lane > 0], lane[lane > 0]]), axis=1, return_counts=True)
-        large = pairs[0, counts >= least]
-        for group in np.flatnonzero(np.bincount(large, minlength=cells.count) > 1):
+        counts = np.bincount(cells.group * self._numbers + lane, minlength=cells.count * self._numbers)
+        is_large = counts.reshape(cells.count, self._numbers)[:, 1:] >= least
+        is_open = is_large.sum(axis=1) > 1
+        for group in np.flatnonzero(is_open if is_whole is None else is_open & ~is_whole):
             rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
             numbers = self._filled(cells.points[rows], lane[rows], heading_rad[rows], least)
             if len(numbers) > 1:

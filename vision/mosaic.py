@@ -40,7 +40,8 @@ class MosaicBackground(Background):
     """
 
     def __init__(self, raster: MovingRaster, settings: VisionSettings) -> None:
-        super().__init__(raster, settings)
+        car_cells = settings.car_width_m / raster.grid.side
+        super().__init__(raster, settings, car_cells=car_cells, finds_standing=False)
         self._moving = raster
         self._is_road = self._road
         self._is_known = np.zeros(raster.packed_size, np.bool_)

@@ -81,23 +81,26 @@ class MovingRaster(RoadCells):
         """
         check_size(frame, self._image_size_px)
         planes = np.zeros((3, self.packed_size), np.uint8)
-        outline = self._outline(pixel_from_ground, BORDER_PX)
-        low, high = self.grid.to_cells(outline).min(axis=0), self.grid.to_cells(outline).max(axis=0)
+        outline = self.grid.to_cells(self._outline(pixel_from_ground, BORDER_PX))
+        low, high = outline.min(axis=0), outline.max(axis=0)
         luma_from_cell = pixel_from_ground @ self._ground_from_cell
         matrices = (luma_from_cell, *[CHROMA_FROM_LUMA @ luma_from_cell] * 2)
         for strip in self.strips:
             area = strip.area
-            if area.left > high[0] or area.right < low[0] or area.top > high[1] or area.bottom < low[1]:
+            # A cell more on either side: cells are seen by their area, and `low` and `high` count centres.
+            left, right = max(area.left, int(low[0]) - 1), min(area.right, int(high[0]) + 3)
+            top, bottom = max(area.top, int(low[1]) - 1), min(area.bottom, int(high[1]) + 3)
+            if left >= right or top >= bottom:
                 continue
-            corner = np.array([[1.0, 0.0, area.left], [0.0, 1.0, area.top], [0.0, 0.0, 1.0]])
-            size = (area.right - area.left, area.bottom - area.top)
+            corner = np.array([[1.0, 0.0, left], [0.0, 1.0, top], [0.0, 0.0, 1.0]])
+            window = slice(top - area.top, bottom - area.top), slice(left - area.left, right - area.left)
             sources = (frame.luma, frame.chroma_u, frame.chroma_v)
             for source, matrix, plane in zip(sources, matrices, planes, strict=True):
-                cv2.warpPerspective(
+                cells = plane[strip.packed].reshape(area.bottom - area.top, area.right - area.left)
+                cells[window] = cv2.warpPerspective(
                     source,
                     matrix @ corner,
-                    size,
-                    dst=plane[strip.packed].reshape(size[::-1]),
+                    (right - left, bottom - top),
                     flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
                     borderMode=cv2.BORDER_REPLICATE,
                 )

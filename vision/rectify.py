@@ -21,6 +21,7 @@ from vision.frames import ByteArray, Frame
 from vision.grid import Grid
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 # Cells out of view are never looked at; clipping keeps them inside OpenCV's 16 bits.
@@ -42,6 +43,13 @@ class RoadImage:
     t_us: int
     planes: ByteArray
     pixel_from_ground: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RectifiedFrame(Frame):
+    """A frame whose road has been sampled already."""
+
+    road: RoadImage
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +131,26 @@ class RoadCells:
             target = cells[strip.area.slices]
             target[...] = packed[strip.packed].reshape(target.shape)
         return cells
+
+    def places(self, points: FloatArray) -> IntArray:
+        """Find cells in packed arrays.
+
+        Parameters
+        ----------
+        points : (n, 2) positions on the plane, in road cells.
+
+        Returns
+        -------
+        (n,) places of the nearest cells.
+        """
+        column, row = np.rint(self.grid.to_cells(points)).astype(np.intp).T
+        places = np.zeros(len(points), np.intp)
+        for strip in self.strips:
+            area = strip.area
+            is_here = (row >= area.top) & (row < area.bottom) & (column >= area.left) & (column < area.right)
+            inside = (row - area.top) * (area.right - area.left) + column - area.left
+            places[is_here] = strip.packed.start + inside[is_here]
+        return places
 
 
 class RoadRaster(RoadCells):

@@ -94,6 +94,7 @@ class Registration:
         self._matrix = np.asarray(pixel_from_ground, np.float64)
         width, height = image_size_px
         self._corners_px = np.array([[0.0, 0.0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]])
+        self._lattice_px = _lattice(self._corners_px)
         self._diagonal_px = float(np.hypot(width, height))
         self._known_us = 0
         self._keys: list[KeyFrame] = []
@@ -204,7 +205,7 @@ class Registration:
     def _shared(self, key: KeyFrame, matrix: FloatArray) -> float:
         """Tell which part of a view a key frame shows, by a lattice of points; 0 where it is turned or zoomed a lot."""
         back = key.pixel_from_ground @ np.linalg.inv(matrix)
-        seen = transform(back, _lattice(self._corners_px))
+        seen = transform(back, self._lattice_px)
         zoom = np.sqrt(abs(np.linalg.det(back / back[2, 2])))
         if not 0.7 < zoom < 1.4:
             return 0.0
@@ -221,6 +222,8 @@ class Registration:
         return np.asarray(np.hypot(*shift.T))
 
 
+# Around a corner, in full-size pixels.
+SURROUNDINGS_PX = np.stack(np.meshgrid(np.arange(-4, 5, 2), np.arange(-4, 5, 2)), axis=-1).reshape(1, -1, 2)
 HALF_FROM_FULL = np.array([[0.5, 0.0, -0.25], [0.0, 0.5, -0.25], [0.0, 0.0, 1.0]])
 
 
@@ -240,6 +243,5 @@ def _likeness(luma: ByteArray, points_px: FloatArray, other: ByteArray, other_px
 
 def _surroundings(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
     """Sample 5 x 5 pixels of a half-size picture around full-size positions, (n, 25)."""
-    offsets = np.stack(np.meshgrid(np.arange(-4, 5, 2), np.arange(-4, 5, 2)), axis=-1).reshape(1, -1, 2)
-    places = (to_half(points_px)[:, None] + offsets).astype(np.float32)
+    places = (to_half(points_px)[:, None] + SURROUNDINGS_PX).astype(np.float32)
     return np.asarray(cv2.remap(luma, places[..., 0], places[..., 1], cv2.INTER_LINEAR), np.float32)

@@ -62,7 +62,7 @@ class VisionSettings:
     noise_factor: float = 5.0
     strong_ratio: float = 1.5
     chroma_weight: float = 2.0
-    min_area_m2: float = 2.0
+    min_area_m2: float = 1.2
     max_length_m: float = 30.0
     max_width_m: float = 8.0
     split_share: float = 0.3
@@ -77,7 +77,7 @@ class VisionSettings:
     max_speed_mps: float = 45.0
     confirm_hits: int = 4
     confirm_shift_m: float = 1.0
-    standing_us: int = 2_000_000
+    standing_us: int = 600_000
     coast_us: int = 1_000_000
     tentative_us: int = 250_000
     heading_speed_mps: float = 1.5

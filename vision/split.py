@@ -112,8 +112,9 @@ def _candidates(cells: Cells, predicted: Appearances) -> IntArray:
     corners, reach = predicted.boxes.corners(), (REACH_M / predicted.metres_per_unit)[:, None]
     is_below_top = low[:, None] <= (corners.max(axis=1) + reach)[None]
     is_near = np.all(is_below_top & (high[:, None] >= (corners.min(axis=1) - reach)[None]), axis=-1)
-    order = np.argsort(~is_near, axis=1, kind="stable")[:, : int(is_near.sum(axis=1).max())]
-    return np.where(np.take_along_axis(is_near, order, axis=1), order, -1)
+    count = is_near.sum(axis=1)
+    most = int(count.max())
+    return np.where(np.arange(most) < count[:, None], np.argsort(~is_near, axis=1, kind="stable")[:, :most], -1)
 
 
 def _distance_to_candidates(
@@ -181,18 +182,16 @@ def _drop_strangers(cells: Cells, owner: IntArray, predicted: Appearances) -> In
     """Where several blobs have one owner but do not fit into its box together, keep the largest of them."""
     boxes = predicted.boxes
     pair = owner * cells.count + cells.group
-    kept = np.unique(pair[owner >= 0])
-    owners, repeats = np.unique(kept // cells.count, return_counts=True)
+    sizes = np.bincount(pair[owner >= 0], minlength=len(boxes) * cells.count).reshape(len(boxes), cells.count)
     result = owner.copy()
-    for one in owners[repeats > 1]:
+    for one in np.flatnonzero((sizes > 0).sum(axis=1) > 1):
         mine = owner == one
         offset = cells.points[mine] - boxes.centre_m[one]
         cos, sin = np.cos(boxes.heading_rad[one]), np.sin(boxes.heading_rad[one])
         slack = JOIN_SLACK_M / predicted.metres_per_unit[one]
         is_too_long = np.ptp(offset @ np.array([cos, sin])) > boxes.length_m[one] + slack
         if is_too_long or np.ptp(offset @ np.array([-sin, cos])) > boxes.width_m[one] + slack:
-            blobs, sizes = np.unique(cells.group[mine], return_counts=True)
-            result[mine & (cells.group != blobs[np.argmax(sizes)])] = -1
+            result[mine & (cells.group != np.argmax(sizes[one]))] = -1
     return result
 
 

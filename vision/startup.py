@@ -1,173 +1,143 @@
 """What does the road look like without the vehicles that stand on it? The first background, from the held frames.
 
 A median is right where a cell is bare more than half of the time. Before a red light it is not: one car stands there
-for most of a minute. But the road comes back between any two vehicles, and most of it has the colour of asphalt. So
-every cell chooses among the values that it took: each stretch of time at a value votes with the square root of its
-length, which lets many short sights of the road outvote one long stop, and the usual colour of the road counts more.
-Where something as large as a vehicle still stands out from the road afterwards, it pays to hold more frames.
+for most of a minute. But the road comes back between any two vehicles, and it is the calmest that a place ever looks:
+a vehicle brings dark windows, a shadow, perhaps a colour into a neighbourhood as wide as itself, whatever its roof
+looks like. So every cell takes the median over its few calmest times. Where it is not calm even then, a vehicle may
+have stood there all the time (`standing.py`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.frames import ByteArray
+from vision.rectify import RoadCells
+from vision.road_colour import RoadColour
 
 FloatArray = NDArray[np.float32]
-BoolArray = NDArray[np.bool_]
 
-# Values this near to each other are the same surface.
+# Cells that never change by more than this show one thing all the time.
 SAME_LEVELS = 8
-# Among how many of its sorted values a cell chooses.
-CHOICES = 9
-# How many times more a vote counts for the usual colour of the road, and within how many levels of it that fades.
-USUAL_FACTOR, USUAL_LEVELS = 4.0, 10.0
-# A value that most samples have and that came back this often is no vehicle, if it is seen in the first and in the last
-# of so many equal parts of the time.
-RETURNS, ENDS = 3, 6
-# Something this different from the road may be a vehicle, if it fills a square of this part of a car's width and has
-# the area of a small car.
-STRANGE_LEVELS = 18.0
-SQUARE_SHARE = 0.8
-LEAST_WIDTHS2 = 1.5
+# How many of its calmest times a cell is the median of.
+CALMEST = 5
+# A neighbourhood is about as wide as two cars: whoever covers the middle sticks out of what is usual somewhere in it.
+AROUND_WIDTHS = 1.9
+# Differences from the usual colour, in levels: up to the first number they are noise, beyond the second they count no
+# more. One level of colour counts as two of darkness, and one of brightness little: markings are bright.
+DARK_FROM, DARK_MOST = 5, 40
+COLOUR_FROM, COLOUR_MOST, COLOUR_WEIGHT = 3, 20, 2.0
+BRIGHT_WEIGHT = 0.2
+# Unrest is kept in parts of a level.
+LEVEL = 6
 # Differences beyond this are something else in front of the cell, and no noise of it.
 MOST_NOISE = 24
 
 
-def empty_road(samples: Sequence[ByteArray], road: BoolArray) -> FloatArray:
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstSight:
+    """What is read off held frames.
+
+    Attributes
+    ----------
+    samples : of the frames, (3, packed_size) each, in order of time.
+    planes : (3, packed_size) levels of the road.
+    unrest : (packed_size,) mean difference from the usual colour around, at the calmest times, in 1 / `LEVEL` levels.
+    """
+
+    samples: Sequence[ByteArray]
+    planes: FloatArray
+    unrest: ByteArray
+
+
+def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColour, *, car_cells: float) -> FirstSight:
     """Estimate the bare road from pictures with traffic on it.
 
     Parameters
     ----------
-    samples : (3, n) each, in order of time, evenly spread.
-    road : (n,) which cells are road; the others get their median.
+    samples : (3, packed_size) each, in order of time, evenly spread.
+    cells : the raster. colour : of its road.
+    car_cells : width of a car.
 
     Returns
     -------
-    (3, n) levels.
-
-    Examples
-    --------
-    A car of level 30 stands in the first of three cells for most of the time; the road has level 100.
-
-    >>> pictures = [np.array([[level, 100, 100]] * 3, np.uint8) for level in (100, 30, 30, 30, 30, 30, 30, 100)]
-    >>> empty_road(pictures, np.ones(3, np.bool_))[0].tolist()
-    [100.0, 100.0, 100.0]
+    The road; where nothing ever passed, the median.
     """
     planes = median_of(samples)
-    usual = usual_colour(planes, road)
+    tables = _tables()
+    usual = np.rint(colour.around(planes)).astype(np.uint8)
+    side = 2 * round(AROUND_WIDTHS * car_cells / 2) + 1
+    unrest = [_unrest(sample, usual, cells, tables, side) for sample in samples]
     lowest, highest = samples[0].copy(), samples[0].copy()
     for sample in samples[1:]:
         np.minimum(lowest, sample, out=lowest)
         np.maximum(highest, sample, out=highest)
-    # Where nothing ever passed, the median is the road.
-    busy = np.flatnonzero(road & ((highest - lowest).max(axis=0) > 2 * SAME_LEVELS))
+    busy = np.flatnonzero((highest - lowest).max(axis=0) > 2 * SAME_LEVELS)
+    least = np.median(np.stack(unrest), axis=0).astype(np.uint8)
     piece = 8_192
     for start in range(0, len(busy), piece):
-        cells = busy[start : start + piece]
-        planes[:, cells] = _elected(np.stack([sample[:, cells] for sample in samples]), usual)
-    return planes
+        where = busy[start : start + piece]
+        values = np.stack([sample[:, where] for sample in samples], axis=-1)
+        planes[:, where], least[where] = calmest(values, np.stack([one[where] for one in unrest], axis=-1))
+    return FirstSight(samples, planes, least)
 
 
-def _elected(values: ByteArray, usual: FloatArray) -> FloatArray:
-    """Let the values of every cell vote: (times, 3, n) to (3, n)."""
-    values = values.astype(np.int16)
-    order = np.argsort(values[:, 0], axis=0, kind="stable")
-    middle = np.take_along_axis(values, order[len(values) // 2][None, None], axis=0)[0]
-    best = np.where(_returns(np.abs(values - middle).max(axis=1) <= SAME_LEVELS), np.inf, -1.0).astype(np.float32)
-    elected: FloatArray = middle.astype(np.float32)
-    for place in np.unique(np.linspace(0, len(values) - 1, CHOICES).round().astype(np.intp)):
-        choice = np.take_along_axis(values, order[place][None, None], axis=0)[0]
-        is_same = np.abs(values - choice).max(axis=1) <= SAME_LEVELS
-        votes = _votes(is_same) * _weight(choice - usual[:, None])
-        mean = np.where(is_same[:, None], values, 0).sum(axis=0) / is_same.sum(axis=0)
-        is_better = votes > best
-        best[is_better] = votes[is_better]
-        elected[:, is_better] = mean[:, is_better]
-    return elected
-
-
-def _weight(from_usual: FloatArray) -> FloatArray:
-    """Say how much a vote for colours counts, by their difference from the usual one: (3, n) to (n,)."""
-    distance = np.abs(from_usual).max(axis=0)
-    weight = 1 + (USUAL_FACTOR - 1) * np.exp(-((distance / USUAL_LEVELS) ** 2))
-    return np.asarray(weight, np.float32)
-
-
-def _returns(is_same: BoolArray) -> BoolArray:
-    """Find cells that are the same for most of the time, at its ends and again and again: markings, not vehicles."""
-    begins = is_same[0] + (is_same[1:] & ~is_same[:-1]).sum(axis=0)
-    ends = -(-len(is_same) // ENDS)
-    is_lasting = is_same[:ends].any(axis=0) & is_same[-ends:].any(axis=0)
-    return np.asarray(is_lasting & (begins >= RETURNS) & (2 * is_same.sum(axis=0) > len(is_same)))
-
-
-def _votes(is_same: BoolArray) -> FloatArray:
-    """Sum up the square roots of the lengths of all runs of True: (times, n) to (n,)."""
-    run = np.zeros(is_same.shape[1], np.intp)
-    votes = np.zeros(is_same.shape[1], np.float32)
-    growth = np.diff(np.sqrt(np.arange(len(is_same) + 1, dtype=np.float32)), prepend=0.0).astype(np.float32)
-    for row in is_same:
-        run = (run + 1) * row
-        votes += growth[run]
-    return votes
-
-
-def usual_colour(planes: FloatArray, road: BoolArray) -> FloatArray:
-    """Find the most frequent level of the road in every plane.
+def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray]:
+    """Take the median over the calmest times.
 
     Parameters
     ----------
-    planes : (3, n). road : (n,) which cells are road.
+    values : (planes, cells, times) levels.
+    unrest : (cells, times).
 
     Returns
     -------
-    (3,).
-    """
-    return np.array([np.bincount(plane[road].astype(np.intp)).argmax() for plane in planes], np.float32)
-
-
-def strange(planes: FloatArray, road: BoolArray) -> ByteArray:
-    """Mark cells that do not have the usual colour of the road.
-
-    Parameters
-    ----------
-    planes : (3, n). road : (n,) which cells are road.
-
-    Returns
-    -------
-    (n,) 1 or 0.
-    """
-    difference = np.abs(planes - usual_colour(planes, road)[:, None]).max(axis=0)
-    return np.asarray(road & (difference > STRANGE_LEVELS), np.uint8)
-
-
-def holds_vehicle(mask: ByteArray, car_cells: float) -> bool:
-    """Tell whether a mask holds something as wide and as large as a vehicle; markings are thinner.
-
-    Parameters
-    ----------
-    mask : (rows, columns). car_cells : width of a car in cells.
+    (planes, cells) levels, and (cells,) the median unrest of these times.
 
     Examples
     --------
-    >>> mask = np.zeros((20, 40), np.uint8)
-    >>> mask[5, :] = 1
-    >>> holds_vehicle(mask, 4)
-    False
-    >>> mask[10:14, 10:20] = 1
-    >>> holds_vehicle(mask, 4)
-    True
+    A car of level 30 stands in a cell most of the time; the road has level 100.
+
+    >>> levels = np.array([[[100, 30, 30, 30, 30, 30, 100, 101, 30, 99, 102]]], np.uint8)
+    >>> planes, least = calmest(levels, np.where(levels[0] > 50, 1, 9).astype(np.uint8))
+    >>> planes.tolist(), least.tolist()
+    ([[100.0]], [1])
     """
-    side = max(2, round(SQUARE_SHARE * car_cells))
-    square = np.ones((side, side), np.uint8)
-    wide = cv2.morphologyEx(mask, cv2.MORPH_OPEN, square, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    statistics = cv2.connectedComponentsWithStats(wide, connectivity=8)[2]
-    return bool(np.any(statistics[1:, cv2.CC_STAT_AREA] >= LEAST_WIDTHS2 * car_cells**2))
+    count = min(CALMEST, unrest.shape[-1])
+    # Stable, so that among equally calm times the earlier ones count.
+    times = np.argsort(unrest, axis=-1, kind="stable")[:, :count]
+    chosen = np.take_along_axis(values, times[None], axis=-1)
+    least = np.take_along_axis(unrest, times, axis=-1)[:, (count - 1) // 2]
+    return np.median(chosen, axis=-1).astype(np.float32), least
+
+
+def _unrest(
+    sample: ByteArray, usual: ByteArray, cells: RoadCells, tables: tuple[ByteArray, ByteArray, ByteArray], side: int
+) -> ByteArray:
+    """Measure by how much the neighbourhood of every cell differs from the usual colour: (packed_size,)."""
+    dark, bright, colour = tables
+    levels = cv2.max(
+        cv2.LUT(cv2.subtract(usual[0], sample[0]), dark), cv2.LUT(cv2.subtract(sample[0], usual[0]), bright)
+    )
+    for seen, known in zip(sample[1:], usual[1:], strict=True):
+        levels = cv2.max(levels, cv2.LUT(cv2.absdiff(seen, known), colour))
+    strange = cells.unpack(np.asarray(levels, np.uint8).ravel()) * cells.road
+    return cells.pack(np.asarray(cv2.blur(strange, (side, side), borderType=cv2.BORDER_CONSTANT), np.uint8))
+
+
+def _tables() -> tuple[ByteArray, ByteArray, ByteArray]:
+    """Look up by how much a difference in darkness, brightness and colour counts."""
+    levels = np.arange(256)
+    dark = np.clip(levels - DARK_FROM, 0, DARK_MOST)
+    colour = np.clip(levels - COLOUR_FROM, 0, COLOUR_MOST)
+    weighted = (dark, BRIGHT_WEIGHT * dark, COLOUR_WEIGHT * colour)
+    first, second, third = (np.rint(LEVEL * one).astype(np.uint8) for one in weighted)
+    return first, second, third
 
 
 def median_of(samples: Sequence[ByteArray]) -> FloatArray:

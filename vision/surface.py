@@ -94,6 +94,11 @@ class FixedSurface(Surface, Protocol):
         """The cells, with their places in the image."""
         ...
 
+    @property
+    def metres_per_cell(self) -> float:
+        """What the side of a cell is on the ground, about."""
+        ...
+
 
 def checked_polygons(polygons_m: Sequence[FloatArray]) -> list[FloatArray]:
     """Check road outlines.

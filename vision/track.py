@@ -26,10 +26,6 @@ REST_RADIUS_M = 0.7
 SIDEWAYS_MPS, SIDEWAYS_SHARE = 3.0, 0.7
 # A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
 SURE_SIGMAS, SURE_MPS = 2.0, 4.0
-# Parts of one vehicle: no farther apart across and along, no difference in velocity beyond the noise.
-JOINED_ACROSS_M = 1.2
-JOINED_GAP_M = 1.5
-JOINED_SLIP_MPS = 3.0
 
 
 @dataclass(slots=True)
@@ -49,9 +45,9 @@ class TrackTable:
     rest_m, rest_us : (n, 2) where it stands, and since when; both move on with it.
     is_confirmed : shown to the outside.
     is_proved : known to be an object and no ghost, because it moved or has an outline of its own.
-    is_observed, is_divided, is_clipped : of the latest frame.
+    is_observed, is_clipped : of the latest frame.
     doubled_us : how long it has stood inside an older track.
-    joined_us : how long it has shared its blob with an older track right before or behind it, moving as that does.
+    coupled_us : how long it has ridden with an older track as one body (`couples.py`).
     borders_m, borders_count : (n, 4) mean width of its dark borders (`shadow.py`), and over how many measurements.
     """
 
@@ -74,10 +70,8 @@ class TrackTable:
     is_confirmed: BoolArray
     is_proved: BoolArray
     is_observed: BoolArray
-    is_divided: BoolArray
     is_clipped: BoolArray
     doubled_us: IntArray
-    joined_us: IntArray
     coupled_us: IntArray
     borders_m: FloatArray
     borders_count: IntArray
@@ -110,10 +104,8 @@ class TrackTable:
             is_confirmed=truth,
             is_proved=truth,
             is_observed=truth,
-            is_divided=truth,
             is_clipped=truth,
             doubled_us=count,
-            joined_us=count,
             coupled_us=count,
             borders_m=np.zeros((0, 4)),
             borders_count=count,
@@ -171,7 +163,7 @@ class TrackTable:
         ----------
         min_speed_mps : slower counts as standing: the direction of a small velocity is noise.
         """
-        spread_mps = np.sqrt(np.trace(self.covariance[:, 2:, 2:], axis1=1, axis2=2))
+        spread_mps = np.sqrt(self.covariance[:, 2, 2] + self.covariance[:, 3, 3])
         sure_mps = np.minimum(SURE_SIGMAS * spread_mps, SURE_MPS)
         is_moving = self.speed_mps() >= np.maximum(min_speed_mps, sure_mps)
         ahead = np.arctan2(self.state[:, 3], self.state[:, 2])
@@ -252,28 +244,6 @@ class TrackTable:
         """
         inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
         return np.asarray((inside & self.older()).any(axis=1))
-
-    def joined(self, bodies: Boxes, is_divided: BoolArray) -> BoolArray:
-        """Find tracks that share a blob with a longer-lived one in line with them, and move as one with it.
-
-        Parameters
-        ----------
-        bodies : of all tracks, without shadows.
-        is_divided : (n,) tracks that got a part of a blob in this frame.
-
-        Returns
-        -------
-        (n,).
-        """
-        offset = bodies.centre_m[:, None] - bodies.centre_m[None]
-        ahead = axis(bodies.heading_rad)[None]
-        along = np.abs(np.einsum("nmi,nmi->nm", offset, ahead))
-        across = np.abs(offset[..., 1] * ahead[..., 0] - offset[..., 0] * ahead[..., 1])
-        gap = along - (bodies.length_m[:, None] + bodies.length_m[None]) / 2
-        slip = np.linalg.norm(self.state[:, None, 2:] - self.state[None, :, 2:], axis=-1)
-        in_line = (across < JOINED_ACROSS_M) & (gap < JOINED_GAP_M) & (slip < JOINED_SLIP_MPS)
-        is_pair = in_line & is_divided[:, None] & is_divided[None]
-        return np.asarray((is_pair & self.older()).any(axis=1))
 
     def older(self) -> BoolArray:
         """Tell which tracks (columns) count as older than which (rows); born at once, the larger box wins."""

@@ -32,10 +32,7 @@ CLEAR_ELONGATION = 1.8
 # A track whose centre lies this deep in an older one's box for this long is a fragment of the same object.
 DOUBLE_DEPTH_M = 0.3
 DOUBLE_US = 300_000
-# So is one that has shared a blob with an older one in line with it for this long, and for this part of its life.
-JOINED_US = 500_000
-JOINED_SHARE = 0.6
-# And so is one that has followed or led an older one, closer than anybody drives, for this long.
+# So is one that has followed or led an older one, closer than anybody drives, for this long.
 COUPLED_US = 1_200_000
 
 
@@ -101,13 +98,14 @@ class Tracker:
         tracks = self._tracks
         known = np.flatnonzero(tracks.is_confirmed)
         sightings = sight(detections, known, tracks, self._settings)
-        tracks.is_observed, tracks.is_divided = np.zeros((2, len(tracks)), np.bool_)
+        tracks.is_observed = np.zeros(len(tracks), np.bool_)
         cost = costs(tracks, sightings, self._now_us, self._settings)
         is_free = np.ones(len(sightings.owner), np.bool_)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
             free = np.flatnonzero(is_free)
             taken_by, taken = assign(cost[np.ix_(rows, free)])
-            self._correct(rows[taken_by], free[taken], sightings, detections)
+            if len(taken) > 0:
+                self._correct(rows[taken_by], free[taken], sightings, detections)
             is_free[free[taken]] = False
         tracks.note_rest(self._now_us)
         self._confirm()
@@ -184,7 +182,6 @@ class Tracker:
         tracks.seen_us[rows] = self._now_us
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
-        tracks.is_divided[rows] = detections.divided[chosen]
         tracks.is_clipped[rows] = detections.cut[chosen] != 0
 
     def _bodies(self) -> Boxes:
@@ -197,7 +194,7 @@ class Tracker:
         tracks, settings = self._tracks, self._settings
         # Where it was seen counts, not where a guessed velocity carries it.
         shift_m = np.hypot(*(tracks.seen_m - tracks.born_m).T)
-        noise_m = np.sqrt(np.trace(tracks.covariance[:, :2, :2], axis1=1, axis2=2))
+        noise_m = np.sqrt(tracks.covariance[:, 0, 0] + tracks.covariance[:, 1, 1])
         has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
         is_evident = tracks.evidence >= settings.confirm_hits
         tracks.is_proved |= has_moved & is_evident & ~tracks.is_confirmed
@@ -218,21 +215,13 @@ class Tracker:
         self._tracks = tracks.select(~(is_lost | has_left | self._is_part()))
 
     def _is_part(self) -> BoolArray:
-        """Find fragments: tracks that stand inside an older one, or were never seen apart from it."""
+        """Find fragments: tracks that stand inside an older one, or ride with it as one body."""
         tracks = self._tracks
-        assert self._now_us is not None
         is_double = tracks.doubles(tracks.boxes(), DOUBLE_DEPTH_M)
-        is_joined = tracks.joined(tracks.boxes(), tracks.is_divided)
-        if is_double.any() or is_joined.any():
-            bodies = self._bodies()
-            is_double = tracks.doubles(bodies, DOUBLE_DEPTH_M)
-            is_joined = tracks.joined(bodies, tracks.is_divided)
+        if is_double.any():
+            is_double = tracks.doubles(self._bodies(), DOUBLE_DEPTH_M)
         tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
-        tracks.joined_us = np.where(is_joined, tracks.joined_us + self._step_us, 0)
-        is_coupled = self._join_couples()
-        never_apart = tracks.joined_us >= JOINED_SHARE * (self._now_us - tracks.born_us)
-        is_joined = (tracks.joined_us >= JOINED_US) & never_apart
-        return np.asarray((tracks.doubled_us >= DOUBLE_US) | is_joined | is_coupled)
+        return np.asarray((tracks.doubled_us >= DOUBLE_US) | self._join_couples())
 
     def _join_couples(self) -> BoolArray:
         """Find tracks that have long ridden with an older one as one body; the older one learns its size anew."""
@@ -288,10 +277,8 @@ class Tracker:
             is_confirmed=falses.copy(),
             is_proved=falses.copy(),
             is_observed=~falses,
-            is_divided=falses.copy(),
             is_clipped=~is_whole,
             doubled_us=np.zeros(count, np.int64),
-            joined_us=np.zeros(count, np.int64),
             coupled_us=np.zeros(count, np.int64),
             borders_m=np.zeros((count, 4)),
             borders_count=np.zeros(count, np.int64),
@@ -299,18 +286,18 @@ class Tracker:
 
     def _objects(self) -> VisionObjects:
         assert self._now_us is not None
-        tracks = self._tracks.select(self._tracks.is_confirmed)
-        boxes = self._bodies().select(self._tracks.is_confirmed)
+        tracks, shown = self._tracks, self._tracks.is_confirmed
+        boxes = self._bodies().select(shown)
         # The size of an object never seen whole is that of a usual car, without a shadow.
-        is_seen_whole = tracks.size_count > 0
+        is_seen_whole = tracks.size_count[shown] > 0
         return VisionObjects(
             t_us=self._now_us,
-            ids=tuple(f"v{number}" for number in tracks.number.tolist()),
+            ids=tuple(f"v{number}" for number in tracks.number[shown].tolist()),
             centre_m=boxes.centre_m,
-            velocity_mps=tracks.state[:, 2:].copy(),
+            velocity_mps=tracks.state[shown, 2:],
             heading_rad=wrap_angle(boxes.heading_rad),
-            length_m=np.where(is_seen_whole, boxes.length_m, tracks.length_m),
-            width_m=np.where(is_seen_whole, boxes.width_m, tracks.width_m),
-            observed=tracks.is_observed.copy(),
-            clipped=tracks.is_clipped.copy(),
+            length_m=np.where(is_seen_whole, boxes.length_m, tracks.length_m[shown]),
+            width_m=np.where(is_seen_whole, boxes.width_m, tracks.width_m[shown]),
+            observed=tracks.is_observed[shown],
+            clipped=tracks.is_clipped[shown],
         )

@@ -1,5 +1,7 @@
 """The empty road: learned, kept up to date, healed, and not learned from cars."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
@@ -11,28 +13,33 @@ from vision.settings import VisionSettings
 
 SIZE = (120, 40)
 SETTINGS = VisionSettings(startup_us=1_000_000)
+LEVELS = (200.0, 40.0, 170.0, 50.0, 140.0, 70.0)
+DARK = (40.0,)
 NOBODY = (Boxes.none(), np.zeros(0, np.bool_))
 
 
 class Road:
     """A raster, its background, and pictures of boxes on it."""
 
-    def __init__(self, settings: VisionSettings = SETTINGS) -> None:
+    def __init__(self, settings: VisionSettings = SETTINGS, *, finds_standing: bool = False) -> None:
         self.raster: RoadRaster = ground_surface(top_view(SIZE), [whole_view(SIZE)], SIZE).raster
-        self.background = Background(self.raster, settings)
+        car_cells = settings.car_width_m / self.raster.grid.side
+        self.background = Background(self.raster, settings, car_cells=car_cells, finds_standing=finds_standing)
         self._rng = np.random.default_rng(0)
         self._texture = ROAD_LEVEL + self._rng.normal(0, 6, (SIZE[1], SIZE[0]))
 
-    def picture(self, k: int, boxes: Boxes | None = None, *, light: float = 1.0) -> RoadImage:
+    def picture(
+        self, k: int, boxes: Boxes | None = None, *, light: float = 1.0, levels: Sequence[float] = LEVELS
+    ) -> RoadImage:
         boxes = boxes or Boxes.none()
-        levels = [200.0, 40.0, 170.0, 50.0, 140.0, 70.0][: len(boxes)]
+        levels = levels[: len(boxes)]
         luma = draw_boxes(SIZE, boxes, levels, ground=self._texture)
         noisy = 16 + light * (luma - 16) + self._rng.normal(0, 1, luma.shape)
         return self.raster.rectify(make_frame(np.clip(noisy, 0, 255), index=k, t_us=40_000 * k))
 
-    def start(self, boxes: Boxes | None = None) -> int:
+    def start(self, boxes: Boxes | None = None, *, levels: Sequence[float] = LEVELS) -> int:
         k = 0
-        while not self.background.hold(self.picture(k, boxes)):
+        while not self.background.hold(self.picture(k, boxes, levels=levels)):
             k += 1
         return k + 1
 
@@ -49,10 +56,8 @@ def test_startup_holds_frames_and_returns_them_in_order() -> None:
 
 
 def test_startup_ends_early_when_memory_is_short() -> None:
-    road = Road()
-    frame_bytes = 3 * road.raster.packed_size
-    road.background = Background(road.raster, VisionSettings(startup_bytes=5 * frame_bytes))
-    assert road.start() == 5
+    frame_bytes = 3 * Road().raster.packed_size
+    assert Road(VisionSettings(startup_bytes=5 * frame_bytes)).start() == 5
 
 
 def test_passing_cars_do_not_get_into_the_background() -> None:
@@ -115,21 +120,22 @@ def test_outline_tells_a_standing_car_from_revealed_road() -> None:
 
 def test_startup_lasts_until_the_car_that_stands_there_has_left() -> None:
     car = make_boxes([(20, 9, 0, 4.5, 1.8)])
-    road = Road()
-    road.background = Background(road.raster, SETTINGS, car_cells=1.8 / road.raster.grid.side)
+    road = Road(finds_standing=True)
     k = 0
-    while not road.background.hold(road.picture(k, car if k < 60 else None)):
+    while not road.background.hold(road.picture(k, car if k < 60 else None, levels=DARK)):
         k += 1
     assert 60 < k < 150
     assert road.differing(road.picture(k + 1)) < 3
     assert road.differing(road.picture(k + 1, car)) > 25
 
 
-def test_startup_ends_at_last_though_something_stands_there() -> None:
-    road = Road()
-    settings = VisionSettings(startup_us=1_000_000, startup_most_us=3_000_000)
-    road.background = Background(road.raster, settings, car_cells=1.8 / road.raster.grid.side)
-    assert road.start(make_boxes([(20, 9, 0, 4.5, 1.8)])) == 76
+def test_startup_ends_at_last_and_leaves_out_the_car_that_stands_there_still() -> None:
+    car = make_boxes([(20, 9, 0, 4.5, 1.8)])
+    road = Road(VisionSettings(startup_us=1_000_000, startup_most_us=3_000_000), finds_standing=True)
+    k = road.start(car, levels=DARK)
+    assert k == 76
+    assert road.differing(road.picture(k + 1)) < 3
+    assert road.differing(road.picture(k + 2, car)) > 25
 
 
 def test_plain_road_where_something_else_was_learned_is_a_ghost_whatever_its_edges() -> None:

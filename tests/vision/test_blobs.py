@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from vision.blobs import BLUR_CELLS, Cells, measure, principal_heading
+from vision.blobs import BLUR_CELLS, Cells, find_blobs, measure, principal_heading
+from vision.grid import Grid
+from vision.rectify import RoadCells
 
 
 def random_cells(seed: int, *, count: int = 200, groups: int = 9) -> Cells:
@@ -27,6 +29,40 @@ def test_regrouping_sorts_by_key_and_drops_negative_keys() -> None:
     assert regrouped.sizes.tolist() == [int(np.sum(key == k)) for k in range(4)]
     for i, k in enumerate(range(4)):
         assert np.array_equal(regrouped.points[regrouped.group == i], cells.points[key == k])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_blobs_are_the_cells_that_can_be_walked_to(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    grid = Grid.between(np.zeros(2), np.array([10.0, 6.0]), side=0.5, is_north_up=True)
+    mask = np.asarray(rng.random(grid.shape) < 0.3, np.uint8)
+    difference = rng.integers(0, 255, grid.shape, dtype=np.uint8)
+    raster = RoadCells(grid, road=np.ones(grid.shape, np.bool_), view_edge=rng.random(grid.shape) < 0.1)
+    blobs = find_blobs(raster, mask, difference)
+    left = {(int(row), int(column)) for row, column in zip(*np.nonzero(mask), strict=True)}
+    while left:
+        walked, ahead = set(), [left.pop()]
+        while ahead:
+            row, column = ahead.pop()
+            walked.add((row, column))
+            near = {(row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1)} & left
+            left -= near
+            ahead += near
+        places = np.array(sorted(walked))
+        points = grid.to_plane(places[:, ::-1].astype(float))
+        group = blobs.group[np.all(blobs.points == points[0], axis=1)]
+        mine = blobs.group == group
+        assert np.array_equal(blobs.points[mine], points)
+        assert np.array_equal(blobs.strength[mine], difference[tuple(places.T)])
+        assert np.array_equal(blobs.at_edge[mine], raster.view_edge[tuple(places.T)])
+
+
+def test_nothing_marked_is_no_blob() -> None:
+    grid = Grid.between(np.zeros(2), np.array([3.0, 2.0]), side=0.5, is_north_up=True)
+    raster = RoadCells(grid, road=np.ones(grid.shape, np.bool_), view_edge=np.zeros(grid.shape, np.bool_))
+    nothing = np.zeros(grid.shape, np.uint8)
+    blobs = find_blobs(raster, nothing, nothing)
+    assert (blobs.count, len(blobs.group), len(blobs.sizes)) == (0, 0, 0)
 
 
 def test_kept_groups_keep_their_cells_and_keys() -> None:

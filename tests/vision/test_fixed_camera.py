@@ -40,6 +40,19 @@ def test_every_frame_gets_its_result_once_and_in_order() -> None:
         assert all(r.ids == () for r in results)
 
 
+def test_prepared_frames_give_what_plain_ones_give() -> None:
+    plain, prepared = (FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK) for _ in range(2))
+    seen = 0
+    for k in range(60):
+        boxes = make_boxes([(12.0 * (k / 25 - 0.5), LANE_M, 0.0, 4.5, 1.8)])
+        frame = make_frame(draw_boxes(SIZE, boxes, [60.0]), index=k, t_us=40_000 * k)
+        for one, other in zip(plain.observe(frame), prepared.observe(prepared.prepare(frame)), strict=True):
+            assert one.ids == other.ids
+            assert np.array_equal(one.centre_m, other.centre_m)
+            seen += len(one.ids)
+    assert seen > 20
+
+
 def test_results_wait_for_the_startup_only() -> None:
     vision = FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
     frame = np.full((SIZE[1], SIZE[0]), 100.0)

@@ -1,6 +1,7 @@
 """Frames of a file: time stamps, planes, and files that break."""
 
 import threading
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -114,6 +115,37 @@ def test_frames_that_do_not_come_later_are_skipped_and_counted(tmp_path: Path) -
     times = [frame.t_us for frame in source]
     assert times == sorted(set(times))
     assert source.skipped_frames == 8 - len(times) > 0
+
+
+def test_frames_are_prepared_in_order_by_the_decoders_thread(tmp_path: Path) -> None:
+    path = tmp_path / "video.mp4"
+    write_video(path, pictures(20))
+    threads, source = [], open_video(path)
+
+    def prepare(frame: Frame) -> Frame:
+        threads.append(threading.current_thread().name)
+        return replace(frame, t_us=frame.t_us + 1)
+
+    source.prepare = prepare
+    assert [frame.t_us for frame in source] == [frame.t_us + 1 for frame in open_video(path)]
+    assert threads == ["video-decoder"] * 20
+
+
+def test_error_in_preparing_comes_after_the_frames_before_it(tmp_path: Path) -> None:
+    path = tmp_path / "video.mp4"
+    write_video(path, pictures(20))
+    source = open_video(path)
+    frames: list[Frame] = []
+
+    def prepare(frame: Frame) -> Frame:
+        if frame.index == 12:
+            raise VideoError("frame 12: expected another size")
+        return frame
+
+    source.prepare = prepare
+    with pytest.raises(VideoError, match="frame 12"):
+        frames.extend(source)  # list.extend keeps what came before the error
+    assert [frame.index for frame in frames] == list(range(12))
 
 
 def test_consumer_that_stops_early_leaves_no_thread_behind(tmp_path: Path) -> None:

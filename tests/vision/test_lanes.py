@@ -55,6 +55,14 @@ def test_two_cars_side_by_side_in_one_blob_are_parted() -> None:
     assert set(parts[pair.points[:, 1] > 6.6].tolist()) == {2}
 
 
+def test_group_known_to_be_one_vehicle_is_not_looked_into() -> None:
+    rows = [(20, 4, 0, 4.5, 1.8), (21, 7.3, 0, 4.5, 1.8), (20.5, 5.6, 0, 3, 2.0)]
+    pairs = blobs(make_boxes([*rows, *((x + 20, *rest) for x, *rest in rows)]))
+    assert pairs.count == 2
+    parts = FIELD.parts(pairs, light_of(LIT), np.array([True, False]))
+    assert np.array_equal(parts > 0, pairs.group == 1)
+
+
 @pytest.mark.parametrize(
     "rows",
     [

@@ -72,6 +72,16 @@ def test_packing_keeps_the_cells_of_the_road() -> None:
     assert np.array_equal(raster.unpack(raster.pack(values))[raster.road], values[raster.road])
 
 
+def test_every_road_cell_is_found_in_packed_arrays() -> None:
+    bend = np.array([[0.0, 0], [480, 0], [480, 300], [470, 300], [470, 10], [0, 10]])
+    raster = ground_surface(top_view((1000, 640)), [bend], (1000, 640)).raster
+    assert len(raster.strips) > 1
+    values = np.random.default_rng(0).integers(0, 256, raster.grid.shape, dtype=np.uint8)
+    rows, columns = np.nonzero(raster.road)
+    places = raster.places(raster.grid.to_plane(np.stack([columns, rows], axis=-1).astype(float)))
+    assert np.array_equal(raster.pack(values)[places], values[rows, columns])
+
+
 def test_only_the_road_is_sampled() -> None:
     diagonal = np.array([[0.0, 0], [3, 0], [480, 300], [480, 303]])
     raster = ground_surface(top_view((1000, 640)), [diagonal], (1000, 640)).raster

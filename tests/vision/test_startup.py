@@ -2,50 +2,100 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from vision.startup import MOST_NOISE, _votes, empty_road, holds_vehicle, median_of, noise_of, strange, usual_colour
+from tests.vision.support import METRES_PER_PIXEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
+from tests.vision.test_rectify import ground_surface
+from vision.boxes import Boxes
+from vision.rectify import RoadRaster
+from vision.road_colour import RoadColour
+from vision.standing import StandingVehicles
+from vision.startup import CALMEST, MOST_NOISE, FirstSight, calmest, first_sight, median_of, noise_of
 
-ROAD, GREY_CAR, MARKING = 100, 60, 160
-
-
-def pictures(*cells: list[int]) -> list[np.ndarray]:
-    """One list of levels over time for each cell, and fifty bare cells that tell what is usual; chroma is neutral."""
-    luma = np.array([*cells, *([[ROAD] * len(cells[0])] * 50)], np.uint8).T
-    return [np.stack([row, np.full_like(row, 128), np.full_like(row, 128)]) for row in luma]
-
-
-def levels(*cells: list[int]) -> list[float]:
-    samples = pictures(*cells)
-    planes = empty_road(samples, np.ones(samples[0].shape[1], np.bool_))
-    return [float(level) for level in planes[0, : len(cells)]]
-
-
-def test_car_that_stands_most_of_the_time_is_no_road() -> None:
-    assert levels([ROAD] * 4 + [GREY_CAR] * 30 + [ROAD] * 6) == [ROAD]
+SIZE = (160, 40)
+CAR_CELLS = 1.8 / METRES_PER_PIXEL
+# A car in its lane, as it is seen: a roof of the road's level between dark windows, and a shadow.
+CAR_LEVELS = [60.0, 100.0, 40.0, 40.0]
+MARKING = 160.0
 
 
-def test_queue_of_different_cars_leaves_the_road_between_them() -> None:
-    queue = [200] * 9 + [ROAD] + [40] * 9 + [ROAD] + [70] * 9 + [ROAD] + [180] * 9
-    assert levels(queue) == [ROAD]
+def grey_car(x_m: float) -> tuple[Boxes, list[float]]:
+    shadow, body = (x_m, 8.4, 0, 4.5, 1.8), (x_m, 9.0, 0, 4.5, 1.8)
+    windows = [(x_m + shift_m, 9.0, 0, 0.7, 1.6) for shift_m in (-1.0, 1.0)]
+    return make_boxes([shadow, body, *windows]), CAR_LEVELS
 
 
-def test_marking_stays_a_marking_under_dense_traffic() -> None:
-    # Every third picture shows a shadow of the level of bare road on it.
-    assert levels([MARKING, MARKING, ROAD] * 12 + [MARKING]) == [MARKING]
+class Road:
+    """A road with a lane marking and an arrow, and pictures of it."""
+
+    def __init__(self) -> None:
+        self.raster: RoadRaster = ground_surface(top_view(SIZE), [whole_view(SIZE)], SIZE).raster
+        self.colour = RoadColour(self.raster, car_cells=CAR_CELLS)
+        self._rng = np.random.default_rng(1)
+        line, arrow = (40, 6.5, 0, 80, 0.3), (30, 9.0, 0, 3.0, 0.6)
+        self._ground = draw_boxes(SIZE, make_boxes([line, arrow]), [MARKING] * 2, ground=np.full(SIZE[::-1], 100.0))
+
+    def sample(self, cars: tuple[Boxes, list[float]] | None = None) -> NDArray[np.uint8]:
+        luma = self._ground if cars is None else draw_boxes(SIZE, cars[0], cars[1], ground=self._ground)
+        noisy = np.clip(luma + self._rng.normal(0, 1, luma.shape), 0, 255)
+        return self.raster.rectify(make_frame(noisy, index=0, t_us=0)).planes
+
+    def bare(self) -> NDArray[np.float32]:
+        return median_of([self.sample() for _ in range(9)])
+
+    def see(self, samples: list[NDArray[np.uint8]]) -> FirstSight:
+        return first_sight(samples, self.raster, self.colour, car_cells=CAR_CELLS)
+
+    def standing(self, sight: FirstSight) -> NDArray[np.bool_]:
+        return StandingVehicles(self.raster, self.colour, car_cells=CAR_CELLS, margin_cells=2).find(sight)
 
 
-def test_cells_off_the_road_get_their_median() -> None:
-    samples = pictures([ROAD] * 4 + [GREY_CAR] * 30 + [ROAD] * 6)
-    is_road = np.ones(samples[0].shape[1], np.bool_)
-    is_road[0] = False
-    assert empty_road(samples, is_road)[0, 0] == GREY_CAR
+def differing(planes: NDArray[np.float32], bare: NDArray[np.float32]) -> int:
+    return int(np.sum(np.abs(planes - bare).max(axis=0) > 10))
 
 
-def test_votes_agree_with_counting_the_runs() -> None:
-    is_same = np.random.default_rng(3).random((40, 200)) < 0.6
-    for column, votes in zip(is_same.T, _votes(is_same), strict=True):
-        runs = "".join("1" if one else " " for one in column).split()
-        assert votes == pytest.approx(sum(np.sqrt(len(run)) for run in runs), abs=1e-3)
+@pytest.mark.parametrize("x_m", [20.0, 30.0], ids=["on plain road", "on an arrow"])
+def test_car_of_the_colour_of_the_road_that_stands_most_of_the_time_is_no_road(x_m: float) -> None:
+    road = Road()
+    samples = [road.sample() for _ in range(6)] + [road.sample(grey_car(x_m)) for _ in range(34)]
+    assert differing(median_of(samples), road.bare()) > 20
+    assert differing(road.see(samples).planes, road.bare()) <= 1
+
+
+def test_queue_leaves_the_road_between_its_cars() -> None:
+    road = Road()
+    samples = [road.sample(grey_car(20 + 1.0 * (k % 9)) if k % 10 else None) for k in range(60)]
+    assert differing(road.see(samples).planes, road.bare()) <= 1
+
+
+def test_car_that_never_moved_is_found_and_markings_are_not() -> None:
+    road = Road()
+    assert not road.standing(road.see([road.sample() for _ in range(20)])).any()
+    car = grey_car(20.0)
+    sight = road.see([road.sample(car) for _ in range(20)])
+    found = road.standing(sight)
+    where = road.raster.pack(road.raster.grid.paint(car[0].corners()))
+    assert np.sum(found & (where > 0)) > 0.8 * np.sum(where > 0)
+    assert np.sum(found) < 1.6 * np.sum(where > 0)
+
+
+def test_dark_patch_that_cars_drive_over_is_ground() -> None:
+    road, patch = Road(), (make_boxes([(20, 9.0, 0, 4.0, 1.8)]), [40.0])
+    passing = make_boxes([(20, 9.0, 0, 4.0, 1.8), (20, 9.0, 0, 5.0, 1.8)]), [40.0, 200.0]
+    samples = [road.sample(passing if k % 7 == 3 else patch) for k in range(60)]
+    sight = road.see(samples)
+    assert differing(sight.planes, road.bare()) > 20
+    assert not road.standing(sight).any()
+
+
+def test_calmest_times_agree_with_sorting_them_one_cell_after_the_other() -> None:
+    rng = np.random.default_rng(2)
+    values, unrest = rng.integers(0, 256, (3, 50, 21)).astype(np.uint8), rng.integers(0, 9, (50, 21)).astype(np.uint8)
+    planes, least = calmest(values, unrest)
+    for cell in range(50):
+        times = sorted(range(21), key=lambda time: (unrest[cell, time], time))[:CALMEST]
+        assert planes[:, cell].tolist() == [float(np.median(plane[cell, times])) for plane in values]
+        assert least[cell] == np.median(unrest[cell, times])
 
 
 def test_median_agrees_with_that_of_the_library() -> None:
@@ -56,15 +106,3 @@ def test_median_agrees_with_that_of_the_library() -> None:
 def test_noise_is_not_that_of_what_stood_in_front() -> None:
     differences = [np.array([[1, 90, 90]], np.uint8)] * 4 + [np.array([[2, 3, 90]], np.uint8)] * 3
     assert noise_of(differences).tolist() == [[1.0, 3.0, MOST_NOISE]]
-
-
-def test_vehicle_is_told_from_markings_by_its_width() -> None:
-    planes = np.full((3, 60 * 40), 128.0, np.float32)
-    planes[0] = ROAD
-    luma = planes[0].reshape(40, 60)
-    road = np.ones(planes.shape[1], np.bool_)
-    luma[5:7] = luma[:, 3:5] = MARKING  # a line along the road and one across it
-    assert usual_colour(planes, road).tolist() == [ROAD, 128, 128]
-    assert not holds_vehicle(strange(planes, road).reshape(40, 60), car_cells=6)
-    luma[20:26, 30:45] = GREY_CAR
-    assert holds_vehicle(strange(planes, road).reshape(40, 60), car_cells=6)

@@ -1,0 +1,99 @@
+"""Which part of the first background is a vehicle that stood there all the time? And what is the road under it?
+
+What never moved while frames were held cannot be told from the road by time. But around it the road was never calm,
+it is as large as a vehicle, and nobody drove over it: cells whose value was covered and came back belong to the ground,
+be it a marking, a patch or a crossing.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.frames import ByteArray
+from vision.rectify import RoadCells
+from vision.road_colour import RoadColour
+from vision.startup import LEVEL, SAME_LEVELS, FirstSight
+
+FloatArray = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
+
+# A neighbourhood is not calm from this mean difference on; it reaches beyond the vehicle by this part of a car's width.
+UNREST_LEVELS = 3
+BEYOND_WIDTHS = 1 / 3
+# Of what may be a vehicle, this part and the area of a small car has another colour than the road around; and some of
+# it is not just brighter, as crossings and other markings are.
+STRANGE_LEVELS = 10.0
+STRANGE_SHARE = 0.3
+LEAST_WIDTHS2 = 1.5
+LEAST_DARK_WIDTHS2 = 0.5
+# If so much of that came back after something else, it is ground.
+GROUND_SHARE = 0.5
+
+
+class StandingVehicles:
+    """Finds vehicles in a first background, and the road under them.
+
+    Parameters
+    ----------
+    cells : the raster.
+    colour : of its road.
+    car_cells : width of a car.
+    margin_cells : how far the watched cells reach beyond the road; there, other colours are usual.
+    """
+
+    def __init__(self, cells: RoadCells, colour: RoadColour, *, car_cells: float, margin_cells: int) -> None:
+        self._cells = cells
+        self._colour = colour
+        self._car_cells = car_cells
+        self._inner = _shrunk(cells.road.astype(np.uint8), margin_cells)
+
+    def find(self, sight: FirstSight) -> BoolArray:
+        """Find what looks like vehicles that never moved.
+
+        Parameters
+        ----------
+        sight : the first background.
+
+        Returns
+        -------
+        (packed_size,) True on them and their shadows.
+        """
+        restless = self._cells.unpack((sight.unrest > LEVEL * UNREST_LEVELS).astype(np.uint8)) * self._inner
+        places = _shrunk(restless, round(BEYOND_WIDTHS * self._car_cells))
+        if not places.any():
+            return np.zeros(self._cells.packed_size, np.bool_)
+        difference = sight.planes - self._colour.around(sight.planes)
+        is_strange = np.abs(difference).max(axis=0) > STRANGE_LEVELS
+        is_dark = is_strange & (difference[0] <= STRANGE_LEVELS)
+        count, labels = cv2.connectedComponents(places, connectivity=8)
+        area, strange_area, dark_area, ground_area = (
+            np.bincount(labels.ravel(), cells.ravel(), count)
+            for cells in (places, *(self._spread(one) for one in (is_strange, is_dark, is_strange & _came_back(sight))))
+        )
+        width2 = self._car_cells**2
+        is_large = (strange_area >= LEAST_WIDTHS2 * width2) & (dark_area >= LEAST_DARK_WIDTHS2 * width2)
+        is_vehicle = is_large & (strange_area >= STRANGE_SHARE * area) & (ground_area < GROUND_SHARE * strange_area)
+        is_vehicle[0] = False
+        return self._cells.pack(is_vehicle.astype(np.uint8)[labels]) > 0
+
+    def _spread(self, packed: BoolArray) -> ByteArray:
+        return self._cells.unpack(packed.astype(np.uint8))
+
+
+def _came_back(sight: FirstSight) -> BoolArray:
+    """Tell whether each cell took its value in several stretches of time."""
+    levels = np.rint(sight.planes).astype(np.uint8)
+    begins = np.zeros(levels.shape[1], np.intp)
+    was = np.zeros(levels.shape[1], np.bool_)
+    for sample in sight.samples:
+        is_same = cv2.absdiff(sample, levels).max(axis=0) <= SAME_LEVELS
+        begins += is_same & ~was
+        was = is_same
+    return np.asarray(begins > 1)
+
+
+def _shrunk(mask: ByteArray, cells: int) -> ByteArray:
+    square = np.ones((2 * cells + 1, 2 * cells + 1), np.uint8)
+    return np.asarray(cv2.erode(mask, square, borderType=cv2.BORDER_CONSTANT, borderValue=(0,)), np.uint8)
