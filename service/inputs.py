@@ -110,6 +110,8 @@ class VideoInput:
             vision = self._vision()
         except (VisionError, GisError) as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
+        if isinstance(vision, FixedCameraVision):
+            self.video.prepare = vision.prepare
         return video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
 
     def _vision(self) -> Vision:

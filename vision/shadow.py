@@ -96,14 +96,14 @@ class Sun:
             self._measured[int(length > LONG_VEHICLE_M)].append(row)
         short, long = (np.array(measured).reshape(-1, 5) for measured in self._measured)
         both = short if len(short) >= MIN_MEASUREMENTS else np.concatenate([short, long])
-        ahead, left = axis(both[:, 0]), axis(both[:, 0] + np.pi / 2)
+        ahead, left = _axes(both[:, 0])
         self._direction = _middle(
             (both[:, 1] - both[:, 2])[:, None] * ahead + (both[:, 3] - both[:, 4])[:, None] * left
         )
-        self._usual_m[0] = _middle(self._on_shadow_side(short[:, 0], short[:, 1:]))
+        self._usual_m[0] = _middle(self._on_shadow_side(*_axes(short[:, 0]), short[:, 1:]))
         self._usual_m[1] = LONG_FACTOR * self._usual_m[0]
         if len(long) >= MIN_MEASUREMENTS:
-            self._usual_m[1] = _middle(self._on_shadow_side(long[:, 0], long[:, 1:]))
+            self._usual_m[1] = _middle(self._on_shadow_side(*_axes(long[:, 0]), long[:, 1:]))
 
     def shadows(
         self, heading_rad: FloatArray, length_m: FloatArray, borders_m: FloatArray, count: IntArray
@@ -120,22 +120,23 @@ class Sun:
         (n, 2) metres east and north; zero until enough was measured.
         """
         usual_m = self._usual_m[(length_m > LONG_VEHICLE_M).astype(np.intp)]
-        ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
-        own_m = self._on_shadow_side(heading_rad, borders_m)
+        if not usual_m.any() and not self._direction.any():
+            return usual_m
+        ahead, left = _axes(heading_rad)
+        own_m = self._on_shadow_side(ahead, left, borders_m)
         limited_m = np.zeros_like(own_m)
         for direction in (ahead, left):
             most_m = OWN_FACTOR * np.abs(np.einsum("ni,ni->n", usual_m, direction)) + OWN_SLACK_M
-            part_m = np.clip(np.einsum("ni,ni->n", own_m, direction), -most_m, most_m)
+            part_m = np.minimum(np.maximum(np.einsum("ni,ni->n", own_m, direction), -most_m), most_m)
             limited_m += part_m[:, None] * direction
         return np.where((count >= OWN_MEASUREMENTS)[:, None], limited_m, usual_m)
 
-    def _on_shadow_side(self, heading_rad: FloatArray, borders_m: FloatArray) -> FloatArray:
+    def _on_shadow_side(self, ahead: FloatArray, left: FloatArray, borders_m: FloatArray) -> FloatArray:
         """Keep the borders on the sides to which shadows fall, as vectors on the ground."""
-        ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
         along = np.where(ahead @ self._direction > 0, borders_m[:, 0], -borders_m[:, 1])
         across = np.where(left @ self._direction > 0, borders_m[:, 2], -borders_m[:, 3])
         if not self._direction.any():
-            return np.zeros((len(heading_rad), 2))
+            return np.zeros((len(ahead), 2))
         return np.asarray(along[:, None] * ahead + across[:, None] * left)
 
 
@@ -158,7 +159,7 @@ def without_shadow(boxes: Boxes, shadow_m: FloatArray) -> Boxes:
     >>> body.centre_m.round(3).tolist(), body.length_m.tolist(), body.width_m.tolist()
     ([[-0.25, 0.5]], [4.5], [2.0])
     """
-    ahead, left = axis(boxes.heading_rad), axis(boxes.heading_rad + np.pi / 2)
+    ahead, left = _axes(boxes.heading_rad)
     along, across = np.einsum("ni,ni->n", shadow_m, ahead), np.einsum("ni,ni->n", shadow_m, left)
     is_long = boxes.length_m > LONG_VEHICLE_M
     along = _limited(along, boxes.length_m - np.where(is_long, LEAST_LONG_M[0], LEAST_SHORT_M[0]))
@@ -172,7 +173,12 @@ def without_shadow(boxes: Boxes, shadow_m: FloatArray) -> Boxes:
 
 
 def _limited(value: FloatArray, limit: FloatArray) -> FloatArray:
-    return np.clip(value, -np.maximum(limit, 0.0), np.maximum(limit, 0.0))
+    most = np.maximum(limit, 0.0)
+    return np.minimum(np.maximum(value, -most), most)
+
+
+def _axes(heading_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return axis(heading_rad), axis(heading_rad + np.pi / 2)
 
 
 def _middle(vectors: FloatArray) -> FloatArray:
