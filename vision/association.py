@@ -53,7 +53,14 @@ class Sightings:
     divided: BoolArray
 
 
-def sight(detections: Detections, known_rows: IntArray, tracks: TrackTable, settings: VisionSettings) -> Sightings:
+def sight(
+    detections: Detections,
+    known_rows: IntArray,
+    tracks: TrackTable,
+    settings: VisionSettings,
+    *,
+    noise_factor: float = 1.0,
+) -> Sightings:
     """Turn boxes into measurements of centres.
 
     Parameters
@@ -62,6 +69,7 @@ def sight(detections: Detections, known_rows: IntArray, tracks: TrackTable, sett
     known_rows : (k,) rows of the confirmed tracks.
     tracks : at this frame.
     settings : noise figures and the usual car.
+    noise_factor : on the variance that detections claim.
 
     Returns
     -------
@@ -77,7 +85,7 @@ def sight(detections: Detections, known_rows: IntArray, tracks: TrackTable, sett
     is_cut = detections.cut != 0
     blur_m = np.where(is_cut, settings.clipped_noise_m, 0.0)
     blur = kalman.oriented_covariance(boxes.heading_rad, blur_m, np.where(detections.directed, 0.0, blur_m))
-    factor = np.where(detections.divided, DIVIDED_NOISE**2, 1.0)
+    factor = np.where(detections.divided, DIVIDED_NOISE**2, 1.0) * noise_factor
     is_fitted = (owner >= 0) & ~is_cut
     centre_m[is_fitted] = _fit(boxes.select(is_fitted), owner[is_fitted], tracks)
     return Sightings(

@@ -27,6 +27,9 @@ SIDEWAYS_MPS, SIDEWAYS_SHARE = 3.0, 0.7
 # A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
 SURE_SIGMAS, SURE_MPS = 2.0, 4.0
 
+# Both of two twins have been seen within this time: a vehicle that is hidden beside another is not its twin.
+TWIN_SEEN_US = 400_000
+
 
 @dataclass(slots=True)
 class TrackTable:
@@ -48,6 +51,7 @@ class TrackTable:
     is_observed, is_clipped : of the latest frame.
     doubled_us : how long it has stood inside an older track.
     coupled_us : how long it has ridden with an older track as one body (`couples.py`).
+    twin_us : how long it has lain across an older track without both being seen in one frame.
     borders_m, borders_count : (n, 4) mean width of its dark borders (`shadow.py`), and over how many measurements.
     """
 
@@ -73,6 +77,7 @@ class TrackTable:
     is_clipped: BoolArray
     doubled_us: IntArray
     coupled_us: IntArray
+    twin_us: IntArray
     borders_m: FloatArray
     borders_count: IntArray
 
@@ -107,6 +112,7 @@ class TrackTable:
             is_clipped=truth,
             doubled_us=count,
             coupled_us=count,
+            twin_us=count,
             borders_m=np.zeros((0, 4)),
             borders_count=count,
         )
@@ -244,6 +250,44 @@ class TrackTable:
         """
         inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
         return np.asarray((inside & self.older()).any(axis=1))
+
+    def twins(self, now_us: int) -> BoolArray:
+        """Find tracks that lie across a confirmed older one, both seen of late, but in this frame one of them at most.
+
+        Parameters
+        ----------
+        now_us : the frame's time.
+
+        Returns
+        -------
+        (n,).
+        """
+        rows = np.flatnonzero(now_us - self.seen_us <= TWIN_SEEN_US)
+        east_m, north_m = self.state[rows, 0], self.state[rows, 1]
+        reach_m = self.length_m[rows].max(initial=0.0)
+        is_seen = self.is_observed[rows]
+        # Few pairs are near each other and not both seen: the others are left out before anything costs much.
+        is_near = np.abs(east_m[:, None] - east_m) < reach_m
+        is_near &= np.abs(north_m[:, None] - north_m) < reach_m
+        is_near &= ~(is_seen[:, None] & is_seen) & self.is_confirmed[rows]
+        one, other = (rows[side] for side in np.nonzero(is_near))
+        is_twin = np.zeros(len(self), np.bool_)
+        is_twin[one[self._overlaps(one, other) & self._is_older(other, one)]] = True
+        return is_twin
+
+    def _overlaps(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> BoolArray:
+        """Tell for pairs of rows whether the boxes overlap, both taken to lie along the other's."""
+        offset_m, ahead = self.state[one, :2] - self.state[other, :2], axis(self.heading_rad[other])
+        along_m = np.abs(np.einsum("ni,ni->n", offset_m, ahead))
+        across_m = np.abs(offset_m[:, 1] * ahead[:, 0] - offset_m[:, 0] * ahead[:, 1])
+        is_along = along_m < (self.length_m[one] + self.length_m[other]) / 2
+        return np.asarray(is_along & (across_m < (self.width_m[one] + self.width_m[other]) / 2))
+
+    def _is_older(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> BoolArray:
+        """Tell for pairs of rows whether the first counts as older; of two alike, the one that comes first."""
+        born_us, area_m2 = self.born_us, self.length_m * self.width_m
+        is_larger = (area_m2[one] > area_m2[other]) | ((area_m2[one] == area_m2[other]) & (one < other))
+        return np.asarray((born_us[one] < born_us[other]) | ((born_us[one] == born_us[other]) & is_larger))
 
     def older(self) -> BoolArray:
         """Tell which tracks (columns) count as older than which (rows); born at once, the larger box wins."""

@@ -16,6 +16,7 @@ from vision.association import SIZED_COUNT, Sightings, assign, costs, doubt, sig
 from vision.boxes import Boxes, distance_to_boxes, wrap_angle
 from vision.couples import find_couples
 from vision.detector import Detections, Expected
+from vision.noise_level import NoiseLevel
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.shadow import Sun, without_shadow
@@ -29,9 +30,14 @@ BoolArray = NDArray[np.bool_]
 NEW_ALONG_MPS = 20.0
 NEW_ACROSS_MPS = 4.0
 CLEAR_ELONGATION = 1.8
+# This part of the evidence is enough to confirm what was seen for this long.
+LONG_SEEN_US, LONG_SEEN_SHARE = 300_000, 0.75
 # A track whose centre lies this deep in an older one's box for this long is a fragment of the same object.
 DOUBLE_DEPTH_M = 0.3
 DOUBLE_US = 300_000
+# So is one that overlaps an older one for this long without the two ever being seen in one frame: noisy sightings of
+# one vehicle, dealt out in turns to two names.
+TWIN_US = 500_000
 # So is one that has followed or led an older one, closer than anybody drives, for this long.
 COUPLED_US = 1_200_000
 
@@ -53,6 +59,7 @@ class Tracker:
         self._step_us = 0
         self._names_used = 0
         self._sun = Sun()
+        self._noise_level = NoiseLevel()
 
     def predict(self, t_us: int) -> Expected:
         """Move all tracks on to a frame's time.
@@ -97,7 +104,7 @@ class Tracker:
         assert self._now_us is not None
         tracks = self._tracks
         known = np.flatnonzero(tracks.is_confirmed)
-        sightings = sight(detections, known, tracks, self._settings)
+        sightings = sight(detections, known, tracks, self._settings, noise_factor=self._noise_level.factor)
         tracks.is_observed = np.zeros(len(tracks), np.bool_)
         cost = costs(tracks, sightings, self._now_us, self._settings)
         is_free = np.ones(len(sightings.owner), np.bool_)
@@ -165,6 +172,8 @@ class Tracker:
         state, covariance = tracks.state[rows], tracks.covariance[rows]
         centre_m, noise = sightings.centre_m[chosen], sightings.noise[chosen]
         squared = kalman.squared_distance(state, covariance, centre_m, noise)
+        is_gauge = tracks.is_confirmed[rows] & (tracks.size_count[rows] >= SIZED_COUNT) & ~detections.divided[chosen]
+        self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)])
         noise = noise * doubt(squared, settings)[:, None, None]
         tracks.state[rows], tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
         tracks.turn_ahead(settings.heading_speed_mps)
@@ -192,13 +201,19 @@ class Tracker:
 
     def _confirm(self) -> None:
         tracks, settings = self._tracks, self._settings
+        assert self._now_us is not None
         # Where it was seen counts, not where a guessed velocity carries it.
         shift_m = np.hypot(*(tracks.seen_m - tracks.born_m).T)
         noise_m = np.sqrt(tracks.covariance[:, 0, 0] + tracks.covariance[:, 1, 1])
         has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
-        is_evident = tracks.evidence >= settings.confirm_hits
+        # Sightings far apart in time agree less easily by chance than those of neighbouring frames.
+        age_us = tracks.seen_us - tracks.born_us
+        is_evident = tracks.evidence >= np.where(age_us >= LONG_SEEN_US, LONG_SEEN_SHARE, 1.0) * settings.confirm_hits
         tracks.is_proved |= has_moved & is_evident & ~tracks.is_confirmed
         is_new = ~tracks.is_confirmed & tracks.is_proved & tracks.is_observed & is_evident
+        if is_new.any():
+            # Not where a known vehicle is looked for in vain: this may be it. Two would be seen together soon.
+            is_new &= ~tracks.twins(self._now_us)
         tracks.number[is_new] = self._names_used + np.arange(1, is_new.sum() + 1)
         self._names_used += int(is_new.sum())
         tracks.is_confirmed |= is_new
@@ -215,13 +230,16 @@ class Tracker:
         self._tracks = tracks.select(~(is_lost | has_left | self._is_part()))
 
     def _is_part(self) -> BoolArray:
-        """Find fragments: tracks that stand inside an older one, or ride with it as one body."""
+        """Find fragments: tracks that stand inside an older one, take turns or ride with it."""
         tracks = self._tracks
+        assert self._now_us is not None
         is_double = tracks.doubles(tracks.boxes(), DOUBLE_DEPTH_M)
         if is_double.any():
             is_double = tracks.doubles(self._bodies(), DOUBLE_DEPTH_M)
         tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
-        return np.asarray((tracks.doubled_us >= DOUBLE_US) | self._join_couples())
+        tracks.twin_us = np.where(tracks.twins(self._now_us), tracks.twin_us + self._step_us, 0)
+        is_twin = tracks.twin_us >= TWIN_US
+        return np.asarray((tracks.doubled_us >= DOUBLE_US) | is_twin | self._join_couples())
 
     def _join_couples(self) -> BoolArray:
         """Find tracks that have long ridden with an older one as one body; the older one learns its size anew."""
@@ -280,6 +298,7 @@ class Tracker:
             is_clipped=~is_whole,
             doubled_us=np.zeros(count, np.int64),
             coupled_us=np.zeros(count, np.int64),
+            twin_us=np.zeros(count, np.int64),
             borders_m=np.zeros((count, 4)),
             borders_count=np.zeros(count, np.int64),
         )

@@ -1,0 +1,41 @@
+"""Are detections as exact as they claim? One factor for all of them, learned from how far they lie from predictions.
+
+If claims are right, half of all squared Mahalanobis distances lie below the median of their distribution. A step down
+for each that does, and up for each that does not, leads to the factor for which that holds; like every median, it does
+not care how far off the odd false one is. Too much trust tears tracks apart: sightings fall outside the gate and
+become twins of what they belong to.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Of the chi-squared distribution with two degrees of freedom: 2 ln 2.
+MEDIAN_SQUARED = 2 * np.log(2)
+# Relative change of the variance by one sighting: some hundred sightings double it.
+STEP = 0.01
+# Claims are never taken for too modest: what a filter has smoothed away is no proof. And never for wilder than this.
+MOST = 9.0
+
+
+class NoiseLevel:
+    """By how much the variance that detections claim has to be multiplied."""
+
+    def __init__(self) -> None:
+        self._log_factor = 0.0
+
+    @property
+    def factor(self) -> float:
+        """The factor on covariances, from 1 to `MOST`."""
+        return float(np.exp(self._log_factor))
+
+    def learn(self, squared: NDArray[np.float64]) -> None:
+        """Take new sightings into account.
+
+        Parameters
+        ----------
+        squared : (n,) squared Mahalanobis distances from predictions, with the present factor in them.
+        """
+        balance = np.count_nonzero(squared > MEDIAN_SQUARED) * 2 - len(squared)
+        self._log_factor = float(np.clip(self._log_factor + STEP * balance, 0.0, np.log(MOST)))
