@@ -45,6 +45,9 @@ class TrackedObjects(Protocol):
 # The longest that the usual maintain conditions take to find fault with a link from its first moment on: a thing that
 # is off the road, or has not the size or speed of a vehicle. Jumps and exchanged tracks show within 1.2 s.
 TRIAL_US = 2_000_000
+# After a lost view a car that is found again has a speed from before, or from a frame or two: as long as it takes a
+# vision object to become a car at all, nothing is said of it.
+SETTLE_US = 400_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,11 +150,12 @@ class AnchoringUnit:
     trial_us : how long a link is a hypothesis.
     """
 
-    __slots__ = ("_anchorer", "_last_us", "_trials")
+    __slots__ = ("_anchorer", "_last_us", "_silent_until_us", "_trials")
 
     def __init__(self, anchorer: Anchorer, *, trial_us: int = TRIAL_US) -> None:
         self._anchorer = anchorer
         self._last_us: int | None = None
+        self._silent_until_us: int | None = 0  # None while the view is lost
         self._trials = LinkTrials(trial_us)
 
     def update(self, sample: Sample[TrackedObjects]) -> Iterable[Sample[Anchored]]:
@@ -160,11 +164,19 @@ class AnchoringUnit:
             return ()
         self._last_us = sample.value.t_us
         cars, link_changes = self._anchorer.observe(_observations(sample.value))
-        if sample.value.is_lost:
+        if self._is_silent(cars.t_us, is_lost=sample.value.is_lost):
             cars = cars.without_any()
         validated, refuted = self._trials.judge(cars.t_us, link_changes)
         anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted)
         return (Sample(sample.available_us, sample.valid_us, anchored),)
+
+    def _is_silent(self, t_us: int, *, is_lost: bool) -> bool:
+        """Tell whether the view is lost, or has been found too lately to say anything of any car."""
+        if is_lost:
+            self._silent_until_us = None
+        elif self._silent_until_us is None:
+            self._silent_until_us = t_us + SETTLE_US
+        return self._silent_until_us is None or t_us < self._silent_until_us
 
     def finish(self) -> Iterable[Sample[Anchored]]:
         """Hold nothing back: every frame was answered when it came."""

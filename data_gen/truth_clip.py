@@ -14,6 +14,9 @@ from data_gen.truth_event import TruthEvent, in_order
 from data_gen.truth_events import find_events
 from data_gen.truth_following import find_following
 from data_gen.truth_junction_passes import find_junction_passes
+from data_gen.truth_near_miss import find_near_misses
+from data_gen.truth_queue_jump import find_queue_jumps
+from data_gen.truth_reckless import find_reckless
 from data_gen.truth_tables import truth_tables
 from data_gen.truth_turns import find_turns
 from data_gen.view import BoolArray, CameraView
@@ -43,14 +46,17 @@ def clip_events(
     seen = seen_centres(motion, states, views, overlay)
     tables = truth_tables(states, network, seen, motion)
     certain = find_events(motion, seen)
+    overlaps = in_order([*certain, *_not_told_yet(find_junction_passes(tables), certain)])
     return in_order(
         [
-            *certain,
-            *_not_told_yet(find_junction_passes(tables), certain),
+            *overlaps,
+            *find_reckless(tables, overlaps),
+            *find_queue_jumps(tables, overlaps),
             *find_turns(tables),
             *find_following(tables),
             *find_cut_ins(tables),
             *find_solitary(tables),
+            *find_near_misses(tables),
         ]
     )
 

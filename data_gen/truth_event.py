@@ -31,9 +31,15 @@ ROLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "crossing": ("car",),
         "wrong_way": ("car",),
         "stop_and_go": ("car",),
+        "near_miss": ("car", "other"),
+        "reckless_overtake": ("overtaker", "overtaken", "danger"),
+        "queue_jump": ("jumper", "first", "last"),
     }
 )
 """Roles that vehicles play in each type of event, in the order of `TruthEvent.vehicles`."""
+
+INTERCHANGEABLE = frozenset({"near_miss"})
+"""Types whose roles say nothing: either vehicle may have either of them."""
 
 MARGIN_US = 1_000_000
 """Before and after an event the vehicles must be seen for so long."""
@@ -71,8 +77,8 @@ class TruthEvent:
 
     @property
     def roles(self) -> dict[str, str]:
-        """Return vehicles by role."""
-        return dict(zip(ROLES[self.type], self.vehicles, strict=True))
+        """Return vehicles by role; the last role is left out where a place has it, as a junction may be a danger."""
+        return dict(zip(ROLES[self.type], self.vehicles, strict=False))
 
 
 def rows_around(t_us: IntArray, start_us: int, end_us: int, margin_us: int = MARGIN_US) -> slice:

@@ -34,7 +34,7 @@ def find_turns(tables: TruthTables) -> Iterator[TruthEvent]:
 
     Yields
     ------
-    A `crossing` for each, and what kind of turn it is where both edges are known.
+    A `crossing` for each, and what kind of turn it is where both edges are known; two kinds if it is between them.
     """
     for vehicle in range(len(tables.motion.ids)):
         junction = tables.junction[:, vehicle]
@@ -67,22 +67,27 @@ def _ways(tables: TruthTables, vehicle: int, start: int, end: int) -> Iterator[T
     if lanes is not None:
         turn_rad = _turn_rad(tables, vehicle, core_us)
         from_road, to_road = (tables.network.lanes[lane].road for lane in lanes)
-        yield _turn(crossing, turn_rad, from_road, to_road)
+        yield from _turns(crossing, turn_rad, from_road, to_road)
 
 
-def _turn(crossing: TruthEvent, turn_rad: float, from_road: str, to_road: str) -> TruthEvent:
-    event_type = turn_type(turn_rad, same_road=from_road == to_road)
+def _turns(crossing: TruthEvent, turn_rad: float, from_road: str, to_road: str) -> Iterator[TruthEvent]:
+    """Name the turn; one that is near to another kind is told as either, and neither counts."""
+    same_road = from_road == to_road
+    kinds = {
+        turn_type(turn_rad + nearly_rad, same_road=same_road): None for nearly_rad in (0.0, -NEARLY_RAD, NEARLY_RAD)
+    }
     reasons = [crossing.why_not_countable] if crossing.why_not_countable else []
-    if _is_nearly_another(turn_rad):
+    if len(kinds) > 1:
         reasons.append(f"the car turns by {math.degrees(turn_rad):.0f} degrees, near to where kinds of turn part")
-    roads = (("road", from_road),) if event_type == "u_turn" else (("from", from_road), ("to", to_road))
-    return replace(
-        crossing,
-        type=event_type,
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-        places=(*crossing.places, *roads),
-    )
+    for event_type in kinds:
+        roads = (("road", from_road),) if event_type == "u_turn" else (("from", from_road), ("to", to_road))
+        yield replace(
+            crossing,
+            type=event_type,
+            countable=not reasons,
+            why_not_countable="; ".join(reasons) or None,
+            places=(*crossing.places, *roads),
+        )
 
 
 def turn_type(turn_rad: float, *, same_road: bool) -> str:
@@ -103,10 +108,6 @@ def turn_type(turn_rad: float, *, same_road: bool) -> str:
     if abs(turn_rad) <= STRAIGHT_RAD:
         return "drive_straight"
     return "turn_left" if turn_rad > 0 else "turn_right"
-
-
-def _is_nearly_another(turn_rad: float) -> bool:
-    return min(abs(abs(turn_rad) - limit_rad) for limit_rad in (STRAIGHT_RAD, BACK_RAD)) < NEARLY_RAD
 
 
 def _lanes_around(tables: TruthTables, vehicle: int, start: int, end: int) -> tuple[int, int] | None:

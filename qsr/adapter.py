@@ -6,7 +6,7 @@ from typing import Protocol
 
 from dyknow.sample import Sample
 from qsr.changes import RelationChange
-from qsr.footprints import FloatArray, Footprints, IntArray
+from qsr.footprints import BoolArray, FloatArray, Footprints, IntArray
 from qsr.observer import RelationObserver
 
 
@@ -28,7 +28,10 @@ class RoadPositions(Protocol):
 
 
 class Cars(Protocol):
-    """Describe what the relations need of the cars of one time; see `Footprints` for the meaning."""
+    """Describe what the relations need of the cars of one time; see `Footprints` for the meaning.
+
+    `linked` tells which cars were seen in this frame, and not only predicted.
+    """
 
     @property
     def t_us(self) -> int: ...  # noqa: D102
@@ -44,6 +47,8 @@ class Cars(Protocol):
     def length_m(self) -> FloatArray: ...  # noqa: D102
     @property
     def width_m(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def linked(self) -> BoolArray: ...  # noqa: D102
     @property
     def positions(self) -> RoadPositions: ...  # noqa: D102
 
@@ -130,4 +135,5 @@ def _footprints(cars: Cars) -> Footprints:
         tangent_rad=positions.tangent_rad,
         junction=positions.junction,
         lane=positions.lane,
+        observed=cars.linked,
     )

@@ -65,13 +65,22 @@ class SwitchBank:
     (True, 100000)
     """
 
-    __slots__ = ("_backdate_us", "_crossed_us", "_fresh", "_last_t_us", "_last_values", "_margins", "is_on", "since_us")
+    __slots__ = (
+        "_backdate_us",
+        "_crossed_us",
+        "_fresh",
+        "_last_us",
+        "_last_values",
+        "_margins",
+        "is_on",
+        "since_us",
+    )
 
     def __init__(self, margins: FloatArray, *, backdate_us: int) -> None:
         rows = len(margins)
         self._margins = np.asarray(margins, dtype=np.float64).reshape(rows, 1)
         self._backdate_us = backdate_us
-        self._last_t_us = 0
+        self._last_us: LongArray = np.zeros(0, dtype=np.int64)  # (columns,) when each was last measured
         self._last_values: FloatArray = np.zeros((rows, 0))
         self._crossed_us: LongArray = np.zeros((rows, 0), dtype=np.int64)
         self._fresh: LongArray | None = None
@@ -85,7 +94,9 @@ class SwitchBank:
             self._last_values = empty
             self.is_on, self._crossed_us = empty.astype(np.bool_), empty.astype(np.int64)
             self.since_us = self._crossed_us.copy()
+            self._last_us = np.zeros(len(columns), dtype=np.int64)
         else:
+            self._last_us = self._last_us.take(columns)
             self._last_values = self._last_values.take(columns, axis=1)
             self._crossed_us = self._crossed_us.take(columns, axis=1)
             self.since_us = self.since_us.take(columns, axis=1)
@@ -93,13 +104,15 @@ class SwitchBank:
         fresh = np.flatnonzero(columns < 0)
         self._fresh = fresh if len(fresh) else None
 
-    def update(self, t_us: int, values: FloatArray) -> BoolArray:
+    def update(self, t_us: int, values: FloatArray, held: BoolArray | None = None) -> BoolArray:
         """Take the quantities of one frame; later than the last.
 
         Parameters
         ----------
         t_us : time of the frame.
         values : (rows, columns) the quantities; kept, so do not write into them afterwards.
+        held : (columns,) True where nothing was measured: such a column stays as it is, and what it crosses until it is
+            measured again is dated between the two measurements. None if all were measured.
 
         Returns
         -------
@@ -108,18 +121,20 @@ class SwitchBank:
         if self._fresh is not None:
             self._start(self._fresh, t_us, values)
             self._fresh = None
+        if held is not None and held.any():
+            values = np.where(held, self._last_values, values)
         crossed = (values > 0) != (self._last_values > 0)
         if crossed.any():
             before, after = self._last_values[crossed], values[crossed]
             share = before / (before - after)
-            elapsed_us = np.rint(share * (t_us - self._last_t_us)).astype(np.int64)
-            self._crossed_us[crossed] = self._last_t_us + elapsed_us
+            last_us = np.broadcast_to(self._last_us, values.shape)[crossed]
+            self._crossed_us[crossed] = last_us + np.rint(share * (t_us - last_us)).astype(np.int64)
         turned = np.where(self.is_on, values < -self._margins, values > self._margins)
         if turned.any():
             self.is_on ^= turned
             self.since_us[turned] = np.maximum(self._crossed_us[turned], t_us - self._backdate_us)
         self._last_values = values
-        self._last_t_us = t_us
+        self._last_us = np.full(values.shape[1], t_us) if held is None else np.where(held, self._last_us, t_us)
         return turned
 
     def _start(self, fresh: NDArray[np.int64], t_us: int, values: FloatArray) -> None:

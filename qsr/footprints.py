@@ -1,6 +1,7 @@
 """Where does every car stand, at one time? The input of the relations, as a struct of arrays."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from qsr.errors import QsrError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +29,7 @@ class Footprints:
     tangent_rad : (n,) direction of that line there; nan off the roads.
     junction : (n,) int32, index of the junction under the centre; -1 for none.
     lane : (n,) int32, index of the lane under the centre; -1 for none, and everywhere if left out.
+    observed : (n,) bool, whether the object was seen in this frame, else it is only predicted; True if left out.
 
     Raises
     ------
@@ -47,12 +50,27 @@ class Footprints:
     tangent_rad: FloatArray
     junction: IntArray
     lane: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    observed: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+
+    def select(self, rows: Sequence[int]) -> "Footprints":
+        """Keep some of the objects.
+
+        Parameters
+        ----------
+        rows : which, in the order in which they are to stand.
+        """
+        arrays = {
+            one.name: getattr(self, one.name)[list(rows)] for one in fields(self) if one.name not in ("t_us", "ids")
+        }
+        return Footprints(t_us=self.t_us, ids=tuple(self.ids[row] for row in rows), **arrays)
 
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
         count = len(self.ids)
         if not len(self.lane):
             object.__setattr__(self, "lane", np.full(count, -1, dtype=np.int32))
+        if not len(self.observed):
+            object.__setattr__(self, "observed", np.ones(count, dtype=np.bool_))
         if len(set(self.ids)) != count:
             raise QsrError(f"footprints at {self.t_us} us: expected different ids, got {self.ids!r}")
         if self.centre_m.shape != (count, 2):
@@ -61,7 +79,7 @@ class Footprints:
             )
         rows = (self.heading_rad, self.speed_mps, self.length_m, self.width_m)
         places = (self.road, self.along_m, self.across_m, self.tangent_rad, self.junction, self.lane)
-        for row in (*rows, *places):
+        for row in (*rows, *places, self.observed):
             if row.shape != (count,):
                 raise QsrError(
                     f"footprints at {self.t_us} us: every array must have {count} entries, got {row.shape!r}"

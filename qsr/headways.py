@@ -14,7 +14,8 @@ from qsr.settings import RelationSettings
 LongArray = NDArray[np.int64]
 
 # Far below every threshold: the quantity of a car that is not the next one ahead.
-_NOT_NEXT = -100.0
+_NOT_NEXT_S = -100.0
+_STILL_MPS = 0.01
 
 
 def fill_headways(
@@ -39,6 +40,8 @@ def fill_headways(
     columns : of a and of b in the object table, which tell who is who in several pairs.
     settings : thresholds.
     """
+    # A difference in speed counts as one in time, at the ratio of the margins: the smaller of the two decides.
+    s_per_mps = settings.time_gap_margin_s / settings.moving_margin_mps if settings.moving_margin_mps else 1.0
     half_lengths = a[HALF_LENGTH] + b[HALF_LENGTH]
     in_path = a[HALF_PATH] + b[HALF_PATH] - lateral_m
     values[Switch.IN_PATH] = in_path
@@ -55,8 +58,10 @@ def fill_headways(
     ):
         is_next = behind & (bumper_m <= nearest_m[column])
         speed = follower[SPEED]
-        for row, gap_s, least_mps in (
+        gap_s = bumper_m / np.maximum(speed, _STILL_MPS)
+        for row, limit_s, least_mps in (
             (follows, settings.following_s, settings.moving_mps),
             (is_short, settings.short_headway_s, settings.short_headway_least_mps),
         ):
-            values[row] = np.where(is_next, np.minimum(gap_s * speed - bumper_m, speed - least_mps), _NOT_NEXT)
+            short_s = np.minimum(limit_s - gap_s, (speed - least_mps) * s_per_mps)
+            values[row] = np.where(is_next, np.maximum(short_s, _NOT_NEXT_S), _NOT_NEXT_S)

@@ -11,7 +11,7 @@ from qsr.errors import QsrError
 from qsr.footprints import Footprints
 from qsr.object_relations import Quantity, object_relations
 from qsr.object_table import object_table
-from qsr.pair_kinds import FacingCars, NearCars
+from qsr.pair_kinds import FacingCars, NearCars, NearInTimeCars
 from qsr.pair_observer import PairObserver
 from qsr.places import check_places
 from qsr.relations import RANK
@@ -22,6 +22,10 @@ LongArray = NDArray[np.int64]
 
 class RelationObserver:
     """Turn footprints, frame after frame, into relation changes.
+
+    Nothing changes between two objects unseen: their relations are decided in frames in which at least one of the two
+    is seen. Until then they stay as they were; only that one is gone, or that they are too far apart, is told at once.
+    A relation of a single object goes by its prediction, but nobody begins with one.
 
     Parameters
     ----------
@@ -83,7 +87,7 @@ class RelationObserver:
         names = frozenset(RANK if only is None else only)
         if unknown := sorted(names - RANK.keys()):
             raise QsrError(f"relation observer: expected names out of {sorted(RANK)!r}, got {unknown[0]!r}")
-        kinds = (NearCars(settings, names), FacingCars(settings, names))
+        kinds = (NearCars(settings, names), NearInTimeCars(settings, names), FacingCars(settings, names))
         self._pairs = [PairObserver(kind, backdate_us=settings.backdate_us) for kind in kinds if kind.relations]
         self._objects = object_relations(settings, names, roads=road_ids, junctions=junction_ids, lanes=lanes)
         self._place_counts = len(road_ids), len(junction_ids), len(lanes)
@@ -119,6 +123,7 @@ class RelationObserver:
             raise QsrError(f"relation observer: expected a frame after {self._last_t_us} us, got one at {t_us!r} us")
         self._last_t_us = t_us
         self._check_places(footprints)
+        footprints = self._without_strangers(footprints)
         quantities = [relation.measure(footprints) for relation in self._objects]
         changes = [_stated(turn, t_us) for turn in self._turns]
         self._turns = ()
@@ -132,6 +137,14 @@ class RelationObserver:
             changes += relation.tracker.update(t_us, quantity.take(order), ids)
         changes.sort(key=_rank)
         return changes
+
+    def _without_strangers(self, footprints: Footprints) -> Footprints:
+        """Leave out who is only predicted and was not there in the last frame: nobody begins with a guess."""
+        if footprints.observed.all():
+            return footprints
+        known = set(self._ids)
+        rows = [k for k, one in enumerate(footprints.ids) if footprints.observed[k] or one in known]
+        return footprints if len(rows) == len(footprints.ids) else footprints.select(rows)
 
     def _check_places(self, footprints: Footprints) -> None:
         roads, junctions, lanes = self._place_counts

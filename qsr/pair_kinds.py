@@ -1,15 +1,27 @@
-"""Which pairs are looked at, and what is measured of them? Near cars, and cars that drive towards each other."""
+"""Which pairs are looked at, and what is measured of them?
 
-from collections.abc import Collection
+Cars that are near each other, cars that are near in time (at their speed), and cars that drive towards each other. A
+pair of which neither car is seen in a frame does not come in with that frame.
+"""
+
+from collections.abc import Collection, Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.object_table import HALF_LENGTH, FloatArray, X, Y
+from qsr.near_in_time import near_in_time
+from qsr.object_table import HALF_LENGTH, OBSERVED, BoolArray, FloatArray, X, Y
 from qsr.oncoming import facing_pairs, oncoming_values
 from qsr.pairs import NearPairs, NearSet, pairs_within
-from qsr.relations import FACING_RELATIONS, NEAR_RELATIONS, PairRelation, Switch, asked_for
+from qsr.relations import (
+    FACING_RELATIONS,
+    NEAR_IN_TIME_RELATIONS,
+    NEAR_RELATIONS,
+    PairRelation,
+    Switch,
+    asked_for,
+)
 from qsr.road_relations import switch_margins, switch_values
 from qsr.settings import RelationSettings
 
@@ -42,15 +54,35 @@ class NearCars:
 
     def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
         self.relations = asked_for(NEAR_RELATIONS, names)
-        used = [switch for relation in self.relations for switch in (*relation.switches, *relation.but_not)]
-        self.margins = switch_margins(settings)[: 1 + max(used, default=Switch.PAST_REAR)]
+        self.margins = switch_margins(settings)[: _rows_used(self.relations)]
         self._settings = settings
-        self._near = NearSet(enter_radius_m=settings.enter_radius_m)
+        self._near = NearSet()
 
     def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
         """Find the pairs, as in `PairKind`."""
-        found = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], self._settings.leave_radius_m)
-        return self._near.update(serials, *found)
+        settings = self._settings
+        pairs, distance_m = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], settings.leave_radius_m)
+        is_near = distance_m <= settings.enter_radius_m
+        return self._near.update(serials, pairs, is_near & is_either_seen(table, pairs))
+
+    def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
+        """Measure the pairs, as in `PairKind`."""
+        return switch_values(table, (pairs.first, pairs.second), self._settings, rows=len(self.margins))
+
+
+class NearInTimeCars:
+    """Look at cars whose time gap or conflict may matter, from further away the faster they are."""
+
+    def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
+        self.relations = asked_for(NEAR_IN_TIME_RELATIONS, names)
+        self.margins = switch_margins(settings)[: _rows_used(self.relations)]
+        self._settings = settings
+        self._near = NearSet()
+
+    def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
+        """Find the pairs, as in `PairKind`."""
+        pairs, is_near = near_in_time(table, self._settings)
+        return self._near.update(serials, pairs, is_near & is_either_seen(table, pairs))
 
     def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
         """Measure the pairs, as in `PairKind`."""
@@ -64,12 +96,34 @@ class FacingCars:
         self.relations = asked_for(FACING_RELATIONS, names)
         self.margins = np.array([settings.oncoming_margin_s])
         self._settings = settings
-        self._near = NearSet(enter_radius_m=settings.oncoming_enter_m)
+        self._near = NearSet()
 
     def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
         """Find the pairs, as in `PairKind`."""
-        return self._near.update(serials, *facing_pairs(table, self._settings))
+        pairs, distance_m = facing_pairs(table, self._settings)
+        is_near = distance_m <= self._settings.oncoming_enter_m
+        return self._near.update(serials, pairs, is_near & is_either_seen(table, pairs))
 
     def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
         """Measure the pairs, as in `PairKind`."""
         return oncoming_values(table.take(pairs.first, axis=1), table.take(pairs.second, axis=1), self._settings)
+
+
+def is_either_seen(table: FloatArray, pairs: LongArray) -> BoolArray:
+    """Tell of which pairs, (pairs, 2), at least one object was seen in this frame.
+
+    Examples
+    --------
+    >>> table = np.zeros((13, 3))
+    >>> table[OBSERVED] = 1.0, 0.0, 0.0
+    >>> is_either_seen(table, np.array([[0, 1], [1, 2]])).tolist()
+    [True, False]
+    """
+    observed = table[OBSERVED] > 0
+    return np.asarray(observed[pairs[:, 0]] | observed[pairs[:, 1]], dtype=np.bool_)
+
+
+def _rows_used(relations: Sequence[PairRelation]) -> int:
+    """Count the switches up to the last one that some relation needs."""
+    used = [switch for relation in relations for switch in (*relation.switches, *relation.but_not)]
+    return 1 + max(used, default=Switch.PAST_REAR)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qsr.changes import RelationChange, SwitchBank
+from qsr.object_table import OBSERVED
 from qsr.pair_kinds import PairKind
 from qsr.pairs import NearPairs
 from qsr.relations import PairRelation
@@ -55,7 +56,8 @@ class PairObserver:
         t_us : later than the last frame.
         serials : (n,) a number per object, rising, and never used for another object.
         ids : n names, not to be changed afterwards.
-        table : (12, n) as made by `qsr.object_table.object_table`.
+        table : (13, n) as made by `qsr.object_table.object_table`. A pair of which neither object is seen is not
+            measured: its relations stay as they are, whatever the two are predicted to do.
         """
         pairs = self._kind.look(serials, table)
         changes: list[RelationChange] = []
@@ -63,7 +65,9 @@ class PairObserver:
             changes += self._ended(column, t_us)
         fresh = self._rearrange(pairs, t_us)
         self._ids, self._first, self._second = ids, pairs.first, pairs.second
-        turned = self._bank.update(t_us, self._kind.measure(table, pairs))
+        observed = table[OBSERVED] > 0
+        unseen = None if observed.all() else ~(observed[pairs.first] | observed[pairs.second])
+        turned = self._bank.update(t_us, self._kind.measure(table, pairs), unseen)
         if len(fresh) or turned.any():
             changes += self._decide(t_us, fresh)
         return changes

@@ -119,19 +119,19 @@ class NearSet:
     object that takes the place of another makes new pairs.
     """
 
-    __slots__ = ("_enter_m", "_keys")
+    __slots__ = ("_keys",)
 
-    def __init__(self, *, enter_radius_m: float) -> None:
-        self._enter_m = enter_radius_m
+    def __init__(self) -> None:
         self._keys: PairArray = np.zeros(0, dtype=np.int64)
 
-    def update(self, serials: PairArray, pairs: PairArray, distance_m: FloatArray) -> NearPairs:
-        """Take the pairs of one frame that are nearer than the larger radius.
+    def update(self, serials: PairArray, pairs: PairArray, may_enter: BoolArray) -> NearPairs:
+        """Take the pairs of one frame that are near enough to stay.
 
         Parameters
         ----------
         serials : of the objects of the frame, rising, below 2**31.
-        pairs, distance_m : as given by `pairs_within`.
+        pairs : (pairs, 2) as given by `pairs_within`.
+        may_enter : (pairs,) which of them are near enough to come in if they were not there in the last frame.
         """
         first, second = pairs[:, 0], pairs[:, 1]
         keys = (serials[first] << 31) | serials[second]
@@ -139,7 +139,7 @@ class NearSet:
         column = np.searchsorted(old, keys)
         column[column == len(old)] = 0
         known = old[column] == keys if len(old) else np.zeros(len(keys), dtype=np.bool_)
-        kept = known | (distance_m <= self._enter_m)
+        kept = known | may_enter
         if not kept.all():
             first, second, keys, column, known = first[kept], second[kept], keys[kept], column[kept], known[kept]
         if len(keys) == len(old) and known.all():

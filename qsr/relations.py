@@ -1,8 +1,9 @@
 """Which relations are there, what do they mean, and of which threshold crossings are they made?
 
 Every relation of two cars is a conjunction of *switches*: quantities with a threshold (see `qsr.changes`). They are
-computed once for both orders of a pair; the relations of the two orders follow by the converse. Pairs come in two
-kinds: near ones, and those that drive towards each other on one road, which are looked at from further away.
+computed once for both orders of a pair; the relations of the two orders follow by the converse. Pairs come in three
+kinds: near ones; those near in time, from further away the faster they are; and those that drive towards each other on
+one road.
 """
 
 from collections.abc import Collection, Iterable
@@ -11,7 +12,7 @@ from enum import IntEnum
 
 
 class Switch(IntEnum):
-    """Name the switches of a near pair (a, b); each is on while its quantity is above zero.
+    """Name the switches of a pair (a, b) that is near, or near in time; each is on while its quantity is above zero.
 
     They stand in the order of what they cost: those beyond the last one that is asked for are not measured.
     """
@@ -117,6 +118,9 @@ NEAR_RELATIONS: tuple[PairRelation, ...] = (
     PairRelation((Switch.A_RIGHT_OF_B,), (), "right", ""),
     PairRelation((Switch.B_LEFT_OF_A,), (), "", "left"),
     PairRelation((Switch.B_RIGHT_OF_A,), (), "", "right"),
+)
+
+NEAR_IN_TIME_RELATIONS: tuple[PairRelation, ...] = (
     PairRelation((*_IN_ONE_PATH, Switch.A_FOLLOWS_B), (Switch.PAST_REAR,), "following", ""),
     PairRelation((*_IN_ONE_PATH, Switch.B_FOLLOWS_A, Switch.PAST_FRONT), (), "", "following"),
     PairRelation((*_IN_ONE_PATH, Switch.A_AT_SHORT_HEADWAY), (Switch.PAST_REAR,), "short_headway", ""),

@@ -1,4 +1,4 @@
-"""How far along, sideways and apart are the two objects of every near pair?
+"""How far along, sideways and apart are the two objects of every pair?
 
 Two objects on one road are measured along that road: the gap follows its bends and is continuous in the oncoming lane.
 Elsewhere the pair is measured along the mean of the two headings, so that "a behind b" and "b ahead of a" are one fact.
@@ -22,7 +22,8 @@ BoolArray = NDArray[np.bool_]
 
 # Headings that are nearly opposite have no mean; the gap means nothing there and only has to stay finite.
 _LEAST_MEAN = 0.01
-# On one road, but this many times the near radius apart along it: a ring or a hairpin, where free space is meant.
+# On one road, but this many times as far along it as in the plane (or as the near radius): a ring or a hairpin, where
+# free space is meant.
 _FAR_ALONG = 2.0
 
 
@@ -46,15 +47,15 @@ def switch_values(
 
     Parameters
     ----------
-    table : (12, n) as made by `qsr.object_table.object_table`.
+    table : (13, n) as made by `qsr.object_table.object_table`.
     columns : (pairs,) each, of a and of b.
     settings : thresholds.
     rows : how many switches are asked for, from the first on.
 
     Returns
     -------
-    (rows, pairs) as in `qsr.relations.Switch`; a switch is on above zero. Metres, cosines for the direction; for the
-    conflicts seconds and metres per second squared.
+    (rows, pairs) as in `qsr.relations.Switch`; a switch is on above zero. Metres, cosines for the direction, seconds
+    for the time gaps; for the conflicts seconds and metres per second squared.
     """
     a, b = table.take(columns[0], axis=1), table.take(columns[1], axis=1)
     measures = _measure_in_free_space(a, b, settings)
@@ -98,9 +99,24 @@ def switch_margins(settings: RelationSettings) -> FloatArray:
     margins = np.full(len(Switch), settings.margin_m)
     margins[Switch.SAME_DIRECTION] = settings.direction_margin
     margins[Switch.CLOSE] = max(settings.close_margin_m, settings.margin_m)
+    margins[Switch.A_FOLLOWS_B : Switch.B_AT_SHORT_HEADWAY + 1] = settings.time_gap_margin_s
     margins[Switch.SHORT_TTC] = settings.conflict_ttc_margin_s
     margins[Switch.HARD_BRAKING] = settings.conflict_braking_margin_mps2
     return margins
+
+
+def is_on_one_road(a: FloatArray, b: FloatArray, apart_m: FloatArray, settings: RelationSettings) -> BoolArray:
+    """Tell which pairs are measured along their common road.
+
+    Parameters
+    ----------
+    a, b : columns of the object table: the objects of each pair.
+    apart_m : (pairs,) between the centres.
+    settings : thresholds.
+    """
+    far_m = _FAR_ALONG * np.maximum(apart_m, settings.leave_radius_m)
+    one_road = (a[ROAD] == b[ROAD]) & (a[ROAD] >= 0) & (np.abs(a[ALONG] - b[ALONG]) <= far_m)
+    return np.asarray(one_road, dtype=np.bool_)
 
 
 def _measure_in_free_space(a: FloatArray, b: FloatArray, settings: RelationSettings) -> _Measures:
@@ -109,8 +125,7 @@ def _measure_in_free_space(a: FloatArray, b: FloatArray, settings: RelationSetti
     left_of_b = apart_y * b[COS] - apart_x * b[SIN]
     ahead_of_a = -(apart_x * a[COS] + apart_y * a[SIN])
     left_of_a = apart_x * a[SIN] - apart_y * a[COS]
-    on_one_road = (a[ROAD] == b[ROAD]) & (a[ROAD] >= 0)
-    on_one_road &= np.abs(a[ALONG] - b[ALONG]) <= _FAR_ALONG * settings.leave_radius_m
+    on_one_road = is_on_one_road(a, b, np.hypot(apart_x, apart_y), settings)
     cos_between = a[COS] * b[COS] + a[SIN] * b[SIN]
     turn = np.abs(cos_between), np.abs(a[COS] * b[SIN] - a[SIN] * b[COS])
     # The unit vectors of both headings add up to their mean direction; the sum is the root of 2 + 2 cos long.

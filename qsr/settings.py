@@ -13,6 +13,9 @@ class RelationSettings:
     Attributes
     ----------
     enter_radius_m, leave_radius_m : a pair is looked at while its centres are nearer than this plus both half lengths.
+    enter_reach_s, leave_reach_s : for time gaps and conflicts, which reach further the faster cars are, so are pairs
+        that the faster one's speed would bring together in less ...
+    enter_line_m, leave_line_m : ... if they are in line: less than this apart sideways, centre to centre.
     gap_sigma_m : standard deviation of the noise in the gap between two cars; of white noise, frame by frame.
     sigma_factor, least_margin_m : the margin of the position thresholds is the larger of ``least_margin_m`` and
         ``sigma_factor * gap_sigma_m``. Slow passes without flicker: 47 of 50 at a factor of 2, 50 of 50 at 3.
@@ -22,7 +25,8 @@ class RelationSettings:
     road_alignment : product of the cosines between each heading and the road above which two cars on one road have the
         same direction (1: both along it, -1: oncoming, 0: one goes across). 0.5 is 45 degrees for both.
     direction_margin : margin of both direction thresholds, in units of the cosine; 0.05 is about 5 degrees at 37.
-    moving_mps, moving_margin_mps : faster cars are moving.
+    moving_mps, moving_margin_mps : faster cars are moving. VISSIM lets a car join a queue below 5 km/h and leave it
+        above 10 km/h: 2.1 m/s and 0.7 m/s to both sides.
     place_dwell_us : a car is on another road, or in another lane or junction, when it has been there for this long; so
         with its direction against road and lane.
     widest_m : bodies count as no wider than this where it matters whether they overlap sideways; tracks often begin too
@@ -30,6 +34,7 @@ class RelationSettings:
     following_s : a car follows the next one in its path at a smaller time gap (bumper to bumper, over its own speed).
     short_headway_s : a smaller time gap is too short to react in.
     short_headway_least_mps : slower cars are not blamed for their time gap.
+    time_gap_margin_s : margin of both time gaps; a speed of 25 m/s that is off by 0.5 m/s makes 0.06 s of a gap of 3 s.
     conflict_ttc_s, conflict_ttc_margin_s : time to collision below which two cars are in conflict ...
     conflict_braking_mps2, conflict_braking_margin_mps2 : ... if it also takes more than this to avoid the collision.
     oncoming_s, oncoming_margin_s : two cars that drive towards each other are oncoming when they meet in less time.
@@ -39,6 +44,10 @@ class RelationSettings:
 
     enter_radius_m: float = 40.0
     leave_radius_m: float = 45.0
+    enter_reach_s: float = 3.3
+    leave_reach_s: float = 3.7
+    enter_line_m: float = 5.0
+    leave_line_m: float = 6.0
     gap_sigma_m: float = 0.15
     sigma_factor: float = 3.0
     least_margin_m: float = 0.5
@@ -49,12 +58,13 @@ class RelationSettings:
     road_alignment: float = 0.5
     direction_margin: float = 0.05
     moving_mps: float = 2.0
-    moving_margin_mps: float = 0.5
+    moving_margin_mps: float = 0.7
     place_dwell_us: int = 200_000
     widest_m: float = 2.6
     following_s: float = 3.0
     short_headway_s: float = 1.0
     short_headway_least_mps: float = 8.33
+    time_gap_margin_s: float = 0.15
     conflict_ttc_s: float = 1.5
     conflict_ttc_margin_s: float = 0.2
     conflict_braking_mps2: float = 3.4
@@ -72,12 +82,14 @@ class RelationSettings:
             if not (math.isfinite(value) and value >= 0):
                 raise QsrError(f"relation settings: {field.name} must be a number >= 0, got {value!r}")
         self._check_order("enter_radius_m", "leave_radius_m")
+        self._check_order("enter_reach_s", "leave_reach_s")
+        self._check_order("enter_line_m", "leave_line_m")
         self._check_order("oncoming_enter_m", "oncoming_leave_m")
 
     def _check_order(self, enter: str, leave: str) -> None:
-        enter_m, leave_m = getattr(self, enter), getattr(self, leave)
-        if leave_m < enter_m:
-            raise QsrError(f"relation settings: {leave} must be at least {enter} ({enter_m!r}), got {leave_m!r}")
+        entered, left = getattr(self, enter), getattr(self, leave)
+        if left < entered:
+            raise QsrError(f"relation settings: {leave} must be at least {enter} ({entered!r}), got {left!r}")
 
     @property
     def margin_m(self) -> float:

@@ -1,9 +1,10 @@
 """How good is a log? Recognised events against the truth of the same scene.
 
-A recognised event is *right* when its ordered pair of vehicles is the truth's and both ends of the intervals agree
-within two seconds. The vehicles of a log are symbols of its own, so each role is first matched to the true vehicle
-that was nearest while the event went on. Truth that is not countable (cut by the view, say) is *border*: recognising it
-is neither right nor wrong, and at any time that overlaps it within as much.
+A recognised event is *right* when its vehicles are the truth's, role by role, and both ends of the intervals agree
+within two seconds. (Of a near miss neither role says anything: there the pair is enough.) The vehicles of a log are
+symbols of its own, so each role is first matched to the true vehicle that was nearest while the event went on. Truth
+that is not countable (cut by the view, say) is *border*: recognising it is neither right nor wrong, and at any time
+that overlaps it within as much.
 """
 
 import csv
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from data_gen.truth_event import ROLES
+from data_gen.truth_event import INTERCHANGEABLE, ROLES
 from service.errors import TruthError
 from service.proportions import wilson_interval
 
@@ -327,8 +328,15 @@ def _assign(
     return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if cost[i, j] < impossible]
 
 
+def _are_same_vehicles(roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
+    """Compare vehicles role by role; where roles say nothing, as sets."""
+    if fact.type in INTERCHANGEABLE:
+        return {roles.get(role) for role in fact.roles} == set(fact.roles.values())
+    return all(roles.get(role) == vehicle for role, vehicle in fact.roles.items())
+
+
 def _is_right(claim: RecognisedEvent, roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
-    if not all(roles.get(role) == vehicle for role, vehicle in fact.roles.items()):
+    if not _are_same_vehicles(roles, fact):
         return False
     if not fact.countable:  # When it is may be what nobody can tell.
         return claim.start_us <= fact.end_us + TOLERANCE_US and fact.start_us <= claim.end_us + TOLERANCE_US

@@ -1,6 +1,6 @@
 """How good is this log? Read a run's events and cars, and score them against a scene's truth."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from dyknow.diagnostics import suggest
@@ -34,13 +34,39 @@ def evaluate_log(url: str, truth_folder: Path, *, event_type: str, run: str | No
     LogError, TruthError
         If the log, the run or the truth cannot be read, or nobody knows the type.
     """
+    return evaluate_log_types(url, truth_folder, event_types=(event_type,), run=run)[event_type]
+
+
+def evaluate_log_types(
+    url: str, truth_folder: Path, *, event_types: Sequence[str], run: str | None = None
+) -> dict[str, Evaluation]:
+    """Score the events of several types in one run; the log's cars and the truth are read once.
+
+    Parameters
+    ----------
+    url, truth_folder, run : as in `evaluate_log`.
+    event_types : the types to score.
+
+    Returns
+    -------
+    The scores by type.
+
+    Raises
+    ------
+    LogError, TruthError
+        As `evaluate_log`.
+    """
     truth, vehicles = load_truth(truth_folder)
     with open_log(url) as log:
-        run_id = log.run(run).id
-        recognised = load_events(log, run_id, event_type)
-        if not recognised:
-            _check_type(event_type, log.run(run), truth)
-        return evaluate_events(recognised, _car_positions(log, run_id), truth, vehicles, event_type=event_type)
+        record = log.run(run)
+        cars = _car_positions(log, record.id)
+        scores = {}
+        for event_type in event_types:
+            recognised = load_events(log, record.id, event_type)
+            if not recognised:
+                _check_type(event_type, record, truth)
+            scores[event_type] = evaluate_events(recognised, cars, truth, vehicles, event_type=event_type)
+        return scores
 
 
 def _check_type(event_type: str, run: RunRecord, truth: Iterable[TrueEvent]) -> None:

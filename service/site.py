@@ -246,6 +246,8 @@ def _read_detector(table: _Table) -> DetectionDetails:
 def _read_camera(table: _Table, motion: Motion | None) -> GroundCamera | None:
     if motion is not None and motion.poses is not None and not (table.has("homography") or table.has("point")):
         return None
+    if motion is not None and not (table.has("homography") or table.has("point")):
+        raise table.wrong("", "expected homography, point or poses beside moving = true; got none of them")
     form = table.only_one_of("homography", "point")
     try:
         if form == "homography":

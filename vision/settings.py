@@ -28,6 +28,7 @@ class VisionSettings:
     strong_ratio : a blob must hold a cell this many times over its threshold (hysteresis against noise).
     chroma_weight : how much one level of chroma counts against one level of luma.
     min_area_m2 : smaller blobs are noise.
+    min_length_m : shorter blobs start no track, unless the view edge cuts them: a motorcycle is longer.
     max_length_m, max_width_m : a blob beyond these starts no track; cars that enter side by side still do.
     split_share : part of its own area that a predicted box must own in a blob to claim it.
     position_noise_m : standard deviation of a detected centre, along and across the same.
@@ -63,6 +64,7 @@ class VisionSettings:
     strong_ratio: float = 1.5
     chroma_weight: float = 2.0
     min_area_m2: float = 1.2
+    min_length_m: float = 1.6
     max_length_m: float = 30.0
     max_width_m: float = 8.0
     split_share: float = 0.3

@@ -88,7 +88,7 @@ def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColo
 
 
 def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray]:
-    """Take the median over the calmest times.
+    """Find what is seen at the calmest times.
 
     Parameters
     ----------
@@ -97,7 +97,8 @@ def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray
 
     Returns
     -------
-    (planes, cells) levels, and (cells,) the median unrest of these times.
+    (planes, cells) levels: the mean of all that are near that median, since a few times alone are noisy; and (cells,)
+    the median unrest of the calmest times.
 
     Examples
     --------
@@ -106,14 +107,17 @@ def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray
     >>> levels = np.array([[[100, 30, 30, 30, 30, 30, 100, 101, 30, 99, 102]]], np.uint8)
     >>> planes, least = calmest(levels, np.where(levels[0] > 50, 1, 9).astype(np.uint8))
     >>> planes.tolist(), least.tolist()
-    ([[100.0]], [1])
+    ([[100.4000015258789]], [1])
     """
     count = min(CALMEST, unrest.shape[-1])
     # Stable, so that among equally calm times the earlier ones count.
     times = np.argsort(unrest, axis=-1, kind="stable")[:, :count]
     chosen = np.take_along_axis(values, times[None], axis=-1)
     least = np.take_along_axis(unrest, times, axis=-1)[:, (count - 1) // 2]
-    return np.median(chosen, axis=-1).astype(np.float32), least
+    middle = np.sort(chosen, axis=-1)[..., count // 2, None]
+    is_near = (cv2.absdiff(values, np.broadcast_to(middle, values.shape)) <= SAME_LEVELS).all(axis=0)
+    mean = np.where(is_near, values, 0).sum(axis=-1, dtype=np.float32) / np.maximum(is_near.sum(axis=-1), 1)
+    return np.where(is_near.any(axis=-1), mean, middle[..., 0]).astype(np.float32), least
 
 
 def _unrest(

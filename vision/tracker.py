@@ -255,6 +255,7 @@ class Tracker:
         """Begin a tentative track at every detection that no track took and no confirmed track covers."""
         boxes, settings = detections.boxes, self._settings
         is_possible = (boxes.length_m <= settings.max_length_m) & (boxes.width_m <= settings.max_width_m)
+        is_possible &= (boxes.length_m >= settings.min_length_m) | (detections.cut != 0)
         chosen = np.flatnonzero(is_free & is_possible)
         if len(chosen) == 0:
             return

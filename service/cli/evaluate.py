@@ -11,6 +11,7 @@ from service.cli import exit_codes
 
 if TYPE_CHECKING:
     from service.evaluate import Evaluation
+    from service.evaluate_views import LostViews
     from service.scoring.scene_scores import SceneScore
 
 DETECTION, TRACKS, EVENTS = "detection", "tracks", "events"
@@ -46,12 +47,24 @@ def evaluate(
     scene = _truth_folder(folder, truth)
     evaluation = _score_events(log, scene, event_type, run) if EVENTS in parts else None
     scores = _score_scene(log, tracks, scene, run) if {DETECTION, TRACKS} & set(parts) else None
+    lost = _doubt(log, scene, run) if log is not None else None
     if as_json:
-        print(msgspec.json.encode(_record(parts, evaluation, scores, is_flat=what is None)).decode())
+        record = _record(parts, evaluation, scores, is_flat=what is None)
+        print(msgspec.json.encode(record if lost is None else record | {"lost_view": lost.as_record()}).decode())
     else:
-        print("\n\n".join(_texts(parts, evaluation, scores)))
+        print("\n\n".join([*_texts(parts, evaluation, scores), *(() if lost is None else [describe_lost_views(lost)])]))
     if min_f1 is not None and evaluation is not None:
         _hold_to(evaluation, min_f1)
+
+
+def _doubt(log: str, scene: Path, run: str | None) -> "LostViews | None":
+    """Warn if the truth seems to be that of another scene; give what was told while the view was lost."""
+    from service.evaluate_scene import scene_doubts
+    from service.evaluate_views import find_lost_views
+
+    for doubt in scene_doubts(log, scene, run=run):
+        print(f"warning: {doubt}", file=sys.stderr)
+    return find_lost_views(log, run=run)
 
 
 def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:
@@ -151,6 +164,12 @@ def describe(evaluation: "Evaluation") -> str:
             f"end {evaluation.mean_end_error_s:.3f} s"
         )
     return "\n".join(lines)
+
+
+def describe_lost_views(lost: "LostViews") -> str:
+    """Write for people what was told of times in which the view was lost."""
+    counted = f"{len(lost.losses_us)} {'loss' if len(lost.losses_us) == 1 else 'losses'}, {lost.lost_s:.2f} s"
+    return f"lost view ({counted}): {len(lost.told)} of {lost.events} events told of that time; there should be none"
 
 
 def _share(value: float | None, successes: int, trials: int) -> str:

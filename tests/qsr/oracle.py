@@ -1,6 +1,7 @@
 """The relations, slow and obvious: one ordered pair of objects, one number, one `if` at a time."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from qsr.changes import RelationChange
@@ -22,6 +23,7 @@ class Body:
     tangent: float
     junction: int
     lane: int
+    observed: bool
 
 
 @dataclass
@@ -114,7 +116,31 @@ def relative_velocity(a: Body, b: Body) -> tuple[float, float]:
 
 
 def is_on_one_road(a: Body, b: Body, settings: RelationSettings) -> bool:
-    return a.road == b.road and a.road >= 0 and abs(a.along - b.along) <= 2 * settings.leave_radius_m
+    far = 2 * max(settings.leave_radius_m, math.hypot(a.x - b.x, a.y - b.y))
+    return a.road == b.road and a.road >= 0 and abs(a.along - b.along) <= far
+
+
+def distance_of(a: Body, b: Body) -> float:
+    return math.hypot(a.x - b.x, a.y - b.y) - a.length / 2 - b.length / 2
+
+
+def is_near(a: Body, b: Body, settings: RelationSettings, *, was_near: bool) -> bool:
+    return distance_of(a, b) <= (settings.leave_radius_m if was_near else settings.enter_radius_m)
+
+
+def is_near_in_time(a: Body, b: Body, settings: RelationSettings, *, was_near: bool) -> bool:
+    if is_near(a, b, settings, was_near=was_near):
+        return True
+    reach_s = settings.leave_reach_s if was_near else settings.enter_reach_s
+    line_m = settings.leave_line_m if was_near else settings.enter_line_m
+    if is_on_one_road(a, b, settings):
+        sideways = abs(a.across - b.across)
+    elif abs(turn(a.heading - b.heading)) < settings.heading_limit_rad:
+        mean = b.heading + turn(a.heading - b.heading) / 2
+        sideways = abs((a.y - b.y) * math.cos(mean) - (a.x - b.x) * math.sin(mean))
+    else:
+        return False
+    return distance_of(a, b) <= reach_s * max(a.speed, b.speed) and sideways <= line_m
 
 
 def travel_of(body: Body) -> float:
@@ -187,9 +213,11 @@ def headway_quantities(
     if not is_in_front(pair) or bumper(pair) > min(in_front) + 1e-9:
         return {"follows": -100.0, "short": -100.0}
     speed = bodies[pair[0]].speed
+    gap_s = bumper(pair) / max(speed, 0.01)
+    s_per_mps = s.time_gap_margin_s / s.moving_margin_mps
     return {
-        "follows": min(s.following_s * speed - bumper(pair), speed - s.moving_mps),
-        "short": min(s.short_headway_s * speed - bumper(pair), speed - s.short_headway_least_mps),
+        "follows": max(min(s.following_s - gap_s, (speed - s.moving_mps) * s_per_mps), -100.0),
+        "short": max(min(s.short_headway_s - gap_s, (speed - s.short_headway_least_mps) * s_per_mps), -100.0),
     }
 
 
@@ -200,7 +228,7 @@ def meeting_quantity(a: Body, b: Body, settings: RelationSettings) -> float:
 
 
 # relation -> switches and the value each must have
-MEANING = {
+NEAR = {
     "behind": {"same": True, "past_rear": False},
     "beside": {"same": True, "past_rear": True, "past_front": False, "near": True},
     "ahead": {"same": True, "past_front": True},
@@ -208,6 +236,8 @@ MEANING = {
     "left": {"left": True},
     "right": {"right": True},
     "same_direction": {"same": True},
+}
+NEAR_IN_TIME = {
     "following": {"same": True, "past_rear": False, "path": True, "follows": True},
     "short_headway": {"same": True, "past_rear": False, "path": True, "short": True},
     "conflict": {"ttc": True, "braking": True},
@@ -228,6 +258,7 @@ class Oracle:
         self.lanes = lanes or []
         self.place_ids = {"on": road_ids, "in_crossing": junction_ids, "in_lane": [name for name, _ in self.lanes]}
         self.pairs: dict[tuple[str, str], Pair] = {}
+        self.pairs_in_time: dict[tuple[str, str], Pair] = {}
         self.facing: dict[tuple[str, str], Pair] = {}
         self.moving: dict[str, Pair] = {}
         self.places: dict[tuple[str, str], tuple[int, int, int]] = {}  # now at, candidate, since
@@ -238,13 +269,16 @@ class Oracle:
         self.known: set[str] = set()
 
     def observe(self, frame: Footprints) -> list[RelationChange]:
-        bodies = bodies_of(frame)
+        bodies = {
+            name: body for name, body in bodies_of(frame).items() if body.observed or name in self.known
+        }  # nobody begins with a guess
         changes = self.forget(frame.t_us, bodies)
         for name in bodies:
             if name not in self.seniority:
                 self.appeared += 1
                 self.seniority[name] = self.appeared
-        changes += self.observe_pairs(frame.t_us, bodies)
+        changes += self.observe_pairs(frame.t_us, bodies, self.pairs, is_near, NEAR)
+        changes += self.observe_pairs(frame.t_us, bodies, self.pairs_in_time, is_near_in_time, NEAR_IN_TIME)
         changes += self.observe_facing(frame.t_us, bodies)
         for a, body_a in bodies.items():
             changes += self.observe_moving(frame.t_us, a, body_a.speed)
@@ -270,8 +304,9 @@ class Oracle:
 
     def forget(self, t_us: int, bodies: dict[str, Body]) -> list[RelationChange]:
         changes = []
-        for pair in [pair for pair in self.pairs if not set(pair) <= set(bodies)]:
-            changes += self.end_pair(t_us, pair)
+        for pairs in (self.pairs, self.pairs_in_time):
+            for pair in [pair for pair in pairs if not set(pair) <= set(bodies)]:
+                changes += self.end_pair(t_us, pair, pairs)
         for name in [name for name in self.moving if name not in bodies]:
             changes.append(RelationChange("moving", (name,), t_us, t_us, self.moving.pop(name).values["moving"], None))
         for relation, name in [key for key in self.places if key[1] not in bodies]:
@@ -287,54 +322,67 @@ class Oracle:
             del self.seniority[name]
         return changes
 
-    def end_pair(self, t_us: int, pair: tuple[str, str]) -> list[RelationChange]:
-        values = self.pairs.pop(pair).values
+    def end_pair(self, t_us: int, pair: tuple[str, str], pairs: dict[tuple[str, str], Pair]) -> list[RelationChange]:
+        values = pairs.pop(pair).values
         return [RelationChange(name, pair, t_us, t_us, value, None) for name, value in values.items()]
 
-    def observe_pairs(self, t_us: int, bodies: dict[str, Body]) -> list[RelationChange]:
+    def observe_pairs(
+        self,
+        t_us: int,
+        bodies: dict[str, Body],
+        pairs: dict[tuple[str, str], Pair],
+        is_close_enough: Callable[..., bool],
+        meanings: dict[str, dict[str, bool]],
+    ) -> list[RelationChange]:
         settings, changes = self.settings, []
         measured: dict[tuple[str, str], dict[str, float]] = {}
         for pair in [(a, b) for a in bodies for b in bodies if a != b]:
             a, b = (bodies[name] for name in pair)
-            distance = math.hypot(a.x - b.x, a.y - b.y) - a.length / 2 - b.length / 2
-            if distance <= (settings.leave_radius_m if pair in self.pairs else settings.enter_radius_m):
+            is_seen = a.observed or b.observed
+            if is_close_enough(a, b, settings, was_near=pair in pairs) and (is_seen or pair in pairs):
                 measured[pair] = quantities(a, b, settings)
-            elif pair in self.pairs:
-                changes += self.end_pair(t_us, pair)
+            elif pair in pairs:
+                changes += self.end_pair(t_us, pair, pairs)
         for pair, values in measured.items():
-            if pair not in self.pairs:
-                self.pairs[pair] = self.new_pair()
-            state = self.pairs[pair]
+            if not (bodies[pair[0]].observed or bodies[pair[1]].observed):
+                continue
+            if pair not in pairs:
+                pairs[pair] = self.new_pair()
+            state = pairs[pair]
             for name, value in (values | headway_quantities(pair, measured, bodies, settings)).items():
                 state.switches[name].update(t_us, value)
             # A conflict is told once for two cars, the elder first.
             is_elder = self.seniority[pair[0]] < self.seniority[pair[1]]
-            meaning = {name: wanted for name, wanted in MEANING.items() if name != "conflict" or is_elder}
+            meaning = {name: wanted for name, wanted in meanings.items() if name != "conflict" or is_elder}
             changes += self.changes_of(t_us, pair, state, meaning)
         return changes
 
     def new_pair(self) -> Pair:
         settings = self.settings
-        names = ("past_rear", "past_front", "near", "left", "right", "path", "follows", "short")
+        names = ("past_rear", "past_front", "near", "left", "right", "path")
         margins = dict.fromkeys(names, settings.margin_m)
+        margins |= dict.fromkeys(("follows", "short"), settings.time_gap_margin_s)
         margins |= {"same": settings.direction_margin, "close": max(settings.close_margin_m, settings.margin_m)}
         margins |= {"ttc": settings.conflict_ttc_margin_s, "braking": settings.conflict_braking_margin_mps2}
         return Pair({name: Hysteresis(margin, settings.backdate_us) for name, margin in margins.items()})
 
     def observe_facing(self, t_us: int, bodies: dict[str, Body]) -> list[RelationChange]:
         settings, changes = self.settings, []
-        looked_at = {}
+        looked_at: dict[tuple[str, str], float | None] = {}
         for pair in [(a, b) for a in bodies for b in bodies if a != b]:
             a, b = (bodies[name] for name in pair)
             forward = self.is_forward(a), self.is_forward(b)
             limit = settings.oncoming_leave_m if pair in self.facing else settings.oncoming_enter_m
             is_near = a.road == b.road and abs(a.along - b.along) - (a.length + b.length) / 2 <= limit
-            if is_near and set(forward) == {True, False}:
-                looked_at[pair] = meeting_quantity(a, b, settings)
+            is_seen = a.observed or b.observed
+            if is_near and set(forward) == {True, False} and (is_seen or pair in self.facing):
+                looked_at[pair] = meeting_quantity(a, b, settings) if is_seen else None
         for pair in [pair for pair in self.facing if pair not in looked_at]:
             old = self.facing.pop(pair).values["oncoming"]
             changes.append(RelationChange("oncoming", pair, t_us, t_us, old, None))
         for pair, value in looked_at.items():
+            if value is None:
+                continue
             fresh = Pair({"meet": Hysteresis(settings.oncoming_margin_s, settings.backdate_us)})
             state = self.facing.setdefault(pair, fresh)
             state.switches["meet"].update(t_us, value)
@@ -426,6 +474,7 @@ def bodies_of(frame: Footprints) -> dict[str, Body]:
             tangent=float(frame.tangent_rad[k]),
             junction=int(frame.junction[k]),
             lane=int(frame.lane[k]),
+            observed=bool(frame.observed[k]),
         )
         for k, name in enumerate(frame.ids)
     }

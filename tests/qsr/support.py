@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ def footprints(
     junction: Sequence[int] | int = -1,
     lane: Sequence[int] | int = -1,
     straight_road: bool = False,
+    observed: Sequence[bool] | bool = True,
 ) -> Footprints:
     """Build one frame; a straight road runs along the x axis, so that along is x and across is y."""
     count = len(ids)
@@ -43,6 +44,7 @@ def footprints(
         tangent_rad=np.zeros(count) if straight_road else none,
         junction=np.broadcast_to(np.asarray(junction, dtype=np.int32), (count,)).copy(),
         lane=np.broadcast_to(np.asarray(lane, dtype=np.int32), (count,)).copy(),
+        observed=np.broadcast_to(np.asarray(observed, dtype=np.bool_), (count,)).copy(),
     )
 
 
@@ -74,17 +76,22 @@ def random_traffic(
 ) -> Iterator[Footprints]:
     """Drive cars on a bent two-way road with a junction, and a few across the open ground.
 
-    Cars come and go at random, some come back under their old name, and the order within a frame is shuffled.
+    Cars come and go at random, some come back under their old name, and the order within a frame is shuffled. Some are
+    only predicted for a while.
     """
     drivers = _draw_drivers(rng, count)
     seen = rng.random(count) < 0.5
+    hiding = rng.spawn(1)[0]
+    hidden = np.zeros(count, dtype=np.bool_)
     for frame in range(frames):
         t_us = frame * period_us + int(rng.integers(0, 1000))
         _drive(drivers, rng, period_us)
         centre_m, body_rad = _bodies(drivers, rng, noise_m)
         seen ^= rng.random(count) < 0.02
+        hidden ^= hiding.random(count) < np.where(hidden, 0.3, 0.1)
         order = rng.permutation(np.flatnonzero(seen))
-        yield _place(drivers, rng, t_us, order=order, centre_m=centre_m, body_rad=body_rad, noise_m=noise_m)
+        frame_of_all = _place(drivers, rng, t_us, order=order, centre_m=centre_m, body_rad=body_rad, noise_m=noise_m)
+        yield replace(frame_of_all, observed=~hidden[order])
 
 
 def _draw_drivers(rng: np.random.Generator, count: int) -> _Drivers:

@@ -38,28 +38,28 @@ def test_facing_pairs_are_those_of_all_pairs_on_one_road_with_opposite_direction
 
 
 def test_pair_stays_between_the_radii_only_if_it_was_near() -> None:
-    near_set = NearSet(enter_radius_m=40.0)
+    near_set = NearSet()
     serials, half_m = np.array([0, 1]), np.full(2, 2.0)
     sizes = []
     for x_m in (47.0, 43.0, 47.0, 50.0, 47.0):
-        sizes.append(
-            len(near_set.update(serials, *pairs_within(np.array([[0.0, 0.0], [x_m, 0.0]]), half_m, 45.0)).first)
-        )
+        pairs, distance_m = pairs_within(np.array([[0.0, 0.0], [x_m, 0.0]]), half_m, 45.0)
+        sizes.append(len(near_set.update(serials, pairs, distance_m <= 40.0).first))
     assert sizes == [0, 1, 1, 0, 0]
 
 
 def test_columns_of_the_last_frame_are_found_again() -> None:
-    near_set = NearSet(enter_radius_m=40.0)
+    near_set = NearSet()
     row_m = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
-    near_set.update(np.array([0, 1, 2]), *pairs_within(row_m, np.zeros(3), 45.0))
-    pairs = near_set.update(np.array([0, 2, 3]), *pairs_within(row_m, np.zeros(3), 45.0))
+    found, distance_m = pairs_within(row_m, np.zeros(3), 45.0)
+    near_set.update(np.array([0, 1, 2]), found, distance_m <= 40.0)
+    pairs = near_set.update(np.array([0, 2, 3]), found, distance_m <= 40.0)
     assert pairs.came_from is not None
     assert pairs.came_from.tolist() == [1, -1, -1]  # columns were (0, 1), (0, 2), (1, 2)
     assert pairs.ended.tolist() == [0, 2]
 
 
 def test_nothing_new_is_said_when_the_pairs_stay() -> None:
-    near_set = NearSet(enter_radius_m=40.0)
-    arguments = np.array([0, 1]), *pairs_within(np.array([[0.0, 0.0], [10.0, 0.0]]), np.zeros(2), 45.0)
+    near_set = NearSet()
+    arguments = np.array([0, 1]), np.array([[0, 1]]), np.array([True])
     near_set.update(*arguments)
     assert near_set.update(*arguments).came_from is None

@@ -62,19 +62,21 @@ def test_a_type_that_nobody_knows_is_refused(tmp_path: Path, log: str, capsys: p
     assert "got 'overtke'; did you mean 'overtake'?" in shown
 
 
+NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(true, false), t1) }"
+
+
 def test_a_type_that_the_truth_does_not_tell_of_is_not_judged(
-    tmp_path: Path, log: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    where = truth(tmp_path, FAR)
-    assert run(["evaluate", log, where, "--type", "near_miss"]) == 0
-    assert capsys.readouterr().out == "near_miss: 0 recognised; the truth does not tell of this type\n"
-    assert run(["evaluate", log, where, "--type", "near_miss", "--json"]) == 0
+    log, where = run_race(tmp_path, "", NEAR), truth(tmp_path, FAR)
+    assert run(["evaluate", log, where, "--type", "near"]) == 0
+    assert capsys.readouterr().out == "near: 0 recognised; the truth does not tell of this type\n"
+    assert run(["evaluate", log, where, "--type", "near", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["has_truth"], found["unjudged"], found["wrong"], found["f1"]) == (False, 0, 0, None)
 
 
-def test_a_threshold_for_what_cannot_be_judged_is_refused(
-    tmp_path: Path, log: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(["evaluate", log, truth(tmp_path), "--type", "near_miss", "--min-f1", "0.5"]) == 3
-    assert "--min-f1: expected a type that the truth tells of, got 'near_miss'" in capsys.readouterr().err
+def test_a_threshold_for_what_cannot_be_judged_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = run_race(tmp_path, "", NEAR)
+    assert run(["evaluate", log, truth(tmp_path), "--type", "near", "--min-f1", "0.5"]) == 3
+    assert "--min-f1: expected a type that the truth tells of, got 'near'" in capsys.readouterr().err

@@ -127,37 +127,45 @@ def test_truth_line_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         load_truth(tmp_path)
 
 
-def near_miss(vehicle: str) -> TrueEvent:
-    return TrueEvent("near_miss", {"car": vehicle}, 2 * SECOND, 3 * SECOND, countable=True)
+def breakdown(vehicle: str) -> TrueEvent:
+    return TrueEvent("breakdown", {"car": vehicle}, 2 * SECOND, 3 * SECOND, countable=True)
 
 
-def near_misses(*cars: str) -> list[RecognisedEvent]:
-    return [RecognisedEvent(f"e{car}", "near_miss", {"car": car}, 2 * SECOND, 3 * SECOND) for car in cars]
+def breakdowns(*cars: str) -> list[RecognisedEvent]:
+    return [RecognisedEvent(f"e{car}", "breakdown", {"car": car}, 2 * SECOND, 3 * SECOND) for car in cars]
 
 
 def test_events_of_a_type_without_truth_are_unjudged_and_not_wrong() -> None:
-    claims = near_misses("car1", "car2")
-    result = evaluate_events(claims, CARS, [fact("a", "b", 2, 5)], VEHICLES, event_type="near_miss")
+    claims = breakdowns("car1", "car2")
+    result = evaluate_events(claims, CARS, [fact("a", "b", 2, 5)], VEHICLES, event_type="breakdown")
     assert (result.has_truth, result.unjudged, result.wrong) == (False, tuple(claims), ())
     assert (result.precision, result.recall, result.f1) == (None, None, None)
 
 
 def test_one_event_of_a_type_says_that_the_truth_tells_of_it() -> None:
-    result = evaluate_events(near_misses("car1", "car2"), CARS, [near_miss("a")], VEHICLES, event_type="near_miss")
+    result = evaluate_events(breakdowns("car1", "car2"), CARS, [breakdown("a")], VEHICLES, event_type="breakdown")
     assert (result.has_truth, result.unjudged, len(result.right), len(result.wrong)) == (True, (), 1, 1)
 
 
 def test_every_type_of_a_generated_scene_is_judged_without_any_there() -> None:
-    for name in ("overtake", "pass", "turn_left", "follow", "wrong_way"):
+    for name in ("overtake", "pass", "turn_left", "follow", "wrong_way", "near_miss", "queue_jump"):
         claims = [RecognisedEvent("e1", name, {"car": "car1"}, SECOND, SECOND)]
         assert len(evaluate_events(claims, CARS, [], VEHICLES, event_type=name).wrong) == 1
 
 
 def test_unjudged_events_of_several_scenes_add_up() -> None:
-    one = evaluate_events(near_misses("car1"), CARS, [], VEHICLES, event_type="near_miss")
-    other = evaluate_events(near_misses("car1", "car2"), CARS, [], VEHICLES, event_type="near_miss")
+    one = evaluate_events(breakdowns("car1"), CARS, [], VEHICLES, event_type="breakdown")
+    other = evaluate_events(breakdowns("car1", "car2"), CARS, [], VEHICLES, event_type="breakdown")
     pooled = merge_evaluations([one, other])
     assert (len(pooled.unjudged), pooled.has_truth) == (3, False)
+
+
+@pytest.mark.parametrize(("type_", "right"), [("near_miss", 1), ("pass", 0)], ids=["near miss", "pass"])
+def test_only_the_roles_of_a_near_miss_may_be_exchanged(type_: str, right: int) -> None:
+    roles = ("car", "other") if type_ == "near_miss" else ("passer", "passed")
+    one = RecognisedEvent("e1", type_, dict(zip(roles, ("car1", "car2"), strict=True)), 2 * SECOND, 3 * SECOND)
+    true = TrueEvent(type_, dict(zip(roles, ("b", "a"), strict=True)), 2 * SECOND, 3 * SECOND, countable=True)
+    assert len(evaluate_events([one], CARS, [true], VEHICLES, event_type=type_).right) == right
 
 
 @pytest.mark.parametrize(

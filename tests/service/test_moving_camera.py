@@ -58,7 +58,7 @@ def test_poses_stand_in_for_the_map_and_belong_to_the_site(tmp_path: Path) -> No
         (MAP + 'moving = true\nposes = "no.csv"\n', "camera.poses: expected the path of a file, got 'no.csv'"),
         (MAP + 'moving = true\nposes = "site.toml"\n', "camera.poses: .*expected the columns t_us, x_m"),
         (MAP + 'moving = true\nroad_mask = "m.png"\n', "camera.road_mask: expected a camera that stands still"),
-        ("moving = true\n", "camera: expected exactly one of homography, point; got none of them"),
+        ("moving = true\n", "camera: expected homography, point or poses beside moving = true; got none of them"),
         (MAP + '[camera.thermal]\nvideo = "t.mp4"\n', "camera.thermal.video: expected the path of a file"),
         (MAP + "[camera.thermal]\nfilm = 1\n", "camera.thermal.film: expected one of video, homography"),
     ],
