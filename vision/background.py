@@ -139,7 +139,7 @@ class Background:
             where = self._standing.find(sight)
             self._planes[:, where] = self._colour.around(sight.planes)[:, where]
         self._show()
-        self._set_sensitivity(list(sight.samples))
+        self._set_sensitivity(sight)
         self._learned_us = held[0].t_us
         self.is_ready = True
         return held
@@ -172,9 +172,10 @@ class Background:
         weighted = cv2.convertScaleAbs(chroma, alpha=self._settings.chroma_weight)
         return np.asarray(cv2.max(difference[:1], weighted), np.uint8)
 
-    def _set_sensitivity(self, samples: list[ByteArray]) -> None:
+    def _set_sensitivity(self, sight: FirstSight) -> None:
         """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
-        threshold = self._threshold(noise_of([self._difference(planes) for planes in samples]))
+        differences = [self._difference(planes) for planes in sight.samples]
+        threshold = self._threshold(noise_of(differences, sight.is_calm))
         self._sensitivity[...] = np.where(self._road, AT_THRESHOLD / threshold, 0.0)
 
     def _threshold(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -21,11 +21,13 @@ from vision.rectify import RoadCells
 from vision.road_colour import RoadColour
 
 FloatArray = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
 
 # Cells that never change by more than this show one thing all the time.
 SAME_LEVELS = 8
-# How many of its calmest times a cell is the median of.
+# How many of its calmest times a cell is the median of, and at how many its noise is measured.
 CALMEST = 5
+CALM = 15
 # A neighbourhood is about as wide as two cars: whoever covers the middle sticks out of what is usual somewhere in it.
 AROUND_WIDTHS = 1.9
 # Differences from the usual colour, in levels: up to the first number they are noise, beyond the second they count no
@@ -37,6 +39,7 @@ BRIGHT_WEIGHT = 0.2
 LEVEL = 6
 # Differences beyond this are something else in front of the cell, and no noise of it.
 MOST_NOISE = 24
+IN_FRONT = 255
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,11 +51,13 @@ class FirstSight:
     samples : of the frames, (3, packed_size) each, in order of time.
     planes : (3, packed_size) levels of the road.
     unrest : (packed_size,) mean difference from the usual colour around, at the calmest times, in 1 / `LEVEL` levels.
+    is_calm : (samples, packed_size) the calmer times of every cell: its noise is measured at these.
     """
 
     samples: Sequence[ByteArray]
     planes: FloatArray
     unrest: ByteArray
+    is_calm: BoolArray
 
 
 def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColour, *, car_cells: float) -> FirstSight:
@@ -79,12 +84,16 @@ def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColo
         np.maximum(highest, sample, out=highest)
     busy = np.flatnonzero((highest - lowest).max(axis=0) > 2 * SAME_LEVELS)
     least = np.median(np.stack(unrest), axis=0).astype(np.uint8)
+    is_calm = np.ones((len(samples), cells.packed_size), np.bool_)
     piece = 8_192
     for start in range(0, len(busy), piece):
         where = busy[start : start + piece]
         values = np.stack([sample[:, where] for sample in samples], axis=-1)
-        planes[:, where], least[where] = calmest(values, np.stack([one[where] for one in unrest], axis=-1))
-    return FirstSight(samples, planes, least)
+        around = np.stack([one[where] for one in unrest], axis=-1)
+        planes[:, where], least[where] = calmest(values, around)
+        calm = np.sort(around, axis=-1)[:, min(CALM, len(samples)) - 1, None]
+        is_calm[:, where] = (around <= calm).T
+    return FirstSight(samples, planes, least, is_calm)
 
 
 def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray]:
@@ -164,12 +173,13 @@ def median_of(samples: Sequence[ByteArray]) -> FloatArray:
     return result
 
 
-def noise_of(differences: Sequence[ByteArray]) -> FloatArray:
+def noise_of(differences: Sequence[ByteArray], is_calm: BoolArray) -> FloatArray:
     """Take the median difference per cell over the times at which nothing stood in front of it.
 
     Parameters
     ----------
     differences : (1, n) each.
+    is_calm : (k, n) the times that count.
 
     Returns
     -------
@@ -178,7 +188,9 @@ def noise_of(differences: Sequence[ByteArray]) -> FloatArray:
     result = np.empty((1, differences[0].shape[-1]), np.float32)
     piece = 65_536
     for start in range(0, result.shape[-1], piece):
-        cells = np.sort(np.concatenate([one[:, start : start + piece] for one in differences]), axis=0)
+        cells = np.concatenate([one[:, start : start + piece] for one in differences])
+        cells[~is_calm[:, start : start + piece]] = IN_FRONT
+        cells.sort(axis=0)
         count = (cells <= MOST_NOISE).sum(axis=0)
         middle = np.take_along_axis(cells, (count // 2)[None] * (count > 0), axis=0)
         result[:, start : start + piece] = np.where(count > 0, middle, MOST_NOISE)

@@ -108,4 +108,10 @@ def test_median_agrees_with_that_of_the_library() -> None:
 
 def test_noise_is_not_that_of_what_stood_in_front() -> None:
     differences = [np.array([[1, 90, 90]], np.uint8)] * 4 + [np.array([[2, 3, 90]], np.uint8)] * 3
-    assert noise_of(differences).tolist() == [[1.0, 3.0, MOST_NOISE]]
+    assert noise_of(differences, np.ones((7, 3), np.bool_)).tolist() == [[1.0, 3.0, MOST_NOISE]]
+
+
+def test_noise_is_that_of_calm_times_though_a_grey_car_stands_there_most_of_the_time() -> None:
+    differences = [np.array([[2]], np.uint8)] * 3 + [np.array([[20]], np.uint8)] * 9
+    is_calm = np.arange(12)[:, None] < 4
+    assert noise_of(differences, is_calm).tolist() == [[2.0]]
