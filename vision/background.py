@@ -20,12 +20,10 @@ from vision.rectify import RoadCells, RoadImage
 from vision.road_colour import RoadColour
 from vision.settings import VisionSettings
 from vision.standing import StandingVehicles
-from vision.startup import FirstSight, first_sight, noise_of
+from vision.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of
 
 BoolArray = NDArray[np.bool_]
 
-# Black in video levels: light multiplies what lies above it.
-BLACK_LEVEL = 16.0
 # Cells on which the gain is measured, and cells too dark to measure it on.
 GAIN_CELLS = 2_000
 GAIN_MIN_LEVEL = 40.0

@@ -37,6 +37,9 @@ COLOUR_FROM, COLOUR_MOST, COLOUR_WEIGHT = 3, 20, 2.0
 BRIGHT_WEIGHT = 0.2
 # Unrest is kept in parts of a level.
 LEVEL = 6
+# Black in video levels: light multiplies what lies above it, by this at least.
+BLACK_LEVEL = 16.0
+LEAST_GAIN = 0.25
 # Differences beyond this are something else in front of the cell, and no noise of it.
 MOST_NOISE = 24
 IN_FRONT = 255
@@ -48,7 +51,7 @@ class FirstSight:
 
     Attributes
     ----------
-    samples : of the frames, (3, packed_size) each, in order of time.
+    samples : of the frames, (3, packed_size) each, in order of time and in the light of `planes`.
     planes : (3, packed_size) levels of the road.
     unrest : (packed_size,) mean difference from the usual colour around, at the calmest times, in 1 / `LEVEL` levels.
     is_calm : (samples, packed_size) the calmer times of every cell: its noise is measured at these.
@@ -74,6 +77,7 @@ def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColo
     The road; where nothing ever passed, the median.
     """
     planes = median_of(samples)
+    samples = in_one_light(samples, planes[0], cells.pack(cells.road.astype(np.uint8)) > 0)
     tables = _tables()
     usual = np.rint(colour.around(planes)).astype(np.uint8)
     side = 2 * round(AROUND_WIDTHS * car_cells / 2) + 1
@@ -94,6 +98,36 @@ def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColo
         calm = np.sort(around, axis=-1)[:, min(CALM, len(samples)) - 1, None]
         is_calm[:, where] = (around <= calm).T
     return FirstSight(samples, planes, least, is_calm)
+
+
+def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray) -> list[ByteArray]:
+    """Make up for the sun that comes and goes: a darker road is not a less calm one.
+
+    Parameters
+    ----------
+    samples : (3, n) each. luma : (n,) the level that each cell gets on average.
+    road : (n,) the cells by which light is measured; vehicles among them do no harm as long as they are fewer.
+
+    Returns
+    -------
+    The samples with that light.
+
+    Examples
+    --------
+    >>> shades = [np.full((3, 4), level, np.uint8) for level in (116, 96, 136)]
+    >>> [int(sample[0, 0]) for sample in in_one_light(shades, np.full(4, 116, np.float32), np.ones(4, np.bool_))]
+    [116, 116, 116]
+    """
+    where = np.flatnonzero(road & (luma > BLACK_LEVEL + 1))
+    known = luma[where] - BLACK_LEVEL
+    result = []
+    for sample in samples:
+        gain = float(np.median((sample[0, where] - BLACK_LEVEL) / known)) if len(where) else 1.0
+        factor = 1 / max(gain, LEAST_GAIN)
+        one = sample.copy()
+        one[:1] = cv2.convertScaleAbs(sample[:1], alpha=factor, beta=BLACK_LEVEL * (1 - factor))
+        result.append(one)
+    return result
 
 
 def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray]:
