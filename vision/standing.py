@@ -22,10 +22,12 @@ BoolArray = NDArray[np.bool_]
 # A neighbourhood is not calm from this mean difference on; it reaches beyond the vehicle by this part of a car's width.
 UNREST_LEVELS = 3
 BEYOND_WIDTHS = 1 / 3
-# Of what may be a vehicle, this part and the area of a small car has another colour than the road around; and some of
-# it is not just brighter, as crossings and other markings are.
+# Of what may be a vehicle, or a queue of some, this part and the area of a small car has another colour than the road
+# around, and some of it is not just brighter, as crossings and other markings are. Larger things are crowns of leaves,
+# or the shadows of houses.
 STRANGE_LEVELS = 10.0
 STRANGE_SHARE = 0.3
+MOST_WIDTHS2 = 40.0
 LEAST_WIDTHS2 = 1.5
 LEAST_DARK_WIDTHS2 = 0.5
 # If so much of that came back after something else, it is ground.
@@ -74,9 +76,18 @@ class StandingVehicles:
         )
         width2 = self._car_cells**2
         is_large = (strange_area >= LEAST_WIDTHS2 * width2) & (dark_area >= LEAST_DARK_WIDTHS2 * width2)
-        is_vehicle = is_large & (strange_area >= STRANGE_SHARE * area) & (ground_area < GROUND_SHARE * strange_area)
+        is_vehicle_like = (strange_area >= STRANGE_SHARE * area) & (area <= MOST_WIDTHS2 * width2)
+        is_vehicle = is_large & is_vehicle_like & (ground_area < GROUND_SHARE * strange_area)
         is_vehicle[0] = False
-        return self._cells.pack(is_vehicle.astype(np.uint8)[labels]) > 0
+        cells = is_vehicle.astype(np.uint8)[labels] * self._but_markings(is_strange, is_strange & ~is_dark)
+        return self._cells.pack(cells) > 0
+
+    def _but_markings(self, is_strange: BoolArray, is_bright: BoolArray) -> ByteArray:
+        """Outline what is strange, and leave out what is bright and thin: (rows, columns) 1 or 0."""
+        bright = self._spread(is_bright)
+        wide = cv2.morphologyEx(bright, cv2.MORPH_OPEN, _square(round(self._car_cells / 2)))
+        thin = bright & ~cv2.dilate(wide, _square(3))
+        return np.asarray(cv2.dilate(self._spread(is_strange) & ~thin, _square(3)) & ~thin, np.uint8)
 
     def _spread(self, packed: BoolArray) -> ByteArray:
         return self._cells.unpack(packed.astype(np.uint8))
@@ -95,5 +106,9 @@ def _came_back(sight: FirstSight) -> BoolArray:
 
 
 def _shrunk(mask: ByteArray, cells: int) -> ByteArray:
-    square = np.ones((2 * cells + 1, 2 * cells + 1), np.uint8)
-    return np.asarray(cv2.erode(mask, square, borderType=cv2.BORDER_CONSTANT, borderValue=(0,)), np.uint8)
+    shrunk = cv2.erode(mask, _square(2 * cells + 1), borderType=cv2.BORDER_CONSTANT, borderValue=(0,))
+    return np.asarray(shrunk, np.uint8)
+
+
+def _square(side: int) -> ByteArray:
+    return np.ones((side, side), np.uint8)

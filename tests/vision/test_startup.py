@@ -79,6 +79,11 @@ def test_car_that_never_moved_is_found_and_markings_are_not() -> None:
     assert np.sum(found) < 1.6 * np.sum(where > 0)
 
 
+def test_crown_of_leaves_over_the_road_is_no_vehicle() -> None:
+    road, leaves = Road(), (make_boxes([(35, 9.0, 0, 30.0, 12.0)]), [50.0])
+    assert not road.standing(road.see([road.sample(leaves) for _ in range(20)])).any()
+
+
 def test_dark_patch_that_cars_drive_over_is_ground() -> None:
     road, patch = Road(), (make_boxes([(20, 9.0, 0, 4.0, 1.8)]), [40.0])
     passing = make_boxes([(20, 9.0, 0, 4.0, 1.8), (20, 9.0, 0, 5.0, 1.8)]), [40.0, 200.0]
