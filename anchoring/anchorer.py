@@ -152,7 +152,7 @@ class Anchorer:
         """Let the conditions see this frame; those that would learn nothing new are passed over."""
         bodies, changes = self._bodies, list[LinkChange]()
         codes = measure(bodies, frame, self._roads, self._settings)
-        for column in np.flatnonzero(bodies.waits | (codes != bodies.codes)).tolist():
+        for column in (bodies.waits | (codes != bodies.codes)).nonzero()[0].tolist():
             chain, code = bodies.chains[column], int(codes[column])
             made = list(chain.progress(frame.t_us, self._states.of(code), self._name))
             if made:
@@ -189,7 +189,7 @@ class Anchorer:
 
     def _accept(self, frame: Frame) -> None:
         """Take over what was seen."""
-        bodies, seen = self._bodies, np.flatnonzero(frame.is_seen)
+        bodies, seen = self._bodies, frame.is_seen.nonzero()[0]
         clipped = frame.clipped[seen]
         bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
         bodies.take_snapshots(frame.t_us)
@@ -200,8 +200,8 @@ class Anchorer:
         """Look for lost world objects among the unlinked vision objects; return the columns that were merged."""
         bodies = self._bodies
         bodies.is_contested[:] = False
-        new = np.flatnonzero(~bodies.is_established & frame.is_seen)
-        lost = np.flatnonzero(bodies.is_established & ~frame.is_seen)
+        new = (~bodies.is_established & frame.is_seen).nonzero()[0]
+        lost = (bodies.is_established & ~frame.is_seen).nonzero()[0]
         if not len(new):
             return [], []
         pairs = dict(self._pairs(frame, new, lost)) if len(lost) else {}
@@ -256,7 +256,7 @@ class Anchorer:
         unseen_us = frame.t_us - bodies.seen_us
         leaving = bodies.was_clipped[NOW] & bodies.was_whole & (unseen_us > settings.edge_loss_us)
         leaving &= np.hypot(bodies.states[NOW, VX], bodies.states[NOW, VY]) > _LEAVING_MPS
-        ended = np.flatnonzero(bodies.is_established & ((unseen_us > settings.survive_us) | leaving)).tolist()
+        ended = (bodies.is_established & ((unseen_us > settings.survive_us) | leaving)).nonzero()[0].tolist()
         for column in ended:
             reason = "left the view" if leaving[column] else f"unseen for more than {settings.survive_us} us"
             changes += bodies.chains[column].end(frame.t_us, reason)
@@ -266,7 +266,7 @@ class Anchorer:
     def _cars(self, frame: Frame) -> Cars:
         bodies = self._bodies
         is_given = (bodies.car_number > 0) & (frame.t_us - bodies.seen_us <= self._settings.predict_us)
-        columns = np.flatnonzero(is_given)
+        columns = is_given.nonzero()[0]
         columns = columns[np.argsort(bodies.car_number[columns])]
         chains = [bodies.chains[column] for column in columns]
         state = frame.state[:, columns]

@@ -168,19 +168,23 @@ class Bodies:
 
     def measure_sizes(self, t_us: int, columns: LongArray, length_m: FloatArray, width_m: FloatArray) -> None:
         """Take sizes of bodies seen in full, (k,) each, and smooth them."""
-        count = self._sample_count[columns]
-        due = (count < _EAGER_SAMPLES) | (t_us - self._sampled_us[columns] >= _SIZE_PERIOD_US)
-        if not due.any():
+        count = self._sample_count.take(columns)
+        is_due = (count < _EAGER_SAMPLES) | (t_us - self._sampled_us.take(columns) >= _SIZE_PERIOD_US)
+        due = is_due.nonzero()[0]
+        if not len(due):
             return
-        columns, count = columns[due], count[due]
-        self._samples_m[0, count % _SIZE_SAMPLES, columns] = length_m[due]
-        self._samples_m[1, count % _SIZE_SAMPLES, columns] = width_m[due]
+        columns, count = columns.take(due), count.take(due)
+        place = count % _SIZE_SAMPLES
+        self._samples_m[0, place, columns] = length_m.take(due)
+        self._samples_m[1, place, columns] = width_m.take(due)
         self._sampled_us[columns] = t_us
-        self._sample_count[columns] += 1
-        filled = np.minimum(count + 1, _SIZE_SAMPLES)
-        is_empty = np.arange(_SIZE_SAMPLES)[:, None] >= filled
-        sorted_m = np.sort(np.where(is_empty, np.inf, self._samples_m[:, :, columns]), axis=1)
+        count += 1
+        self._sample_count[columns] = count
+        filled = np.minimum(count, _SIZE_SAMPLES)
         row = np.arange(len(columns))
+        is_empty = np.arange(_SIZE_SAMPLES)[:, None] >= filled
+        sorted_m = np.where(is_empty, np.inf, self._samples_m.take(columns, axis=2))
+        sorted_m.sort(axis=1)
         median_m = (sorted_m[:, (filled - 1) // 2, row] + sorted_m[:, filled // 2, row]) / 2
         self.length_m[columns], self.width_m[columns] = median_m
         self.classes[columns] = classify(median_m[0], median_m[1])

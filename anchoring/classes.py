@@ -43,6 +43,10 @@ CLASS_NAMES: tuple[str, ...] = (*(each.name for each in CLASSES), "unknown")
 _LIMIT_SIGMAS = 4.0
 _LENGTH_RANGE_M = (1.0, 26.0)
 _WIDTH_RANGE_M = (0.3, 4.5)
+# One row a class, as columns.
+_LENGTH_M, _LENGTH_SIGMA_M = np.array([each.length_m for each in CLASSES]).T[:, :, None]
+_WIDTH_M, _WIDTH_SIGMA_M = np.array([each.width_m for each in CLASSES]).T[:, :, None]
+_SCORE_AT_MEAN = np.log(_LENGTH_SIGMA_M * _WIDTH_SIGMA_M)
 _TOP_SPEED_MPS = max(each.top_speed_mps for each in CLASSES)
 
 
@@ -63,13 +67,8 @@ def classify(length_m: FloatArray, width_m: FloatArray) -> IntArray:
     >>> [CLASS_NAMES[index] for index in classify(sizes_m[:, 0], sizes_m[:, 1])]
     ['car', 'truck', 'bus', 'motorcycle', 'unknown']
     """
-    scores = np.empty((len(CLASSES), len(length_m)))
-    far = np.empty_like(scores)
-    for row, each in enumerate(CLASSES):
-        (length, length_sigma), (width, width_sigma) = each.length_m, each.width_m
-        far[row] = ((length_m - length) / length_sigma) ** 2 + ((width_m - width) / width_sigma) ** 2
-        scores[row] = 0.5 * far[row] + np.log(length_sigma * width_sigma)
-    best = scores.argmin(axis=0)
+    far = ((length_m - _LENGTH_M) / _LENGTH_SIGMA_M) ** 2 + ((width_m - _WIDTH_M) / _WIDTH_SIGMA_M) ** 2
+    best = (0.5 * far + _SCORE_AT_MEAN).argmin(axis=0)
     is_known = far[best, np.arange(len(length_m))] <= _LIMIT_SIGMAS**2
     return np.where(is_known, best, UNKNOWN_CLASS).astype(np.int32)
 

@@ -3,6 +3,7 @@
 Most bodies have the same values most of the time, so states are shared: a number per body, a mapping per number.
 """
 
+import math
 from collections.abc import Mapping
 from enum import IntFlag
 from types import MappingProxyType
@@ -110,9 +111,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
         Fluent.NOT_SWAPPED: ~swapped(bodies, frame, comparable, roads=roads, settings=settings),
         Fluent.SAME_SIZE: _same_size(bodies, frame, settings),
     }
-    codes = np.zeros(count, dtype=np.int64)
-    for fluent, value in values.items():
-        codes |= np.where(value, int(fluent), 0)
+    codes: LongArray = np.array([*values], dtype=np.int64) @ np.array([*values.values()])
     return codes
 
 
@@ -125,7 +124,7 @@ def _comparable(bodies: Bodies, frame: Frame) -> BoolArray:
 
 
 def _no_jump(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolArray:
-    apart_m = np.hypot(*(frame.state[X : Y + 1].T - frame.expected_m).T)
+    apart_m = np.hypot(*(frame.state[X : Y + 1] - frame.expected_m))
     unseen_s = (frame.t_us - bodies.states_us[NOW]) * 1e-6
     no_jump: BoolArray = ~frame.is_seen | (apart_m <= settings.jump_m + settings.jump_growth_mps2 * unseen_s**2)
     return no_jump
@@ -138,7 +137,7 @@ def _same_motion(
     old = bodies.states[OLD]
     age_s = (frame.t_us - bodies.states_us[OLD]) * 1e-6
     speed_mps, old_mps = np.hypot(frame.state[VX], frame.state[VY]), np.hypot(old[VX], old[VY])
-    turned = np.cos(frame.state[HEADING] - old[HEADING]) < np.cos(settings.turn_rad)
+    turned = np.cos(frame.state[HEADING] - old[HEADING]) < math.cos(settings.turn_rad)
     turned &= np.minimum(speed_mps, old_mps) > settings.turn_mps
     slack_mps = settings.speed_slack_mps + settings.acceleration_mps2 * age_s
     rushed = np.abs(speed_mps - old_mps) > slack_mps
@@ -156,7 +155,7 @@ def _same_size(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> Boo
 def _separate(frame: Frame, established: BoolArray) -> BoolArray:
     """Tell which bodies are not inside the body of a world object, or of an older vision object."""
     separate: BoolArray = np.ones(len(established), dtype=np.bool_)
-    news = np.flatnonzero(~established & frame.is_seen)
+    news = (~established & frame.is_seen).nonzero()[0]
     if not len(news):
         return separate
     x, y = frame.state[X], frame.state[Y]

@@ -24,7 +24,7 @@ class Frame:
     ----------
     t_us : time.
     is_seen : (n,) True where a vision object was observed; the rest is predicted.
-    expected_m : (n, 2) where each body was expected from its last state.
+    expected_m : (2, n) where each body was expected from its last state.
     state : (8, n) rows as in `Bodies.states`.
     clipped, length_m, width_m : (n,) as observed; of unseen bodies, what is known of them.
     places : (3, n) int32 road, lane and junction, -1 for none.
@@ -86,7 +86,7 @@ class RoadMap:
         frame = Frame(
             t_us=t_us,
             is_seen=np.zeros(len(bodies), dtype=np.bool_),
-            expected_m=state[X : Y + 1].T.copy(),
+            expected_m=state[X : Y + 1].copy(),
             state=state,
             clipped=bodies.was_clipped[NOW].copy(),
             length_m=bodies.length_m.copy(),
@@ -103,7 +103,7 @@ class RoadMap:
         frame.length_m[columns] = observations.length_m[seen]
         frame.width_m[columns] = observations.width_m[seen]
         _turn(state, np.where(frame.is_seen, 0.0, turn_rad))
-        self._locate(frame, np.arange(len(bodies)))
+        self._locate(frame, slice(None))
         return frame
 
     def predict_again(self, bodies: Bodies, frame: Frame, column: int) -> None:
@@ -124,18 +124,19 @@ class RoadMap:
         state = bodies.states[snapshot].copy()
         elapsed_s = (t_us - bodies.states_us[snapshot]) * 1e-6
         centre_m, turn_rad = predict(state, bodies.roads[snapshot], elapsed_s, self._paths)
-        state[X : Y + 1] = centre_m.T
+        state[X : Y + 1] = centre_m
         return state, turn_rad
 
-    def _locate(self, frame: Frame, columns: LongArray) -> None:
+    def _locate(self, frame: Frame, columns: LongArray | slice) -> None:
         centre_m = frame.state[X : Y + 1, columns].T
         if self._network is None:
-            at = nowhere(len(columns))
+            at = nowhere(len(centre_m))
         else:
             at = self._network.locate(centre_m, tolerance_m=self._tolerance_m)
-        frame.state[ALONG, columns], frame.state[ACROSS, columns] = at.along_m, at.across_m
-        frame.state[TANGENT, columns] = at.tangent_rad
-        frame.places[:, columns] = at.road, at.lane, at.junction
+        for row, values in (ALONG, at.along_m), (ACROSS, at.across_m), (TANGENT, at.tangent_rad):
+            frame.state[row, columns] = values
+        for row, place in enumerate((at.road, at.lane, at.junction)):
+            frame.places[row, columns] = place
 
 
 def _turn(state: FloatArray, turn_rad: FloatArray) -> None:

@@ -26,7 +26,7 @@ class RoadPaths:
     --------
     >>> paths = RoadPaths([np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])])
     >>> points_m, tangent_rad = paths.points(np.zeros(3, np.int32), np.array([4.0, 14.0, 25.0]), np.full(3, 1.0))
-    >>> points_m.tolist()                           # past its end a line goes straight on
+    >>> points_m.T.tolist()                         # past its end a line goes straight on
     [[4.0, 1.0], [9.0, 4.0], [9.0, 15.0]]
     """
 
@@ -38,8 +38,8 @@ class RoadPaths:
         self._first: IndexArray = self._last - counts + 1
         step_m = np.concatenate([np.diff(line_m, axis=0) for line_m in lines_m])
         size_m = np.hypot(step_m[:, 0], step_m[:, 1])
-        self._start_m = np.concatenate([line_m[:-1] for line_m in lines_m])
-        self._unit: FloatArray = step_m / size_m[:, None]
+        self._start_m: FloatArray = np.concatenate([line_m[:-1] for line_m in lines_m]).T.copy()
+        self._unit: FloatArray = (step_m / size_m[:, None]).T.copy()
         self._tangent_rad: FloatArray = np.arctan2(step_m[:, 1], step_m[:, 0])
         self._chain_m: FloatArray = np.concatenate(([0.0], np.cumsum(size_m)))
 
@@ -57,16 +57,20 @@ class RoadPaths:
 
         Returns
         -------
-        (n, 2) points and (n,) tangents of the line there.
+        (2, n) points and (n,) tangents of the line there.
         """
-        first, last = self._first[road], self._last[road]
-        chain_m = self._chain_m[first] + along_m
-        segment = np.clip(np.searchsorted(self._chain_m, chain_m, side="right") - 1, first, last)
-        forward_m = (chain_m - self._chain_m[segment])[:, None]
-        unit = self._unit[segment]
-        left = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
-        points_m = self._start_m[segment] + forward_m * unit + across_m[:, None] * left
-        return points_m, self._tangent_rad[segment]
+        first = self._first.take(road)
+        chain_m = self._chain_m.take(first) + along_m
+        segment = self._chain_m.searchsorted(chain_m, side="right") - 1
+        segment = np.minimum(np.maximum(segment, first), self._last.take(road))
+        forward_m = chain_m - self._chain_m.take(segment)
+        east, north = self._unit.take(segment, axis=1)
+        points_m = self._start_m.take(segment, axis=1)
+        points_m[0] += forward_m * east
+        points_m[0] -= across_m * north
+        points_m[1] += forward_m * north
+        points_m[1] += across_m * east
+        return points_m, self._tangent_rad.take(segment)
 
 
 def predict(
@@ -83,21 +87,26 @@ def predict(
 
     Returns
     -------
-    (n, 2) centres, and (n,) turns: by how much heading and velocity have turned with the road.
+    (2, n) centres, and (n,) turns: by how much heading and velocity have turned with the road.
     """
-    x, y, vx, vy, _, along_m, across_m, tangent_rad = state
-    centre_m = np.stack([x + vx * elapsed_s, y + vy * elapsed_s], axis=1)
-    turn_rad = np.zeros(len(x))
-    rows = np.flatnonzero(road >= 0)
+    centre_m = state[:2] + state[2:4] * elapsed_s
+    turn_rad = np.zeros(len(elapsed_s))
+    rows = (road >= 0).nonzero()[0]
     if paths is None or not len(rows):
         return centre_m, turn_rad
-    road, along_m, across_m, elapsed_s = road[rows], along_m[rows], across_m[rows], elapsed_s[rows]
-    cos, sin = np.cos(tangent_rad[rows]), np.sin(tangent_rad[rows])
-    ahead_m = (vx[rows] * cos + vy[rows] * sin) * elapsed_s
-    aside_m = (vy[rows] * cos - vx[rows] * sin) * _LATERAL_S * -np.expm1(-elapsed_s / _LATERAL_S)
+    then = state.take(rows, axis=1)
+    _, _, vx, vy, _, along_m, across_m, tangent_rad = then
+    elapsed_s = elapsed_s.take(rows)
+    cos, sin = np.cos(tangent_rad), np.sin(tangent_rad)
+    ahead_m = (vx * cos + vy * sin) * elapsed_s
+    aside_m = (vy * cos - vx * sin) * _LATERAL_S * -np.expm1(-elapsed_s / _LATERAL_S)
     # Only the difference of two points of the line is used, so a prediction starts exactly where the car was.
-    then_m, then_rad = paths.points(road, along_m, across_m)
-    now_m, now_rad = paths.points(road, along_m + ahead_m, across_m + aside_m)
-    centre_m[rows] = state[:2, rows].T + now_m - then_m
-    turn_rad[rows] = now_rad - then_rad
+    road, count = road.take(rows), len(rows)
+    points_m, line_rad = paths.points(
+        np.concatenate((road, road)),
+        np.concatenate((along_m, along_m + ahead_m)),
+        np.concatenate((across_m, across_m + aside_m)),
+    )
+    centre_m[:, rows] = then[:2] + points_m[:, count:] - points_m[:, :count]
+    turn_rad[rows] = line_rad[count:] - line_rad[:count]
     return centre_m, turn_rad

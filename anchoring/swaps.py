@@ -44,10 +44,10 @@ def swapped(
     off_x = frame.state[X] - old[X] - old[VX] * elapsed_s
     off_y = frame.state[Y] - old[Y] - old[VY] * elapsed_s
     # Straight on is good enough to pass over nearly all bodies.
-    suspects = np.flatnonzero(comparable & (np.hypot(off_x, off_y) > settings.swap_m))
+    suspects = (comparable & (np.hypot(off_x, off_y) > settings.swap_m)).nonzero()[0]
     # A track slips when the other one is lost, not long after.
     is_lost_now = frame.t_us - bodies.states_us[NOW] <= _SLIP_US
-    unseen = np.flatnonzero(bodies.is_established & ~frame.is_seen & is_lost_now)
+    unseen = (bodies.is_established & ~frame.is_seen & is_lost_now).nonzero()[0]
     if len(suspects) + len(unseen) < 2 or not len(suspects):
         return result
     others = np.concatenate([suspects, unseen])

@@ -128,8 +128,10 @@ class RoadNetwork:
         points: GeometryArray = np.asarray(shapely.points(points_m), dtype=np.object_)
         lane, junction = self._containing_areas(points, points_m)
         if tolerance_m > 0.0:
-            nowhere = np.flatnonzero((lane < 0) & (junction < 0) & np.isfinite(points_m).all(axis=1))
-            self._add_nearest_areas(lane, junction, nowhere, points[nowhere], tolerance_m)
+            nowhere = ((lane < 0) & (junction < 0)).nonzero()[0]
+            if len(nowhere):
+                nowhere = nowhere[np.isfinite(points_m[nowhere]).all(axis=1)]
+                self._add_nearest_areas(lane, junction, nowhere, points[nowhere], tolerance_m)
         return self._positions(points_m, points, lane, junction)
 
     def surface(self) -> shapely.Polygon | shapely.MultiPolygon:
@@ -175,13 +177,14 @@ class RoadNetwork:
         lane = np.full(len(points), -1, dtype=np.int32)
         junction = lane.copy()
         point, area = self._tree.query(points)
-        inside = shapely.intersects_xy(self._areas[area], points_m[point, 0], points_m[point, 1])
+        inside = shapely.intersects_xy(self._areas.take(area), *points_m.take(point, axis=0).T)
         point, area = point[inside], area[inside]
         in_lane = area < len(self.lanes)
-        in_junction = ~in_lane
-        # Reversed, so that of two junctions the one that comes first in the network stays.
-        junction[point[in_junction][::-1]] = area[in_junction][::-1] - len(self.lanes)
-        point, area = point[in_lane], area[in_lane]
+        if not in_lane.all():
+            in_junction = ~in_lane
+            # Reversed, so that of two junctions the one that comes first in the network stays.
+            junction[point[in_junction][::-1]] = area[in_junction][::-1] - len(self.lanes)
+            point, area = point[in_lane], area[in_lane]
         lane[point] = area
         # The query gives the points in order, so a point in several lanes has its hits side by side.
         again = point[1:][point[1:] == point[:-1]]
@@ -196,8 +199,6 @@ class RoadNetwork:
     def _add_nearest_areas(
         self, lane: IntArray, junction: IntArray, nowhere: IndexArray, points: GeometryArray, tolerance_m: float
     ) -> None:
-        if not len(nowhere):
-            return
         point, area = self._tree.query_nearest(points, max_distance=tolerance_m)
         order = np.argsort(-area, kind="stable")
         point, area = nowhere[point[order]], area[order]
@@ -209,10 +210,10 @@ class RoadNetwork:
     def _positions(
         self, points_m: FloatArray, points: GeometryArray, lane: IntArray, junction: IntArray
     ) -> RoadPositions:
-        road = self._road_of_lane[lane]
+        road = self._road_of_lane.take(lane)
         along_m = np.full(len(points_m), np.nan)
         across_m, tangent_rad = along_m.copy(), along_m.copy()
-        on_road = np.flatnonzero(road >= 0)
+        on_road = (road >= 0).nonzero()[0]
         if len(on_road):
             along_m[on_road], across_m[on_road], tangent_rad[on_road] = self._reference.project(
                 points_m[on_road], points[on_road], road[on_road]

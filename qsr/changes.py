@@ -123,12 +123,12 @@ class SwitchBank:
             self._fresh = None
         if held is not None and held.any():
             values = np.where(held, self._last_values, values)
-        crossed = (values > 0) != (self._last_values > 0)
-        if crossed.any():
-            before, after = self._last_values[crossed], values[crossed]
+        crossed = ((values > 0) != (self._last_values > 0)).ravel().nonzero()[0]
+        if len(crossed):
+            before, after = self._last_values.take(crossed), values.take(crossed)
             share = before / (before - after)
-            last_us = np.broadcast_to(self._last_us, values.shape)[crossed]
-            self._crossed_us[crossed] = last_us + np.rint(share * (t_us - last_us)).astype(np.int64)
+            last_us = self._last_us.take(crossed % values.shape[1])
+            self._crossed_us.put(crossed, last_us + np.rint(share * (t_us - last_us)).astype(np.int64))
         turned = np.where(self.is_on, values < -self._margins, values > self._margins)
         if turned.any():
             self.is_on ^= turned

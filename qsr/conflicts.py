@@ -11,19 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.object_table import (
-    ACROSS,
-    ALONG,
-    COS,
-    HALF_LENGTH,
-    HALF_PATH,
-    SIN,
-    SPEED,
-    TRAVEL,
-    FloatArray,
-    X,
-    Y,
-)
+from qsr.free_space import FreeSpace
+from qsr.object_table import ACROSS, ALONG, COS, HALF_LENGTH, HALF_PATH, SIN, SPEED, TRAVEL, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 
@@ -38,26 +27,31 @@ _STILL_MPS = 1e-9
 
 
 def fill_conflicts(
-    values: FloatArray, a: FloatArray, b: FloatArray, *, on_one_road: BoolArray, settings: RelationSettings
+    values: FloatArray, ends: FloatArray, free: FreeSpace, *, on_one_road: BoolArray, settings: RelationSettings
 ) -> None:
     """Fill in the rows `SHORT_TTC` and `HARD_BRAKING` of `values`.
 
     Parameters
     ----------
     values : (switches, pairs), as in `qsr.relations.Switch`.
-    a, b : columns of the object table: the objects of each pair.
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair.
+    free : how the two lie to each other.
     on_one_road : (pairs,) whether they are measured along one road.
     settings : thresholds.
     """
-    # In one go: for so few pairs the calls cost more than the arithmetic.
-    both = _contact_in_frame_of(np.concatenate((a, b), axis=1), np.concatenate((b, a), axis=1))
-    ttc_s = both.reshape(2, -1).max(axis=0)
-    closing_mps = np.hypot(b[SPEED] * b[COS] - a[SPEED] * a[COS], b[SPEED] * b[SIN] - a[SPEED] * a[SIN])
-    along_road = on_one_road & (np.minimum(np.abs(a[TRAVEL]), np.abs(b[TRAVEL])) > math.sqrt(settings.road_alignment))
+    speed_mps = ends[SPEED]
+    vx, vy = speed_mps * ends[COS], speed_mps * ends[SIN]
+    rate_x, rate_y = vx[::-1] - vx, vy[::-1] - vy
+    ttc_s = _contact_in_free_space(ends, free, rate_x, rate_y)
+    closing_mps = np.hypot(rate_x[0], rate_y[0])
+    travel = ends[TRAVEL]
+    along_road = on_one_road & (np.abs(travel).min(axis=0) > math.sqrt(settings.road_alignment))
     if along_road.any():
-        rate_mps = b[SPEED] * b[TRAVEL] - a[SPEED] * a[TRAVEL]
-        forward = _overlap(b[ALONG] - a[ALONG], rate_mps, a[HALF_LENGTH] + b[HALF_LENGTH])
-        sideways = _overlap(b[ACROSS] - a[ACROSS], np.zeros_like(rate_mps), a[HALF_PATH] + b[HALF_PATH])
+        rate_of_a, rate_of_b = speed_mps * travel
+        rate_mps = rate_of_b - rate_of_a
+        forward = _overlap(ends[ALONG, 1] - ends[ALONG, 0], rate_mps, ends[HALF_LENGTH, 0] + ends[HALF_LENGTH, 1])
+        half_paths = ends[HALF_PATH, 0] + ends[HALF_PATH, 1]
+        sideways = _overlap(ends[ACROSS, 1] - ends[ACROSS, 0], np.zeros_like(rate_mps), half_paths)
         np.copyto(ttc_s, _first_contact(forward, sideways), where=along_road)
         np.copyto(closing_mps, np.abs(rate_mps), where=along_road)
     # Stopping a motion of v within the distance v * ttc takes v / (2 ttc).
@@ -66,29 +60,24 @@ def fill_conflicts(
     values[Switch.HARD_BRAKING] = braking_mps2 - settings.conflict_braking_mps2
 
 
-def _contact_in_frame_of(body: FloatArray, other: FloatArray) -> FloatArray:
-    """Measure the time to contact with the box around the other body that is parallel to this one."""
-    cos, sin = body[COS], body[SIN]
-    apart_x, apart_y = other[X] - body[X], other[Y] - body[Y]
-    rate_x = other[SPEED] * other[COS] - body[SPEED] * cos
-    rate_y = other[SPEED] * other[SIN] - body[SPEED] * sin
-    turn_cos = np.abs(cos * other[COS] + sin * other[SIN])
-    turn_sin = np.abs(cos * other[SIN] - sin * other[COS])
-    length = body[HALF_LENGTH] + other[HALF_LENGTH] * turn_cos + other[HALF_PATH] * turn_sin
-    width = body[HALF_PATH] + other[HALF_PATH] * turn_cos + other[HALF_LENGTH] * turn_sin
-    forward = _overlap(apart_x * cos + apart_y * sin, rate_x * cos + rate_y * sin, length)
-    sideways = _overlap(apart_y * cos - apart_x * sin, rate_y * cos - rate_x * sin, width)
-    return _first_contact(forward, sideways)
+def _contact_in_free_space(ends: FloatArray, free: FreeSpace, rate_x: FloatArray, rate_y: FloatArray) -> FloatArray:
+    """Measure the time to contact; the rates, (2, pairs), are those of the other body, from this one's."""
+    cos, sin = ends[COS], ends[SIN]
+    reach_forward, reach_aside = free.reach(ends, HALF_PATH)
+    forward = _overlap(free.ahead, rate_x * cos + rate_y * sin, reach_forward)
+    sideways = _overlap(free.left, rate_y * cos - rate_x * sin, reach_aside)
+    contact_s: FloatArray = _first_contact(forward, sideways).max(axis=0)
+    return contact_s
 
 
 def _overlap(apart: FloatArray, rate: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Say from when to when two bodies overlap along an axis; negative times are past."""
     speed = np.maximum(np.abs(rate), _STILL_MPS)
-    approach = -np.where(rate < 0, -apart, apart)
+    approach = np.where(rate < 0, apart, -apart)
     return (approach - reach) / speed, (approach + reach) / speed
 
 
 def _first_contact(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> FloatArray:
     start, end = np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
-    touching: FloatArray = np.where((start < end) & (end > 0), np.clip(start, 0.0, _NEVER_S), _NEVER_S)
+    touching: FloatArray = np.where((start < end) & (end > 0), np.minimum(np.maximum(start, 0.0), _NEVER_S), _NEVER_S)
     return touching

@@ -20,13 +20,12 @@ _STILL_MPS = 0.01
 
 def fill_headways(
     values: FloatArray,
-    a: FloatArray,
-    b: FloatArray,
+    ends: FloatArray,
     *,
     gap_m: FloatArray,
     lateral_m: FloatArray,
     direction: FloatArray,
-    columns: tuple[LongArray, LongArray],
+    columns: LongArray,
     settings: RelationSettings,
 ) -> None:
     """Fill in the rows of `values` from `IN_PATH` to `B_AT_SHORT_HEADWAY`.
@@ -34,34 +33,28 @@ def fill_headways(
     Parameters
     ----------
     values : (switches, pairs), as in `qsr.relations.Switch`.
-    a, b : columns of the object table: the objects of each pair.
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair.
     gap_m, lateral_m, direction : (pairs,) a's centre ahead of b's; sideways between them; above zero if they drive the
         same way.
-    columns : of a and of b in the object table, which tell who is who in several pairs.
+    columns : (2, pairs) of a and of b in the object table, which tell who is who in several pairs.
     settings : thresholds.
     """
     # A difference in speed counts as one in time, at the ratio of the margins: the smaller of the two decides.
     s_per_mps = settings.time_gap_margin_s / settings.moving_margin_mps if settings.moving_margin_mps else 1.0
-    half_lengths = a[HALF_LENGTH] + b[HALF_LENGTH]
-    in_path = a[HALF_PATH] + b[HALF_PATH] - lateral_m
+    half_length, half_path, speed = ends[HALF_LENGTH], ends[HALF_PATH], ends[SPEED]
+    in_path = half_path[0] + half_path[1] - lateral_m
     values[Switch.IN_PATH] = in_path
     in_one_path = (in_path > 0) & (direction > 0)
-    a_behind, b_behind = in_one_path & (gap_m < 0), in_one_path & (gap_m > 0)
-    bumper_m = np.abs(gap_m) - half_lengths
-    first, second = columns
-    nearest_m = np.full(1 + max(first.max(initial=-1), second.max(initial=-1)), np.inf)
-    np.minimum.at(nearest_m, first[a_behind], bumper_m[a_behind])
-    np.minimum.at(nearest_m, second[b_behind], bumper_m[b_behind])
-    for follower, column, behind, follows, is_short in (
-        (a, first, a_behind, Switch.A_FOLLOWS_B, Switch.A_AT_SHORT_HEADWAY),
-        (b, second, b_behind, Switch.B_FOLLOWS_A, Switch.B_AT_SHORT_HEADWAY),
+    # From here on row 0 is about a as the follower, row 1 about b.
+    is_behind = np.array((in_one_path & (gap_m < 0), in_one_path & (gap_m > 0)))
+    bumper_m = np.abs(gap_m) - (half_length[0] + half_length[1])
+    nearest_m = np.full(1 + columns.max(initial=-1), np.inf)
+    np.minimum.at(nearest_m, columns, np.where(is_behind, bumper_m, np.inf))
+    is_next = is_behind & (bumper_m <= nearest_m.take(columns))
+    gap_s = bumper_m / np.maximum(speed, _STILL_MPS)
+    for row, limit_s, least_mps in (
+        (Switch.A_FOLLOWS_B, settings.following_s, settings.moving_mps),
+        (Switch.A_AT_SHORT_HEADWAY, settings.short_headway_s, settings.short_headway_least_mps),
     ):
-        is_next = behind & (bumper_m <= nearest_m[column])
-        speed = follower[SPEED]
-        gap_s = bumper_m / np.maximum(speed, _STILL_MPS)
-        for row, limit_s, least_mps in (
-            (follows, settings.following_s, settings.moving_mps),
-            (is_short, settings.short_headway_s, settings.short_headway_least_mps),
-        ):
-            short_s = np.minimum(limit_s - gap_s, (speed - least_mps) * s_per_mps)
-            values[row] = np.where(is_next, np.maximum(short_s, _NOT_NEXT_S), _NOT_NEXT_S)
+        short_s = np.minimum(limit_s - gap_s, (speed - least_mps) * s_per_mps)
+        values[row : row + 2] = np.where(is_next, np.maximum(short_s, _NOT_NEXT_S), _NOT_NEXT_S)

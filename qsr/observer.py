@@ -10,9 +10,8 @@ from qsr.changes import RelationChange
 from qsr.errors import QsrError
 from qsr.footprints import Footprints
 from qsr.object_relations import Quantity, object_relations
-from qsr.object_table import object_table
-from qsr.pair_kinds import FacingCars, NearCars, NearInTimeCars
-from qsr.pair_observer import PairObserver
+from qsr.object_table import OBSERVED, object_table
+from qsr.pair_kinds import FacingCars, NearCars, ObjectsNow
 from qsr.places import check_places
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
@@ -87,8 +86,7 @@ class RelationObserver:
         names = frozenset(RANK if only is None else only)
         if unknown := sorted(names - RANK.keys()):
             raise QsrError(f"relation observer: expected names out of {sorted(RANK)!r}, got {unknown[0]!r}")
-        kinds = (NearCars(settings, names), NearInTimeCars(settings, names), FacingCars(settings, names))
-        self._pairs = [PairObserver(kind, backdate_us=settings.backdate_us) for kind in kinds if kind.relations]
+        self._pairs = NearCars(settings, names), FacingCars(settings, names)
         self._objects = object_relations(settings, names, roads=road_ids, junctions=junction_ids, lanes=lanes)
         self._place_counts = len(road_ids), len(junction_ids), len(lanes)
         self._widest_m = settings.widest_m
@@ -131,8 +129,10 @@ class RelationObserver:
             changes += self._rearrange(footprints, quantities)
         order, ids = self._order, self._sorted_ids
         table = object_table(footprints, widest_m=self._widest_m).take(order, axis=1)
+        observed = None if footprints.observed.all() else table[OBSERVED] > 0
+        now = ObjectsNow(t_us, ids, self._serials, table, observed)
         for pairs in self._pairs:
-            changes += pairs.update(t_us, serials=self._serials, ids=ids, table=table)
+            changes += pairs.update(now)
         for relation, quantity in zip(self._objects, quantities, strict=True):
             changes += relation.tracker.update(t_us, quantity.take(order), ids)
         changes.sort(key=_rank)

@@ -31,21 +31,22 @@ def facing_pairs(table: FloatArray, settings: RelationSettings) -> tuple[PairArr
     )
 
 
-def oncoming_values(a: FloatArray, b: FloatArray, settings: RelationSettings) -> FloatArray:
+def oncoming_values(ends: FloatArray, settings: RelationSettings) -> FloatArray:
     """Measure the quantities of `qsr.relations.FacingSwitch`.
 
     Parameters
     ----------
-    a, b : columns of the object table: the objects of each pair, in opposite directions on one road.
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair, in opposite directions on one road.
     settings : thresholds.
 
     Returns
     -------
     (1, pairs) seconds, above zero while their bumpers will meet in less than ``oncoming_s``.
     """
-    ahead_m = np.where(a[TRAVEL] > 0, b[ALONG] - a[ALONG], a[ALONG] - b[ALONG]) - a[HALF_LENGTH] - b[HALF_LENGTH]
-    closing_mps = a[SPEED] * np.abs(a[TRAVEL]) + b[SPEED] * np.abs(b[TRAVEL])
-    time_s = np.minimum(ahead_m / np.maximum(closing_mps, _STILL_MPS), _NEVER_S)
-    values = np.empty((len(FacingSwitch), a.shape[1]))
+    along, half_length, travel = ends[ALONG], ends[HALF_LENGTH], ends[TRAVEL]
+    ahead_m = np.where(travel[0] > 0, along[1] - along[0], along[0] - along[1]) - half_length[0] - half_length[1]
+    speed_of_a, speed_of_b = ends[SPEED] * np.abs(travel)
+    time_s = np.minimum(ahead_m / np.maximum(speed_of_a + speed_of_b, _STILL_MPS), _NEVER_S)
+    values = np.empty((len(FacingSwitch), ends.shape[2]))
     values[FacingSwitch.MEET_SOON] = settings.oncoming_s - np.where(ahead_m > 0, time_s, _NEVER_S)
     return values

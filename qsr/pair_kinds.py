@@ -1,19 +1,21 @@
-"""Which pairs are looked at, and what is measured of them?
+"""Which pairs are looked at, and what has changed between them?
 
 Cars that are near each other, cars that are near in time (at their speed), and cars that drive towards each other. A
 pair of which neither car is seen in a frame does not come in with that frame.
 """
 
 from collections.abc import Collection, Sequence
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from qsr.changes import RelationChange
 from qsr.near_in_time import near_in_time
-from qsr.object_table import HALF_LENGTH, OBSERVED, BoolArray, FloatArray, X, Y
+from qsr.object_table import HALF_LENGTH, BoolArray, FloatArray, X, Y
 from qsr.oncoming import facing_pairs, oncoming_values
-from qsr.pairs import NearPairs, NearSet, pairs_within
+from qsr.pair_observer import PairObserver
+from qsr.pairs import NearPairs, NearSet, PairArray, pairs_within
 from qsr.relations import (
     FACING_RELATIONS,
     NEAR_IN_TIME_RELATIONS,
@@ -28,99 +30,108 @@ from qsr.settings import RelationSettings
 LongArray = NDArray[np.int64]
 
 
-class PairKind(Protocol):
-    """Describe a kind of pairs.
+@dataclass(frozen=True, slots=True)
+class ObjectsNow:
+    """Hold the objects of one frame, in order of their first appearance.
 
     Attributes
     ----------
-    relations : that are given out.
-    margins : (switches,) as for `qsr.changes.SwitchBank`.
+    t_us : time of the frame.
+    ids : n names.
+    serials : (n,) a number per object, rising, and never used for another object.
+    table : (13, n) as made by `qsr.object_table.object_table`.
+    observed : (n,) which objects are seen in this frame; None if all are.
     """
 
-    relations: tuple[PairRelation, ...]
-    margins: FloatArray
+    t_us: int
+    ids: Sequence[str]
+    serials: LongArray
+    table: FloatArray
+    observed: BoolArray | None
 
-    def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
-        """Find the pairs of one frame among the objects of an object table."""
-        ...
+    def may_enter(self, pairs: PairArray, is_near: BoolArray) -> BoolArray:
+        """Tell which of the near pairs, (2, pairs), may come in with this frame.
 
-    def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
-        """Measure the quantity of every switch of every pair, (switches, pairs)."""
-        ...
+        Examples
+        --------
+        >>> now = ObjectsNow(0, "abc", np.arange(3), np.zeros((13, 3)), np.array([True, False, False]))
+        >>> now.may_enter(np.array([[0, 1], [1, 2]]), np.array([True, True])).tolist()
+        [True, False]
+        """
+        return is_near if self.observed is None else is_near & self.observed.take(pairs).any(axis=0)
 
 
 class NearCars:
-    """Look at cars that are near each other in the plane, measured by as many switches as the names ask for."""
+    """Look at cars that are near each other in the plane, and at cars whose time gap or conflict may matter.
+
+    The latter are looked at from further away the faster they are. Whoever is near in the plane counts as near in time
+    as well, so those near in time are found and measured, by as many switches as the names ask for, and the others are
+    picked out of them.
+    """
 
     def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
-        self.relations = asked_for(NEAR_RELATIONS, names)
-        self.margins = switch_margins(settings)[: _rows_used(self.relations)]
+        near, in_time = asked_for(NEAR_RELATIONS, names), asked_for(NEAR_IN_TIME_RELATIONS, names)
         self._settings = settings
-        self._near = NearSet()
+        self._near_rows, self._rows = _rows_used(near), _rows_used((*near, *in_time))
+        margins = switch_margins(settings)
+        self._near = _Kept(near, margins[: self._near_rows], settings) if near else None
+        self._in_time = _Kept(in_time, margins[: self._rows], settings) if in_time else None
 
-    def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
-        """Find the pairs, as in `PairKind`."""
+    def update(self, now: ObjectsNow) -> list[RelationChange]:
+        """Take one frame and return the changes, in no particular order."""
+        if self._in_time is None:
+            return [] if self._near is None else self._update_near(self._near, now)
         settings = self._settings
+        pairs, distance_m, is_near = near_in_time(now.table, settings)
+        in_time = self._in_time.find(now, pairs, is_near)
+        values = switch_values(now.table, in_time.columns, settings, rows=self._rows)
+        changes = self._in_time.update(now, in_time, values)
+        if self._near is not None:
+            rows = (distance_m <= settings.leave_radius_m).nonzero()[0]
+            is_near = distance_m.take(rows) <= settings.enter_radius_m
+            near = self._near.find(now, pairs.take(rows, axis=1), is_near)
+            among = in_time.keys.searchsorted(near.keys)
+            changes += self._near.update(now, near, values[: self._near_rows].take(among, axis=1))
+        return changes
+
+    def _update_near(self, kept: "_Kept", now: ObjectsNow) -> list[RelationChange]:
+        settings, table = self._settings, now.table
         pairs, distance_m = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], settings.leave_radius_m)
-        is_near = distance_m <= settings.enter_radius_m
-        return self._near.update(serials, pairs, is_near & is_either_seen(table, pairs))
-
-    def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
-        """Measure the pairs, as in `PairKind`."""
-        return switch_values(table, (pairs.first, pairs.second), self._settings, rows=len(self.margins))
-
-
-class NearInTimeCars:
-    """Look at cars whose time gap or conflict may matter, from further away the faster they are."""
-
-    def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
-        self.relations = asked_for(NEAR_IN_TIME_RELATIONS, names)
-        self.margins = switch_margins(settings)[: _rows_used(self.relations)]
-        self._settings = settings
-        self._near = NearSet()
-
-    def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
-        """Find the pairs, as in `PairKind`."""
-        pairs, is_near = near_in_time(table, self._settings)
-        return self._near.update(serials, pairs, is_near & is_either_seen(table, pairs))
-
-    def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
-        """Measure the pairs, as in `PairKind`."""
-        return switch_values(table, (pairs.first, pairs.second), self._settings, rows=len(self.margins))
+        near = kept.find(now, pairs, distance_m <= settings.enter_radius_m)
+        return kept.update(now, near, switch_values(table, near.columns, settings, rows=self._near_rows))
 
 
 class FacingCars:
     """Look at cars that drive in opposite directions on one road, from further away."""
 
     def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
-        self.relations = asked_for(FACING_RELATIONS, names)
-        self.margins = np.array([settings.oncoming_margin_s])
+        relations = asked_for(FACING_RELATIONS, names)
         self._settings = settings
+        self._kept = _Kept(relations, np.array([settings.oncoming_margin_s]), settings) if relations else None
+
+    def update(self, now: ObjectsNow) -> list[RelationChange]:
+        """Take one frame and return the changes, in no particular order."""
+        if self._kept is None:
+            return []
+        pairs, distance_m = facing_pairs(now.table, self._settings)
+        facing = self._kept.find(now, pairs, distance_m <= self._settings.oncoming_enter_m)
+        return self._kept.update(now, facing, oncoming_values(now.table.take(facing.columns, axis=1), self._settings))
+
+
+class _Kept:
+    """Keep the pairs of one kind, and their relations."""
+
+    __slots__ = ("_near", "_relations")
+
+    def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, settings: RelationSettings) -> None:
         self._near = NearSet()
+        self._relations = PairObserver(relations, margins, backdate_us=settings.backdate_us)
 
-    def look(self, serials: LongArray, table: FloatArray) -> NearPairs:
-        """Find the pairs, as in `PairKind`."""
-        pairs, distance_m = facing_pairs(table, self._settings)
-        is_near = distance_m <= self._settings.oncoming_enter_m
-        return self._near.update(serials, pairs, is_near & is_either_seen(table, pairs))
+    def find(self, now: ObjectsNow, pairs: PairArray, is_near: BoolArray) -> NearPairs:
+        return self._near.update(now.serials, pairs, now.may_enter(pairs, is_near))
 
-    def measure(self, table: FloatArray, pairs: NearPairs) -> FloatArray:
-        """Measure the pairs, as in `PairKind`."""
-        return oncoming_values(table.take(pairs.first, axis=1), table.take(pairs.second, axis=1), self._settings)
-
-
-def is_either_seen(table: FloatArray, pairs: LongArray) -> BoolArray:
-    """Tell of which pairs, (pairs, 2), at least one object was seen in this frame.
-
-    Examples
-    --------
-    >>> table = np.zeros((13, 3))
-    >>> table[OBSERVED] = 1.0, 0.0, 0.0
-    >>> is_either_seen(table, np.array([[0, 1], [1, 2]])).tolist()
-    [True, False]
-    """
-    observed = table[OBSERVED] > 0
-    return np.asarray(observed[pairs[:, 0]] | observed[pairs[:, 1]], dtype=np.bool_)
+    def update(self, now: ObjectsNow, pairs: NearPairs, values: FloatArray) -> list[RelationChange]:
+        return self._relations.update(now.t_us, ids=now.ids, pairs=pairs, values=values, observed=now.observed)
 
 
 def _rows_used(relations: Sequence[PairRelation]) -> int:

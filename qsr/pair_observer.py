@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qsr.changes import RelationChange, SwitchBank
-from qsr.object_table import OBSERVED
-from qsr.pair_kinds import PairKind
 from qsr.pairs import NearPairs
 from qsr.relations import PairRelation
 
@@ -21,53 +19,66 @@ LongArray = NDArray[np.int64]
 
 
 class PairObserver:
-    """Keep the relations of all pairs of one kind.
+    """Keep some relations of pairs.
 
     Parameters
     ----------
-    kind : which pairs, what is measured of them, and which relations are given out.
+    relations : that are given out.
+    margins : (switches,) as for `qsr.changes.SwitchBank`.
     backdate_us : a change is dated back at most this far.
     """
 
-    __slots__ = ("_bank", "_changed_us", "_first", "_holds", "_ids", "_kind", "_names", "_relations", "_second")
+    __slots__ = (
+        "_bank",
+        "_changed_us",
+        "_columns",
+        "_conjunctions",
+        "_holds",
+        "_ids",
+        "_names",
+        "_relations",
+    )
 
-    def __init__(self, kind: PairKind, *, backdate_us: int) -> None:
-        self._kind = kind
-        self._relations = kind.relations
+    def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, *, backdate_us: int) -> None:
+        self._relations = relations
         # Row, name, and which order of the arguments it is for.
         self._names = [
             (row, name, order)
-            for row, relation in enumerate(kind.relations)
+            for row, relation in enumerate(relations)
             for order, name in enumerate((relation.of_ab, relation.of_ba))
             if name
         ]
-        self._bank = SwitchBank(kind.margins, backdate_us=backdate_us)
+        self._conjunctions = _Conjunctions(relations, len(margins))
+        self._bank = SwitchBank(margins, backdate_us=backdate_us)
         self._ids: Sequence[str] = ()
-        self._first: LongArray = np.zeros(0, dtype=np.int64)
-        self._second: LongArray = self._first
-        self._holds: BoolArray = np.zeros((len(self._relations), 0), dtype=np.bool_)
-        self._changed_us: LongArray = np.zeros((len(self._relations), 0), dtype=np.int64)
+        self._columns: LongArray = np.zeros((2, 0), dtype=np.int64)
+        self._holds: BoolArray = np.zeros((len(relations), 0), dtype=np.bool_)
+        self._changed_us: LongArray = np.zeros((len(relations), 0), dtype=np.int64)
 
-    def update(self, t_us: int, *, serials: LongArray, ids: Sequence[str], table: FloatArray) -> list[RelationChange]:
+    def update(
+        self, t_us: int, *, ids: Sequence[str], pairs: NearPairs, values: FloatArray, observed: BoolArray | None
+    ) -> list[RelationChange]:
         """Take one frame and return the changes, in no particular order.
 
         Parameters
         ----------
         t_us : later than the last frame.
-        serials : (n,) a number per object, rising, and never used for another object.
         ids : n names, not to be changed afterwards.
-        table : (13, n) as made by `qsr.object_table.object_table`. A pair of which neither object is seen is not
-            measured: its relations stay as they are, whatever the two are predicted to do.
+        pairs : which pairs are looked at now.
+        values : (switches, pairs) the quantity of every switch of every pair; kept.
+        observed : (n,) which objects are seen, None if all are. A pair of which neither is seen counts as not measured:
+            its relations stay as they are, whatever the two are predicted to do.
         """
-        pairs = self._kind.look(serials, table)
         changes: list[RelationChange] = []
         for column in pairs.ended.tolist():
             changes += self._ended(column, t_us)
         fresh = self._rearrange(pairs, t_us)
-        self._ids, self._first, self._second = ids, pairs.first, pairs.second
-        observed = table[OBSERVED] > 0
-        unseen = None if observed.all() else ~(observed[pairs.first] | observed[pairs.second])
-        turned = self._bank.update(t_us, self._kind.measure(table, pairs), unseen)
+        self._ids, self._columns = ids, pairs.columns
+        unseen = None
+        if observed is not None:
+            is_seen = observed.take(pairs.columns)
+            unseen = ~(is_seen[0] | is_seen[1])
+        turned = self._bank.update(t_us, values, unseen)
         if len(fresh) or turned.any():
             changes += self._decide(t_us, fresh)
         return changes
@@ -89,7 +100,7 @@ class PairObserver:
         return fresh
 
     def _decide(self, t_us: int, fresh: LongArray) -> list[RelationChange]:
-        holds = _conjunctions(self._relations, self._bank.is_on)
+        holds = self._conjunctions.of(self._bank.is_on)
         changed = holds != self._holds
         changed[:, fresh] = False
         self._holds = holds
@@ -125,16 +136,22 @@ class PairObserver:
         return [RelationChange(name, args[order], t_us, t_us, values[row], None) for row, name, order in self._names]
 
     def _arguments(self, column: int) -> tuple[tuple[str, str], tuple[str, str]]:
-        a, b = self._ids[self._first[column]], self._ids[self._second[column]]
+        a, b = self._ids[self._columns[0, column]], self._ids[self._columns[1, column]]
         return (a, b), (b, a)
 
 
-def _conjunctions(relations: Sequence[PairRelation], is_on: BoolArray) -> BoolArray:
-    holds = np.empty((len(relations), is_on.shape[1]), dtype=np.bool_)
-    for row, relation in enumerate(relations):
-        holds[row] = is_on[relation.switches[0]]
-        for switch in relation.switches[1:]:
-            holds[row] &= is_on[switch]
-        for switch in relation.but_not:
-            holds[row] &= ~is_on[switch]
-    return holds
+class _Conjunctions:
+    """Work out all relations at once: a product with a matrix counts the switches that are as a relation wants them."""
+
+    __slots__ = ("_signs", "_wanted")
+
+    def __init__(self, relations: Sequence[PairRelation], switches: int) -> None:
+        self._signs: FloatArray = np.zeros((len(relations), switches))
+        for row, relation in enumerate(relations):
+            self._signs[row, list(relation.switches)] = 1.0
+            self._signs[row, list(relation.but_not)] = -1.0
+        self._wanted: FloatArray = np.maximum(self._signs, 0.0).sum(axis=1, keepdims=True)
+
+    def of(self, is_on: BoolArray) -> BoolArray:
+        """Tell from the switches, (switches, pairs), which relations hold, (relations, pairs)."""
+        return np.asarray(self._signs @ is_on == self._wanted, dtype=np.bool_)

@@ -29,17 +29,20 @@ def pairs_within(centre_m: FloatArray, half_length_m: FloatArray, radius_m: floa
 
     Returns
     -------
-    (pairs, 2) indices, the lower first, in lexicographic order; and (pairs,) distances less both half lengths.
+    (2, pairs) indices, the lower in the first row, in lexicographic order; and (pairs,) distances less both half
+    lengths.
 
     Examples
     --------
     >>> centre_m = np.array([[0.0, 0.0], [30.0, 0.0], [90.0, 0.0]])
     >>> pairs_within(centre_m, np.full(3, 2.0), 40.0)
-    (array([[0, 1]]), array([26.]))
+    (array([[0],
+           [1]]), array([26.]))
     """
     count = len(centre_m)
     if count <= _ALL_PAIRS_LIMIT:
-        first, second = np.triu_indices(count, 1)
+        index = np.arange(count)
+        first, second = (index[:, None] < index).nonzero()
     else:
         reach_m = radius_m + 2.0 * float(half_length_m.max())
         found = KDTree(centre_m, leafsize=16, compact_nodes=False, balanced_tree=False).query_pairs(
@@ -47,10 +50,11 @@ def pairs_within(centre_m: FloatArray, half_length_m: FloatArray, radius_m: floa
         )
         order = np.argsort(found[:, 0] * count + found[:, 1])
         first, second = found[order, 0], found[order, 1]
-    apart_m = centre_m[first] - centre_m[second]
-    distance_m = np.hypot(apart_m[:, 0], apart_m[:, 1]) - half_length_m[first] - half_length_m[second]
-    near = np.flatnonzero(distance_m <= radius_m)
-    return np.stack([first[near], second[near]], axis=1).astype(np.int64, copy=False), distance_m[near]
+    x, y = centre_m.T
+    distance_m = np.hypot(x.take(first) - x.take(second), y.take(first) - y.take(second))
+    distance_m = distance_m - half_length_m.take(first) - half_length_m.take(second)
+    near = (distance_m <= radius_m).nonzero()[0]
+    return np.array((first.take(near), second.take(near)), dtype=np.int64), distance_m.take(near)
 
 
 def facing_within(
@@ -75,24 +79,27 @@ def facing_within(
     (array([[0, 1],
            [1, 2]]), array([66.,  6.]))
     """
-    forth = np.flatnonzero((road >= 0) & (travel > 0))
-    back = np.flatnonzero((road >= 0) & (travel < 0))
+    on_road = road >= 0
+    forth = (on_road & (travel > 0)).nonzero()[0]
+    back = (on_road & (travel < 0)).nonzero()[0]
     if not len(forth) or not len(back):
-        return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+        return np.zeros((2, 0), dtype=np.int64), np.zeros(0)
     # One line holds all roads, so far apart that no pair reaches from one to the next.
-    span_m = 2.0 * (float(np.abs(along_m).max()) + reach_m + 2.0 * float(half_length_m.max()))
+    longest_m = float(half_length_m.max())
+    span_m = 2.0 * (float(np.abs(along_m).max()) + reach_m + 2.0 * longest_m)
     at_m = road * span_m + along_m
-    back = back[np.argsort(at_m[back])]
-    reach = reach_m + half_length_m[forth] + float(half_length_m.max())
-    start = np.searchsorted(at_m[back], at_m[forth] - reach)
-    count = np.searchsorted(at_m[back], at_m[forth] + reach, side="right") - start
-    one = np.repeat(forth, count)
-    other = back[np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(start, count)]
-    distance_m = np.abs(at_m[one] - at_m[other]) - half_length_m[one] - half_length_m[other]
-    first, second = np.minimum(one, other), np.maximum(one, other)
-    order = np.argsort(first * len(road) + second)
-    order = order[distance_m[order] <= reach_m]
-    return np.stack([first[order], second[order]], axis=1).astype(np.int64, copy=False), distance_m[order]
+    back = back.take(at_m.take(back).argsort())
+    forth_m, back_m = at_m.take(forth), at_m.take(back)
+    reach = reach_m + half_length_m.take(forth) + longest_m
+    start = back_m.searchsorted(forth_m - reach)
+    count = back_m.searchsorted(forth_m + reach, side="right") - start
+    one = forth.repeat(count)
+    other = back.take(np.arange(len(one)) + (start - count.cumsum() + count).repeat(count))
+    distance_m = np.abs(at_m.take(one) - at_m.take(other)) - half_length_m.take(one) - half_length_m.take(other)
+    pairs = np.array((np.minimum(one, other), np.maximum(one, other)), dtype=np.int64)
+    order = (pairs[0] * len(road) + pairs[1]).argsort()
+    order = order[distance_m.take(order) <= reach_m]
+    return pairs.take(order, axis=1), distance_m.take(order)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +108,14 @@ class NearPairs:
 
     Attributes
     ----------
-    first, second : (pairs,) indices of the objects in the frame.
+    columns : (2, pairs) indices of the objects in the frame.
+    keys : (pairs,) rising, one number per pair of objects for as long as there are the two.
     came_from : (pairs,) column of each pair in the frame before, -1 for a new one; None when nothing changed.
     ended : columns of the frame before whose pairs are gone.
     """
 
-    first: PairArray
-    second: PairArray
+    columns: PairArray
+    keys: PairArray
     came_from: PairArray | None
     ended: PairArray
 
@@ -130,21 +138,25 @@ class NearSet:
         Parameters
         ----------
         serials : of the objects of the frame, rising, below 2**31.
-        pairs : (pairs, 2) as given by `pairs_within`.
+        pairs : (2, pairs) as given by `pairs_within`.
         may_enter : (pairs,) which of them are near enough to come in if they were not there in the last frame.
         """
-        first, second = pairs[:, 0], pairs[:, 1]
-        keys = (serials[first] << 31) | serials[second]
+        keys = (serials.take(pairs[0]) << 31) | serials.take(pairs[1])
         old = self._keys
-        column = np.searchsorted(old, keys)
-        column[column == len(old)] = 0
-        known = old[column] == keys if len(old) else np.zeros(len(keys), dtype=np.bool_)
-        kept = known | may_enter
-        if not kept.all():
-            first, second, keys, column, known = first[kept], second[kept], keys[kept], column[kept], known[kept]
+        if len(old):
+            column = old.searchsorted(keys)
+            column[column == len(old)] = 0
+            known = old.take(column) == keys
+            kept = (known | may_enter).nonzero()[0]
+        else:
+            column = np.zeros(len(keys), dtype=np.int64)
+            known = column > 0
+            kept = may_enter.nonzero()[0]
+        if len(kept) < len(keys):
+            pairs, keys, column, known = pairs.take(kept, axis=1), keys.take(kept), column.take(kept), known.take(kept)
         if len(keys) == len(old) and known.all():
-            return NearPairs(first, second, None, np.zeros(0, dtype=np.int64))
+            return NearPairs(pairs, keys, None, np.zeros(0, dtype=np.int64))
         self._keys = keys
         gone = np.ones(len(old), dtype=np.bool_)
         gone[column[known]] = False
-        return NearPairs(first, second, np.where(known, column, -1), np.flatnonzero(gone))
+        return NearPairs(pairs, keys, np.where(known, column, -1), gone.nonzero()[0])

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qsr.conflicts import fill_conflicts
+from qsr.free_space import FreeSpace
 from qsr.headways import fill_headways
-from qsr.object_table import ACROSS, ALONG, COS, HALF_LENGTH, HALF_WIDTH, ROAD, SIN, TRAVEL, FloatArray, X, Y
+from qsr.object_table import ACROSS, ALONG, HALF_LENGTH, HALF_WIDTH, ROAD, TRAVEL, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 
@@ -29,26 +30,24 @@ _FAR_ALONG = 2.0
 
 @dataclass(slots=True)
 class _Measures:
-    """Hold what is measured of every pair (a, b), each (pairs,)."""
+    """Hold what is measured of every pair (a, b), each (pairs,) except where noted."""
 
     gap: FloatArray  # a's centre ahead of b's, in the direction of travel
     lateral: FloatArray  # between the centres, sideways, >= 0
     direction: FloatArray  # above zero in the same direction
-    left_of_b: FloatArray  # a's centre, in b's frame
-    left_of_a: FloatArray  # b's centre, in a's frame
-    apart: FloatArray  # between the bodies, >= 0
+    left: FloatArray  # (2, pairs): b's centre in a's frame, a's in b's
     on_one_road: BoolArray
 
 
 def switch_values(
-    table: FloatArray, columns: tuple[LongArray, LongArray], settings: RelationSettings, *, rows: int = len(Switch)
+    table: FloatArray, columns: LongArray, settings: RelationSettings, *, rows: int = len(Switch)
 ) -> FloatArray:
     """Measure the quantity of every switch of every pair.
 
     Parameters
     ----------
     table : (13, n) as made by `qsr.object_table.object_table`.
-    columns : (pairs,) each, of a and of b.
+    columns : (2, pairs), of a and of b.
     settings : thresholds.
     rows : how many switches are asked for, from the first on.
 
@@ -57,16 +56,15 @@ def switch_values(
     (rows, pairs) as in `qsr.relations.Switch`; a switch is on above zero. Metres, cosines for the direction, seconds
     for the time gaps; for the conflicts seconds and metres per second squared.
     """
-    a, b = table.take(columns[0], axis=1), table.take(columns[1], axis=1)
-    measures = _measure_in_free_space(a, b, settings)
-    _measure_along_road(a, b, settings, measures)
-    values = np.empty((len(Switch), a.shape[1]))
-    _fill_positions(values, a, b, measures, settings)
+    ends = table.take(columns, axis=1)
+    free = FreeSpace.of(ends)
+    measures = _measure(ends, free, settings)
+    values = np.empty((len(Switch), columns.shape[1]))
+    _fill_positions(values, ends, free, measures, settings)
     if rows > Switch.IN_PATH:
         fill_headways(
             values,
-            a,
-            b,
+            ends,
             gap_m=measures.gap,
             lateral_m=measures.lateral,
             direction=measures.direction,
@@ -74,24 +72,25 @@ def switch_values(
             settings=settings,
         )
     if rows > Switch.SHORT_TTC:
-        fill_conflicts(values, a, b, on_one_road=measures.on_one_road, settings=settings)
+        fill_conflicts(values, ends, free, on_one_road=measures.on_one_road, settings=settings)
     return values[:rows]
 
 
 def _fill_positions(
-    values: FloatArray, a: FloatArray, b: FloatArray, measures: _Measures, settings: RelationSettings
+    values: FloatArray, ends: FloatArray, free: FreeSpace, measures: _Measures, settings: RelationSettings
 ) -> None:
-    half_lengths = a[HALF_LENGTH] + b[HALF_LENGTH]
-    half_widths = a[HALF_WIDTH] + b[HALF_WIDTH]
+    half_lengths = ends[HALF_LENGTH, 0] + ends[HALF_LENGTH, 1]
+    half_widths = ends[HALF_WIDTH, 0] + ends[HALF_WIDTH, 1]
     values[Switch.PAST_REAR] = measures.gap + half_lengths
     values[Switch.PAST_FRONT] = measures.gap - half_lengths
     values[Switch.LATERAL_NEAR] = settings.beside_lateral_m - measures.lateral
     values[Switch.SAME_DIRECTION] = measures.direction
-    values[Switch.CLOSE] = settings.close_m - measures.apart
-    values[Switch.A_LEFT_OF_B] = measures.left_of_b - half_widths
-    values[Switch.A_RIGHT_OF_B] = -measures.left_of_b - half_widths
-    values[Switch.B_LEFT_OF_A] = measures.left_of_a - half_widths
-    values[Switch.B_RIGHT_OF_A] = -measures.left_of_a - half_widths
+    values[Switch.CLOSE] = settings.close_m - free.apart_m(ends)
+    left_of_a, left_of_b = measures.left
+    values[Switch.A_LEFT_OF_B] = left_of_b - half_widths
+    values[Switch.A_RIGHT_OF_B] = -left_of_b - half_widths
+    values[Switch.B_LEFT_OF_A] = left_of_a - half_widths
+    values[Switch.B_RIGHT_OF_A] = -left_of_a - half_widths
 
 
 def switch_margins(settings: RelationSettings) -> FloatArray:
@@ -105,68 +104,45 @@ def switch_margins(settings: RelationSettings) -> FloatArray:
     return margins
 
 
-def is_on_one_road(a: FloatArray, b: FloatArray, apart_m: FloatArray, settings: RelationSettings) -> BoolArray:
+def is_on_one_road(ends: FloatArray, apart_m: FloatArray, settings: RelationSettings) -> BoolArray:
     """Tell which pairs are measured along their common road.
 
     Parameters
     ----------
-    a, b : columns of the object table: the objects of each pair.
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair.
     apart_m : (pairs,) between the centres.
     settings : thresholds.
     """
+    road_of_a, road_of_b = ends[ROAD]
     far_m = _FAR_ALONG * np.maximum(apart_m, settings.leave_radius_m)
-    one_road = (a[ROAD] == b[ROAD]) & (a[ROAD] >= 0) & (np.abs(a[ALONG] - b[ALONG]) <= far_m)
+    one_road = (road_of_a == road_of_b) & (road_of_a >= 0) & (np.abs(ends[ALONG, 0] - ends[ALONG, 1]) <= far_m)
     return np.asarray(one_road, dtype=np.bool_)
 
 
-def _measure_in_free_space(a: FloatArray, b: FloatArray, settings: RelationSettings) -> _Measures:
-    apart_x, apart_y = a[X] - b[X], a[Y] - b[Y]
-    ahead_of_b = apart_x * b[COS] + apart_y * b[SIN]
-    left_of_b = apart_y * b[COS] - apart_x * b[SIN]
-    ahead_of_a = -(apart_x * a[COS] + apart_y * a[SIN])
-    left_of_a = apart_x * a[SIN] - apart_y * a[COS]
-    on_one_road = is_on_one_road(a, b, np.hypot(apart_x, apart_y), settings)
-    cos_between = a[COS] * b[COS] + a[SIN] * b[SIN]
-    turn = np.abs(cos_between), np.abs(a[COS] * b[SIN] - a[SIN] * b[COS])
+def _measure(ends: FloatArray, free: FreeSpace, settings: RelationSettings) -> _Measures:
+    """Measure along the common road, or else along the mean of the headings."""
     # The unit vectors of both headings add up to their mean direction; the sum is the root of 2 + 2 cos long.
-    mean = np.sqrt(np.maximum(2.0 + 2.0 * cos_between, _LEAST_MEAN))
-    return _Measures(
-        gap=(ahead_of_b - ahead_of_a) / mean,
-        lateral=np.abs(left_of_b - left_of_a) / mean,
-        direction=cos_between - math.cos(settings.heading_limit_rad),
-        left_of_b=left_of_b,
-        left_of_a=left_of_a,
-        # Each is a lower bound, exact for parallel bodies; the larger is off by a few decimetres at most, which is
-        # nothing at the distances where cars are called close.
-        apart=np.maximum(
-            _distance_to_body(b, a, (ahead_of_b, left_of_b), turn),
-            _distance_to_body(a, b, (ahead_of_a, left_of_a), turn),
-        ),
-        on_one_road=on_one_road,
+    mean = np.sqrt(np.maximum(2.0 + 2.0 * free.cos_between, _LEAST_MEAN))
+    measures = _Measures(
+        gap=(free.ahead[1] - free.ahead[0]) / mean,
+        lateral=np.abs(free.left[1] - free.left[0]) / mean,
+        direction=free.cos_between - math.cos(settings.heading_limit_rad),
+        left=free.left,
+        on_one_road=is_on_one_road(ends, np.hypot(free.x[0], free.y[0]), settings),
     )
+    if measures.on_one_road.any():
+        _measure_along_road(ends, settings, measures)
+    return measures
 
 
-def _distance_to_body(
-    body: FloatArray, other: FloatArray, offset: tuple[FloatArray, FloatArray], turn: tuple[FloatArray, FloatArray]
-) -> FloatArray:
-    """Measure from a body to the box around the other one that is parallel to it; 0 where they overlap."""
-    cos, sin = turn
-    ahead = np.abs(offset[0]) - (body[HALF_LENGTH] + other[HALF_LENGTH] * cos + other[HALF_WIDTH] * sin)
-    aside = np.abs(offset[1]) - (body[HALF_WIDTH] + other[HALF_LENGTH] * sin + other[HALF_WIDTH] * cos)
-    distance: FloatArray = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
-    return distance
-
-
-def _measure_along_road(a: FloatArray, b: FloatArray, settings: RelationSettings, measures: _Measures) -> None:
-    """Overwrite the measures of pairs on one road."""
+def _measure_along_road(ends: FloatArray, settings: RelationSettings, measures: _Measures) -> None:
+    """Replace the measures of pairs on one road."""
     on_one_road = measures.on_one_road
-    if not on_one_road.any():
-        return
-    along = a[ALONG] - b[ALONG]
-    across = a[ACROSS] - b[ACROSS]
-    forward = np.where(a[TRAVEL] + b[TRAVEL] >= 0, 1.0, -1.0)
-    np.copyto(measures.gap, along * forward, where=on_one_road)
-    np.copyto(measures.lateral, np.abs(across), where=on_one_road)
-    np.copyto(measures.direction, a[TRAVEL] * b[TRAVEL] - settings.road_alignment, where=on_one_road)
-    np.copyto(measures.left_of_b, np.where(b[TRAVEL] >= 0, across, -across), where=on_one_road)
-    np.copyto(measures.left_of_a, np.where(a[TRAVEL] >= 0, -across, across), where=on_one_road)
+    travel = ends[TRAVEL]
+    along = ends[ALONG, 0] - ends[ALONG, 1]
+    across = ends[ACROSS, ::-1] - ends[ACROSS]
+    forward = np.where(travel[0] + travel[1] >= 0, along, -along)
+    np.copyto(measures.gap, forward, where=on_one_road)
+    np.copyto(measures.lateral, np.abs(across[0]), where=on_one_road)
+    np.copyto(measures.direction, travel[0] * travel[1] - settings.road_alignment, where=on_one_road)
+    measures.left = np.where(on_one_road, np.where(travel >= 0, across, -across), measures.left)

@@ -17,7 +17,7 @@ def test_pairs_within_are_those_of_all_pairs(count: int) -> None:
         for j in range(i + 1, count)
         if np.hypot(*(centre_m[i] - centre_m[j])) - half_m[i] - half_m[j] <= 30.0
     ]
-    assert pairs.tolist() == expected
+    assert pairs.T.tolist() == expected
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 40, 300])
@@ -33,7 +33,7 @@ def test_facing_pairs_are_those_of_all_pairs_on_one_road_with_opposite_direction
         if road[i] == road[j] >= 0 and travel[i] * travel[j] < 0
     }
     near = {pair: apart_m for pair, apart_m in expected.items() if apart_m <= 60.0}
-    assert [tuple(pair) for pair in pairs.tolist()] == list(near)
+    assert [tuple(pair) for pair in pairs.T.tolist()] == list(near)
     assert distance_m == pytest.approx(list(near.values()))
 
 
@@ -43,7 +43,7 @@ def test_pair_stays_between_the_radii_only_if_it_was_near() -> None:
     sizes = []
     for x_m in (47.0, 43.0, 47.0, 50.0, 47.0):
         pairs, distance_m = pairs_within(np.array([[0.0, 0.0], [x_m, 0.0]]), half_m, 45.0)
-        sizes.append(len(near_set.update(serials, pairs, distance_m <= 40.0).first))
+        sizes.append(len(near_set.update(serials, pairs, distance_m <= 40.0).keys))
     assert sizes == [0, 1, 1, 0, 0]
 
 
@@ -60,6 +60,6 @@ def test_columns_of_the_last_frame_are_found_again() -> None:
 
 def test_nothing_new_is_said_when_the_pairs_stay() -> None:
     near_set = NearSet()
-    arguments = np.array([0, 1]), np.array([[0, 1]]), np.array([True])
+    arguments = np.array([0, 1]), np.array([[0], [1]]), np.array([True])
     near_set.update(*arguments)
     assert near_set.update(*arguments).came_from is None
