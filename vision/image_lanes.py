@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.blobs import Cells
+from vision.boxes import axis
 from vision.cover import Rectangle
 from vision.frames import ByteArray
 from vision.grid import Grid
+from vision.image_feet import Feet, find_feet
 from vision.lanes import LANE_SHARE, LaneField, LaneStrip
 from vision.view import GroundView
 
@@ -26,40 +28,37 @@ BoolArray = NDArray[np.bool_]
 
 # Of a vehicle half hidden by another one this much is seen at least; shadows on the next lane are flatter than this.
 LEAST_WIDTH_M, LEAST_HEIGHT_M = 1.1, 0.9
+# Of one that stands in the same lane as another this much is enough: no shadow falls that far.
+LEAST_APART_WIDTH_M = 0.6
+# No two vehicles are narrower than this where a car is as few pixels wide as road is watched at all.
+LEAST_FEET_PX = 5.0
+# Lanes run with the line of sight where the cosine of the angle between them is at least this.
+LENGTHWISE = 0.9
+# What is seen above a car in front, from this height over its foot on, belongs to the vehicle behind it, which is
+# this wide.
+CAR_HEIGHT_M, FULL_WIDTH_M = 1.9, 1.8
 # Feet in one lane with nothing between them for this far belong to two vehicles; the view is too coarse for less.
 LEAST_GAP_M, GAP_CELLS = 6.0, 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Feet:
-    """The lowest cells of the columns of one or more groups.
+class _LaneFeet:
+    """The feet of one or more groups, and the lanes that they stand in.
 
     Attributes
     ----------
-    group : (f,) ascending.
-    column : (f,) of the grid, ascending in each group.
-    points : (f, 2) on the image. height : (f,) from the highest to the lowest cell, in pixels.
-    lane : (f,) number, 0 for none. heading_rad : (f,) of the lane.
+    feet : of the groups.
+    lane : (f,) number, 0 for none and for feet that are hidden. heading_rad : (f,) of the lane.
     """
 
-    group: IntArray
-    column: IntArray
-    points: FloatArray
-    height: FloatArray
+    feet: Feet
     lane: IntArray
     heading_rad: FloatArray
 
-    def of(self, group: int) -> _Feet:
+    def of(self, group: int) -> _LaneFeet:
         """Select the feet of one group."""
-        rows = slice(*np.searchsorted(self.group, [group, group + 1]))
-        return _Feet(
-            self.group[rows],
-            self.column[rows],
-            self.points[rows],
-            self.height[rows],
-            self.lane[rows],
-            self.heading_rad[rows],
-        )
+        rows = slice(*np.searchsorted(self.feet.group, [group, group + 1]))
+        return _LaneFeet(self.feet.select(rows), self.lane[rows], self.heading_rad[rows])
 
 
 class ImageLanes(LaneField):
@@ -96,7 +95,8 @@ class ImageLanes(LaneField):
         ----------
         cells : n groups.
         light : not used: a shadow is told by its want of height.
-        is_whole : (n,) groups that are not to be parted; None for none.
+        is_whole : (n,) groups known to be one vehicle; None for none. Heeded only where lanes are seen from the side:
+            along the road, vehicles that came into view one behind the other were never seen apart.
 
         Returns
         -------
@@ -106,14 +106,19 @@ class ImageLanes(LaneField):
         result = np.zeros(len(cells.group), np.intp)
         if cells.count == 0:
             return result
-        feet = self._feet(cells)
-        for group in range(cells.count) if is_whole is None else np.flatnonzero(~is_whole).tolist():
-            mine = feet.of(group)
+        standing = self._standing(cells)
+        # Most groups are specks, too narrow for two feet even where the road is seen most coarsely.
+        widths_px = np.bincount(standing.feet.group, minlength=cells.count) * self._grid.side
+        for group in np.flatnonzero(widths_px >= LEAST_FEET_PX).tolist():
+            mine = standing.of(group)
+            if is_whole is not None and is_whole[group] and not self._is_lengthwise(mine):
+                continue
             vehicle = self._vehicles(mine)
             if vehicle.max() > 1:
                 rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
-                column = self._columns(cells.points[rows])
-                result[rows] = vehicle[np.searchsorted(mine.column, column)]
+                column = np.rint(self._grid.to_cells(cells.points[rows])[:, 0]).astype(np.intp)
+                dealt = vehicle[np.searchsorted(mine.feet.column, column)]
+                result[rows] = self._with_hidden_sides(mine.feet, vehicle, cells.points[rows], dealt)
         return result
 
     def headings(self, cells: Cells) -> tuple[FloatArray, BoolArray]:
@@ -130,9 +135,9 @@ class ImageLanes(LaneField):
         heading_rad, is_known = np.zeros(cells.count), np.zeros(cells.count, np.bool_)
         if cells.count == 0:
             return heading_rad, is_known
-        feet = self._feet(cells)
+        standing = self._standing(cells)
         for group in range(cells.count):
-            mine = feet.of(group)
+            mine = standing.of(group)
             lane = int(np.bincount(mine.lane).argmax())
             is_in = mine.lane == lane
             is_known[group] = lane > 0 and is_in.mean() >= LANE_SHARE
@@ -140,45 +145,64 @@ class ImageLanes(LaneField):
             heading_rad[group] = np.angle(ahead)
         return heading_rad, is_known
 
-    def _columns(self, points: FloatArray) -> IntArray:
-        return np.rint(self._grid.to_cells(points)[:, 0]).astype(np.intp)
+    def _standing(self, cells: Cells) -> _LaneFeet:
+        """Find the feet of groups and look up their lanes."""
+        feet = find_feet(cells, self._grid)
+        lane, heading_rad = self.lanes_at(feet.points)
+        return _LaneFeet(feet, np.where(feet.is_hidden, 0, lane), heading_rad)
 
-    def _feet(self, cells: Cells) -> _Feet:
-        """Find the lowest cell of every column of every group."""
-        column = self._columns(cells.points)
-        order = np.lexsort((cells.points[:, 1], column, cells.group))
-        column, group, points = column[order], cells.group[order], cells.points[order]
-        is_new = np.ones(len(order), np.bool_)
-        is_new[1:] = (column[1:] != column[:-1]) | (group[1:] != group[:-1])
-        highest = np.flatnonzero(is_new)
-        lowest = np.append(highest[1:], len(order)) - 1
-        lane, heading_rad = self.lanes_at(points[lowest])
-        height = points[lowest, 1] - points[highest, 1] + self._grid.side
-        return _Feet(group[lowest], column[lowest], points[lowest], height, lane, heading_rad)
-
-    def _vehicles(self, feet: _Feet) -> IntArray:
+    def _vehicles(self, standing: _LaneFeet) -> IntArray:
         """Number the vehicles of one group that stand on its feet, from 1 on; all 1 if there is only one."""
-        ground_m = self._view.to_ground(feet.points)[0]
-        sight = self._view.sight(ground_m)
-        middles: list[IntArray] = []
-        for number in np.unique(feet.lane[feet.lane > 0]).tolist():
-            mine = np.flatnonzero(feet.lane == number)
-            cos, sin = np.cos(feet.heading_rad[mine[0]]), np.sin(feet.heading_rad[mine[0]])
-            along_m = ground_m[mine, 0] * cos + ground_m[mine, 1] * sin
-            order = np.argsort(along_m)
-            least_m = max(LEAST_GAP_M, GAP_CELLS * self._grid.side * float(np.median(sight.along_m[mine])))
-            for one in np.split(mine[order], np.flatnonzero(np.diff(along_m[order]) > least_m) + 1):
-                width_m = self._grid.side * sight.across_m[one].sum()
-                height_m = np.median(feet.height[one] * sight.across_m[one])
-                if width_m >= LEAST_WIDTH_M and height_m >= LEAST_HEIGHT_M:
-                    middles.append(one)
+        column = standing.feet.column
+        middles = [one for lane in np.unique(standing.lane[standing.lane > 0]) for one in self._in_lane(standing, lane)]
         if len(middles) < 2:
-            return np.ones(len(feet.column), np.intp)
+            return np.ones(len(column), np.intp)
         # Columns on no foot of their own go with the nearest one that has.
         known = np.concatenate(middles)
         names = np.repeat(np.arange(1, len(middles) + 1), [len(one) for one in middles])
-        nearest = np.argmin(np.abs(feet.column[:, None] - feet.column[known][None]), axis=1)
+        nearest = np.argmin(np.abs(column[:, None] - column[known][None]), axis=1)
         return np.asarray(names[nearest], np.intp)
+
+    def _is_lengthwise(self, standing: _LaneFeet) -> bool:
+        """Tell whether the lanes run with the line of sight: then a vehicle's feet lie side by side in one of them."""
+        on_lane = standing.lane > 0
+        if not on_lane.any():
+            return False
+        away = self._view.sight(self._view.to_ground(standing.feet.points[on_lane])[0]).away
+        along = axis(standing.heading_rad[on_lane].astype(np.float64))
+        return bool(np.median(np.abs(np.einsum("ni,ni->n", away, along))) >= LENGTHWISE)
+
+    def _with_hidden_sides(self, feet: Feet, vehicle: IntArray, points: FloatArray, dealt: IntArray) -> IntArray:
+        """Give vehicles what is seen of them above the nearer ones that hide a side of them: (p,) numbers."""
+        result = dealt.copy()
+        lowest = np.zeros(int(vehicle.max()) + 1)
+        np.maximum.at(lowest, vehicle, feet.points[:, 1])
+        for one in range(1, len(lowest)):
+            left, right = feet.points[vehicle == one, 0].min(), feet.points[vehicle == one, 0].max()
+            foot = np.array([[(left + right) / 2, lowest[one]]])
+            scale = float(self._view.sight(self._view.to_ground(foot)[0]).across_m[0])
+            is_near = np.abs(points[:, 0] - (left + right) / 2) < FULL_WIDTH_M / scale - (right - left) / 2
+            is_above = points[:, 1] < np.minimum(lowest[one], lowest[dealt] - CAR_HEIGHT_M / scale)
+            result[is_near & is_above & (dealt != one)] = one
+        return result
+
+    def _in_lane(self, standing: _LaneFeet, lane: int) -> list[IntArray]:
+        """List the vehicles of one group that stand in one lane, each by the rows of its feet."""
+        mine = np.flatnonzero(standing.lane == lane)
+        ground_m = self._view.to_ground(standing.feet.points[mine])[0]
+        sight = self._view.sight(ground_m)
+        along_m = ground_m @ axis(standing.heading_rad[mine[:1]].astype(np.float64))[0]
+        order = np.argsort(along_m)
+        least_m = max(LEAST_GAP_M, GAP_CELLS * self._grid.side * float(np.median(sight.along_m)))
+        pieces = np.split(order, np.flatnonzero(np.diff(along_m[order]) > least_m) + 1)
+        width_m = self._grid.side * sight.across_m
+        height_m = standing.feet.height_px[mine] * sight.across_m
+        least_width_m = LEAST_WIDTH_M if len(pieces) == 1 else LEAST_APART_WIDTH_M
+        return [
+            mine[one]
+            for one in pieces
+            if width_m[one].sum() >= least_width_m and np.median(height_m[one]) >= LEAST_HEIGHT_M
+        ]
 
 
 def _is_beside(points_m: FloatArray, start: FloatArray, end: FloatArray, half_m: float) -> BoolArray:

@@ -18,6 +18,7 @@ from vision.blobs import Cells, measure
 from vision.boxes import Boxes
 from vision.cover import Rectangle
 from vision.grid import Grid
+from vision.image_feet import find_feet
 from vision.image_lanes import ImageLanes
 from vision.lanes import LaneStrip
 from vision.rectify import RoadRaster
@@ -38,8 +39,12 @@ COARSE_PX = 8.0
 # The lowest row of a blob is this uncertain, in cells.
 FOOT_NOISE_CELLS = 1.5
 EDGE_CELLS = 2
-# A foot behind the border of the view may be anywhere within this many lengths.
+# Feet lie at least this wide side by side; what reaches lower is a speck or a neighbour's cell.
+FOOT_WIDTH_M = 0.15
+# A foot behind the border of the view may be anywhere within this many lengths; behind a nearer vehicle, at a low
+# angle, so far that it says nothing.
 HIDDEN_FOOT_LENGTHS = 2.0
+COVERED_FOOT_LENGTHS = 8.0
 
 
 class ImageSurface:
@@ -141,7 +146,7 @@ class ImageSurface:
         -------
         (n,) square metres of vehicle side.
         """
-        scale = self._view.sight(self._feet(cells)[0]).across_m
+        scale = self._view.sight(self._view.to_ground(self._lowest(cells))[0]).across_m
         return np.asarray(cells.sizes * (self.raster.grid.side * scale) ** 2)
 
     def headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
@@ -155,7 +160,7 @@ class ImageSurface:
         -------
         (n,) away from the camera, and (n,) ones.
         """
-        away = self._view.sight(self._feet(cells)[0]).away
+        away = self._view.sight(self._view.to_ground(self._lowest(cells))[0]).away
         return np.arctan2(away[:, 1], away[:, 0]), np.ones(cells.count)
 
     def footprints(self, cells: Cells, heading_rad: FloatArray, is_shaded: BoolArray | None) -> Footprints:
@@ -172,7 +177,7 @@ class ImageSurface:
         Boxes on the ground.
         """
         del is_shaded
-        feet_m, is_touching = self._feet(cells)
+        feet_m, is_touching, is_covered = self._feet(cells)
         sight = self._view.sight(feet_m)
         bearing = np.arctan2(sight.away[:, 1], sight.away[:, 0])
         length_m = np.full(cells.count, self._settings.usual_length_m)
@@ -183,6 +188,8 @@ class ImageSurface:
         # Where the border hides the foot, the lowest row is another part of the vehicle in every frame: as it comes
         # into view the row wanders towards the camera, and a track that believed in it would shoot ahead.
         along_m = np.maximum(blur * sight.along_m, np.where(is_touching, HIDDEN_FOOT_LENGTHS * length_m, least_m))
+        along_m = np.where(is_covered, COVERED_FOOT_LENGTHS * length_m, along_m)
+        is_touching |= is_covered
         across_m = np.maximum(blur * sight.across_m, np.where(is_touching, width_m, least_m))
         noise = kalman.oriented_covariance(bearing, along_m, across_m)
         return Footprints(
@@ -194,14 +201,32 @@ class ImageSurface:
             weight=np.where(is_touching, 0.0, 1.0),
         )
 
-    def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray]:
-        """Find where groups meet the ground nearest to the camera, and of which the view edge may hide the foot."""
-        boxes = measure(cells, np.zeros(cells.count), self.raster.grid.side).boxes
-        lowest = boxes.centre_m + np.stack([np.zeros(cells.count), boxes.width_m / 2], axis=-1)
+    def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray, BoolArray]:
+        """Find where groups meet the ground, of which the view edge may hide the foot, and of which others hide it."""
+        lowest = self._lowest(cells)
+        seen = find_feet(cells, self.raster.grid)
+        seen = seen.select(~seen.is_hidden)
+        scale = self._view.sight(self._view.to_ground(lowest)[0]).across_m
+        count = np.bincount(seen.group, minlength=cells.count)
+        # From the lowest foot upwards, but no farther than to the middle one.
+        skipped = np.rint(FOOT_WIDTH_M / scale / self.raster.grid.side).astype(np.intp) - 1
+        order = np.lexsort((-seen.points[:, 1], seen.group))
+        chosen = np.cumsum(count) - count + np.clip(skipped, 0, np.maximum(count - 1, 0) // 2)
+        is_seen = count > 0
+        lowest[is_seen, 1] = seen.points[order[chosen[is_seen]], 1] + self.raster.grid.side / 2
         # A roof cut off above leaves the foot where it is.
-        is_low = cells.points[:, 1] >= boxes.centre_m[cells.group, 1]
-        is_touching = np.add.reduceat((cells.at_edge & is_low).astype(np.intp), cells.starts) > 0
-        return self._view.to_ground(lowest)[0], is_touching
+        is_low = cells.points[:, 1] >= self._boxes(cells).centre_m[cells.group, 1]
+        is_touching = np.zeros(cells.count, np.bool_)
+        is_touching[cells.group[cells.at_edge & is_low]] = True
+        return self._view.to_ground(lowest)[0], is_touching, ~is_seen
+
+    def _lowest(self, cells: Cells) -> FloatArray:
+        """Find the middle of the lower border of each group: (n, 2) pixels."""
+        boxes = self._boxes(cells)
+        return boxes.centre_m + np.stack([np.zeros(cells.count), boxes.width_m / 2], axis=-1)
+
+    def _boxes(self, cells: Cells) -> Boxes:
+        return measure(cells, np.zeros(cells.count), self.raster.grid.side).boxes
 
 
 class _Watched:

@@ -86,8 +86,9 @@ class StandingVehicles:
         """Outline what is strange, and leave out what is bright and thin: (rows, columns) 1 or 0."""
         bright = self._spread(is_bright)
         wide = cv2.morphologyEx(bright, cv2.MORPH_OPEN, _square(round(self._car_cells / 2)))
-        thin = bright & ~cv2.dilate(wide, _square(3))
-        return np.asarray(cv2.dilate(self._spread(is_strange) & ~thin, _square(3)) & ~thin, np.uint8)
+        is_thin = (bright > 0) & (np.asarray(cv2.dilate(wide, _square(3))) == 0)
+        body = self._spread(is_strange) * ~is_thin
+        return np.asarray(cv2.dilate(body, _square(3)) * ~is_thin, np.uint8)
 
     def _spread(self, packed: BoolArray) -> ByteArray:
         return self._cells.unpack(packed.astype(np.uint8))

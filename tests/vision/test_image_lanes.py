@@ -97,3 +97,58 @@ def test_foot_behind_the_lower_border_says_little_and_does_not_confirm() -> None
     assert [one.cut.tolist() for one in prints] == [[0], [1]]
     assert [one.weight.tolist() for one in prints if one.weight is not None] == [[1.0], [0.0]]
     assert np.sqrt(prints[1].noise[0, 1, 1]) == pytest.approx(2 * settings.usual_length_m, rel=0.05)
+
+
+def test_car_mostly_hidden_by_another_in_its_lane_is_parted_and_keeps_what_is_seen_above() -> None:
+    surface = bridge_surface()
+    near, far = (
+        surface.appearances(make_boxes([(x, y, np.pi / 2, 4.5, 1.8)])).boxes.corners()[0]
+        for x, y in ((0.9, 50.0), (2.5, 63.0))
+    )
+    mask = surface.raster.grid.paint([near, far])
+    cells = find_blobs(surface.raster, mask, 99 * mask)
+    assert cells.count == 1
+    part = surface.lane_field(LANES).parts(cells, lambda points: np.zeros(len(points), np.uint8))
+    one, other = (cells.points[part == number] for number in (1, 2))
+    front, behind = sorted((one, other), key=lambda points: -float(points[:, 1].max()))
+    # The farther car is as wide as it is, and begins where the nearer one ends.
+    assert np.ptp(behind[:, 0]) == pytest.approx(np.ptp(far[:, 0]), rel=0.15)
+    assert front[:, 1].max() == pytest.approx(near[:, 1].max(), abs=2.0)
+    assert behind[:, 1].max() < far[:, 1].max() + 2.0
+
+
+@pytest.mark.parametrize(("turned", "expected"), [(False, [1, 2]), (True, [0])], ids=["along the view", "across it"])
+def test_known_vehicle_is_parted_only_where_lanes_run_with_the_view(turned: bool, expected: list[int]) -> None:
+    surface = bridge_surface()
+    cells = seen(surface, (1.0, 50.0), (-0.9, 58.0))
+    across = [LaneStrip(np.array([[-20.0, y], [20.0, y]]), 7.0) for y in (48.0, 57.0)]
+    field = surface.lane_field(across if turned else LANES)
+    nothing_dark = np.zeros(len(cells.points), np.uint8)
+    known = np.ones(cells.count, np.bool_)
+    assert np.unique(field.parts(cells, lambda points: nothing_dark, known)).tolist() == expected
+
+
+def test_foot_behind_another_vehicle_says_little_and_does_not_confirm() -> None:
+    surface = bridge_surface()
+    settings = VisionSettings()
+    cells = seen(surface, (1.0, 50.0))
+    rows = cells.points[:, 1]
+    halves = cells.regroup((rows > np.median(rows)).astype(np.intp))
+    found = surface.footprints(halves, np.full(2, np.pi / 2), None)
+    assert found.weight is not None
+    assert (found.cut.tolist(), found.weight.tolist()) == ([1, 0], [0.0, 1.0])
+    assert np.sqrt(found.noise[:, 1, 1])[0] > 4 * settings.usual_length_m > np.sqrt(found.noise[:, 1, 1])[1]
+
+
+def test_speck_below_a_vehicle_does_not_move_its_foot() -> None:
+    surface = bridge_surface()
+    car = surface.appearances(make_boxes([(1.8, 50.0, np.pi / 2, 4.5, 1.8)])).boxes.corners()
+    clean = surface.raster.grid.paint(car)
+    rows, columns = np.nonzero(clean)
+    specked = clean.copy()
+    specked[rows.max() : rows.max() + 12, int(np.median(columns))] = 1
+    middles = [
+        surface.footprints(find_blobs(surface.raster, mask, 99 * mask), np.array([np.pi / 2]), None).boxes.centre_m
+        for mask in (clean, specked)
+    ]
+    assert middles[1] == pytest.approx(middles[0], abs=0.3)
