@@ -28,7 +28,11 @@ def serve(
         if not _is_loopback(host):
             print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
         config = uvicorn.Config(app, access_log=False, log_level="warning")
-        uvicorn.Server(config).run(sockets=[listener])
+        server = uvicorn.Server(config)
+        server.run(sockets=[listener])
+        if server.should_exit:
+            # The loop does not always pass the interruption on that made it stop.
+            raise KeyboardInterrupt
 
 
 def listen(host: str, port: int) -> socket.socket:
