@@ -57,6 +57,7 @@ def _jump(
     ahead: TruthEvent,
     nobody_until_us: int | None,
 ) -> Iterator[TruthEvent]:
+    """Tell of the queue jump that two passes in a row and the lane change after them are, if they are one."""
     motion = tables.motion
     jumper, first, last = vehicles
     at_last, at_first = (int(np.searchsorted(motion.t_us, one.start_us)) for one in (behind, ahead))
@@ -75,11 +76,7 @@ def _jump(
     is_in_time = behind.start_us < ahead.start_us < end_us <= behind.start_us + WITHIN_US
     if not is_in_time or (nobody_until_us is not None and nobody_until_us < end_us - _NEARLY_US):
         return
-    reasons = _reasons(tables, vehicles, (behind, ahead), end_us)
-    if slowness_mps > STANDING_MPS - _NEARLY_MPS:
-        reasons.append(f"a car of the queue is at about {STANDING_MPS:g} m/s")
-    if free_m > QUEUE_M - _NEARLY_M:
-        reasons.append(f"the two of the queue are about {QUEUE_M:g} m apart")
+    reasons = [*_reasons(tables, vehicles, (behind, ahead), end_us), *_doubts_of_queue(slowness_mps, free_m)]
     if nobody_until_us is not None and nobody_until_us < end_us + _NEARLY_US:
         reasons.append("the jumper is about to come beside another one")
     yield TruthEvent(
@@ -91,6 +88,14 @@ def _jump(
         why_not_countable="; ".join(reasons) or None,
         places=(("lane", tables.network.lanes[lane].id),),
     )
+
+
+def _doubts_of_queue(slowness_mps: float, free_m: float) -> Iterator[str]:
+    """Say what is near to the bounds of a queue: the speed of its cars, or how far they are apart."""
+    if slowness_mps > STANDING_MPS - _NEARLY_MPS:
+        yield f"a car of the queue is at about {STANDING_MPS:g} m/s"
+    if free_m > QUEUE_M - _NEARLY_M:
+        yield f"the two of the queue are about {QUEUE_M:g} m apart"
 
 
 def _reasons(

@@ -40,10 +40,8 @@ AT_THRESHOLD = 20
 SHADE_DEEPEST, SHADE_LIGHTEST = 0.25, 0.97
 SHADE_CHROMA = 6.0
 NO_COLOUR = 128.0
-
-
-# In the light of the start-up, plain road has the usual colour up to so much.
-PLAIN_LEVELS = 10.0
+# In the light of the start-up, cells of bare road match the usual colour around them up to so much.
+MATCH_LEVELS = 10.0
 
 
 class Background:
@@ -112,10 +110,11 @@ class Background:
         if is_full or self._standing is None:
             return self.start()
         sight = self._first_sight()
-        if self._standing.find(sight).any():
+        is_vehicle = self._standing.find(sight)
+        if is_vehicle.any():
             self._startup_us *= 2
             return []
-        return self._begin(sight)
+        return self._begin(sight, is_vehicle)
 
     def start(self) -> list[RoadImage]:
         """End the start-up with what is held.
@@ -124,18 +123,20 @@ class Background:
         -------
         All held frames, in order.
         """
-        return self._begin(self._first_sight()) if self._held else []
+        if not self._held:
+            return []
+        sight = self._first_sight()
+        return self._begin(sight, None if self._standing is None else self._standing.find(sight))
 
     def _first_sight(self) -> FirstSight:
         return first_sight(self._samples(self._held), self._raster, self._colour, car_cells=self._car_cells)
 
-    def _begin(self, sight: FirstSight) -> list[RoadImage]:
+    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> list[RoadImage]:
         """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
         held, self._held = self._held, []
         self._planes[...] = sight.planes
-        if self._standing is not None:
-            where = self._standing.find(sight)
-            self._planes[:, where] = self._colour.around(sight.planes)[:, where]
+        if is_vehicle is not None and is_vehicle.any():
+            self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
         self._show()
         self._set_sensitivity(sight)
         self._learned_us = held[0].t_us
@@ -285,7 +286,7 @@ class Background:
         """
         usual = self._colour.around(self._planes)
         present = self._in_reference_light(image.planes)
-        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= PLAIN_LEVELS for one in (present, self._planes))
+        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= MATCH_LEVELS for one in (present, self._planes))
         differs = self._road & (np.abs(present - self._planes).max(axis=0) > self._settings.least_difference)
         reveals, hides = differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
         return reveals.astype(np.uint8), hides.astype(np.uint8)

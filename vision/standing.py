@@ -60,7 +60,7 @@ class StandingVehicles:
 
         Returns
         -------
-        (packed_size,) True on them and their shadows.
+        (packed_size,) True on what is strange of them and their shadows; markings beside them are left out.
         """
         restless = self._cells.unpack((sight.unrest > LEVEL * UNREST_LEVELS).astype(np.uint8)) * self._inner
         places = _shrunk(restless, round(BEYOND_WIDTHS * self._car_cells))

@@ -30,8 +30,8 @@ def serve(
         config = uvicorn.Config(app, access_log=False, log_level="warning")
         server = uvicorn.Server(config)
         server.run(sockets=[listener])
-        if server.should_exit:
-            # The loop does not always pass the interruption on that made it stop.
+        if server.started:
+            # It ends only when it is interrupted, but the loop does not always pass that on.
             raise KeyboardInterrupt
 
 
