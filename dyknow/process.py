@@ -65,6 +65,14 @@ class SelectiveUnit(Protocol):
     def left_out(self) -> Mapping[str, int]: ...  # noqa: D102
 
 
+@runtime_checkable
+class BusyUnit(Protocol):
+    """Count nanoseconds that others worked for a unit before it was called; what a unit may do besides."""
+
+    @property
+    def busy_ns(self) -> int: ...  # noqa: D102
+
+
 @dataclass(frozen=True, slots=True)
 class Input:
     """Tie a process to a stream that it reads."""
@@ -83,7 +91,6 @@ class Process:
     is_finished : whether the end of the input was told.
     inputs : what it reads, in the order in which it began.
     updates : how often its code was called with a sample.
-    busy_ns : time spent inside that code, without the time of its subscribers, by the clock of the node.
     """
 
     def __init__(self, output: StreamGenerator, *, kind: str = "source") -> None:
@@ -92,7 +99,12 @@ class Process:
         self.inputs: list[Input] = []
         self.is_finished = False
         self.updates = 0
-        self.busy_ns = 0
+        self._busy_ns = 0
+
+    @property
+    def busy_ns(self) -> int:
+        """Return the time spent inside its code, without the time of its subscribers, by the clock of the node."""
+        return self._busy_ns
 
     @property
     def label(self) -> str:
@@ -172,6 +184,11 @@ class Refinement(Process):
         self._update: Any = unit.update
 
     @property
+    def busy_ns(self) -> int:
+        """Return the time spent inside the unit, and before by others who work for it."""
+        return self._busy_ns + (self._unit.busy_ns if isinstance(self._unit, BusyUnit) else 0)
+
+    @property
     def left_out(self) -> Mapping[str, int]:
         """Return what the unit counts."""
         return self._unit.left_out if isinstance(self._unit, SelectiveUnit) else {}
@@ -207,5 +224,5 @@ class Refinement(Process):
     def _timed(self, code: Callable[[Any], Samples], argument: Any) -> tuple[Sample[Any], ...]:  # Any: see `Samples`
         started_ns = self._clock()
         results = tuple(code(argument))
-        self.busy_ns += self._clock() - started_ns
+        self._busy_ns += self._clock() - started_ns
         return results

@@ -1,6 +1,6 @@
-"""What if all there is are detections? A file of them with a site, and the vision that turns boxes into tracks."""
+"""What if all there is are detections? A file of them with a site, and the tracking of its boxes."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.chronicle_set import ChronicleSet
+from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import RoadNetwork, plain_rings
@@ -15,16 +16,14 @@ from service.detectors import DetectionDetails, FileChoice, alone_size, describe
 from service.errors import InputError
 from service.monitor_files import NO_MONITORS, LoadedMonitors
 from service.moving_camera import StoredPoses, first_camera, moving_area
-from service.pipeline import KplText, Pipeline, video_pipeline
+from service.pipeline import Feed, KplText, video_pipeline
 from service.records import CameraRecord, InputKind
 from service.site import Motion, Site
 from service.watched_area import watched_area
-from vision.box_detector import BoxDetector, Instant
+from vision.box_detector import Instant
 from vision.detection_camera import DetectionVision, Standing
 from vision.errors import VisionError
-from vision.frames import Frame
-from vision.registration import Registration
-from vision.stored_detections import StoredDetections, StoredInstant
+from vision.stored_detections import StoredDetections
 
 FloatArray = NDArray[np.float64]
 
@@ -68,15 +67,15 @@ class DetectionInput:
             return None
         return CameraRecord(tuple(self.ground_camera.pixel_from_ground.ravel().tolist()), *self.size_px)
 
-    def pipeline(
+    def feed(
         self,
         chronicle_set: ChronicleSet,
         monitors: LoadedMonitors = NO_MONITORS,
         *,
         kpl: KplText | None = None,
         clock: Callable[[], int],
-    ) -> Pipeline:
-        """Run tracking in front of the reasoning."""
+    ) -> Feed:
+        """Run tracking in front of the reasoning, on the moments of the file."""
         is_moving = self.motion is not None
         follow: StoredPoses | Standing | None = None
         if self.motion is not None and self.motion.poses is not None:
@@ -89,12 +88,9 @@ class DetectionInput:
             )
         except VisionError as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
-        return video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
-
-    def __iter__(self) -> Iterator[tuple[int, StoredInstant]]:
-        """Yield the moments of the file with their times in microseconds."""
-        for instant in self.stored.instants(self.rate_hz):
-            yield instant.t_us, instant
+        instants = self.stored.instants(self.rate_hz)
+        samples = (Sample(instant.t_us, instant.t_us, instant) for instant in instants)
+        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
 
 
 def open_detections(path: Path, choice: FileChoice, site: Site | None) -> DetectionInput:
@@ -163,24 +159,3 @@ def _area(
         return watched_area(camera, site.network, site.road_mask, size_px)
     except GisError as error:
         raise InputError(f"{site.path}: for {path.name}: {error}") from error
-
-
-def detection_vision(
-    boxes: BoxDetector[Frame],
-    camera: GroundCamera,
-    motion: Motion | None,
-    area_m: Sequence[FloatArray],
-    size_px: tuple[int, int],
-) -> DetectionVision[Frame]:
-    """Make the vision of a camera whose vehicles somebody else finds in the pictures.
-
-    Raises
-    ------
-    VisionError
-        If the roads are unusable.
-    """
-    if motion is None:
-        return DetectionVision(boxes, Standing(camera.pixel_from_ground), area_m, size_px)
-    if motion.poses is not None:
-        return DetectionVision(boxes, StoredPoses(motion.poses, size_px), area_m, size_px, is_moving=True)
-    return DetectionVision(boxes, Registration(camera.pixel_from_ground, size_px), area_m, size_px, is_moving=True)

@@ -1,7 +1,7 @@
 """What can be processed? A video seen by a fixed or moving camera, or the trajectories of somebody else's tracker."""
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.chronicle_set import ChronicleSet
+from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import RoadNetwork
-from service.detection_input import DetectionInput, detection_vision, open_detections
+from service.detection_input import DetectionInput, open_detections
 from service.detectors import (
     FileChoice,
     MotionChoice,
@@ -23,19 +24,17 @@ from service.detectors import (
 )
 from service.errors import InputError
 from service.monitor_files import NO_MONITORS, LoadedMonitors
-from service.moving_camera import first_camera, moving_area, moving_vision
-from service.pipeline import KplText, Pipeline, trajectory_pipeline, video_pipeline
+from service.moving_camera import first_camera, moving_area
+from service.pipeline import Feed, KplText, trajectory_pipeline, video_pipeline
 from service.records import CameraRecord, InputKind
+from service.seen_frames import see
 from service.site import Motion, Site
-from service.trajectories import Trajectories, TrajectoryObjects, load_trajectories
+from service.trajectories import Trajectories, load_trajectories
+from service.video_eyes import ThermalVideo, VideoEyes
 from service.watched_area import watched_area
-from vision.adapter import Vision
-from vision.box_detector import BoxDetector
 from vision.errors import VisionError
-from vision.fixed_camera import FixedCameraVision, VisionSettings
-from vision.frames import Frame, VideoSource, open_video
-from vision.fused_camera import FixedView, FusedCameraVision, thermal_settings
-from vision.lanes import LaneStrip
+from vision.frames import VideoSource, open_video
+from vision.fused_camera import FixedView
 from vision.onnx_detector import OnnxDetector
 from vision.scale import estimate_scale, image_plane
 from vision.stored_detections import StoredDetections
@@ -49,91 +48,61 @@ SCALE_STEP_US = 500_000
 
 
 @dataclass(frozen=True, slots=True)
-class ThermalVideo:
-    """A thermal video, and where its camera looks."""
-
-    video: VideoSource
-    view: FixedView
-
-
-@dataclass(slots=True)
 class VideoInput:
     """Read a video seen by a camera with a known map to the ground.
 
     Attributes
     ----------
-    ground_camera : of all frames; of the first one where the camera moves.
-    motion : how it moves; None if it stands still.
-    area_m : rings (k, 2) of ground that vision looks at.
     warnings : what the user should know about how the input is read.
     detector, detector_files : what looks at the frames, in words, and the files that it depends on.
-    boxes : finds vehicles without knowing the road; None for the built-in detector.
-    thermal : a second video for the built-in detector to look at; None if there is none.
-    is_thermal : whether the video itself is thermal, and therefore coarse.
     """
 
     path: Path
-    video: VideoSource
-    ground_camera: GroundCamera
-    network: RoadNetwork | None
-    area_m: tuple[FloatArray, ...]
+    eyes: VideoEyes
     warnings: tuple[str, ...] = ()
-    motion: Motion | None = None
     detector: str = "motion"
     detector_files: tuple[Path, ...] = ()
-    boxes: BoxDetector[Frame] | None = None
-    thermal: ThermalVideo | None = None
-    is_thermal: bool = False
     kind: InputKind = "video"
+
+    @property
+    def network(self) -> RoadNetwork | None:
+        """Return the roads in view."""
+        return self.eyes.network
 
     @property
     def frame_count(self) -> int | None:
         """Return the number of frames by the container."""
-        return self.video.frame_count
+        return self.eyes.video.frame_count
 
     @property
     def camera(self) -> CameraRecord:
         """Return how the ground maps to the image, for the log."""
-        numbers = tuple(self.ground_camera.pixel_from_ground.ravel().tolist())
-        return CameraRecord(numbers, self.video.width_px, self.video.height_px)
+        numbers = tuple(self.eyes.ground_camera.pixel_from_ground.ravel().tolist())
+        return CameraRecord(numbers, *self.eyes.size_px)
 
-    def pipeline(
+    def feed(
         self,
         chronicle_set: ChronicleSet,
         monitors: LoadedMonitors = NO_MONITORS,
         *,
         kpl: KplText | None = None,
         clock: Callable[[], int],
-    ) -> Pipeline:
+    ) -> Feed:
         """Run vision for this camera in front of the reasoning."""
         try:
-            vision = self._vision()
+            vision = self.eyes.vision()
         except (VisionError, GisError) as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
-        if isinstance(vision, FixedCameraVision):
-            self.video.prepare = vision.prepare
-        return video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
-
-    def _vision(self) -> Vision:
-        size_px = (self.video.width_px, self.video.height_px)
-        if self.boxes is not None:
-            return detection_vision(self.boxes, self.ground_camera, self.motion, self.area_m, size_px)
-        lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
-        if self.thermal is not None:
-            colour = FixedView(self.ground_camera.pixel_from_ground, size_px)
-            return FusedCameraVision(colour, self.thermal.view, self.thermal.video, self.area_m, lanes=lanes)
-        if self.motion is None:
-            settings = thermal_settings(VisionSettings()) if self.is_thermal else None
-            return FixedCameraVision(self.ground_camera.pixel_from_ground, self.area_m, size_px, settings, lanes=lanes)
-        return moving_vision(self.ground_camera, self.motion, self.area_m, size_px, has_roads=self.network is not None)
-
-    def __iter__(self) -> Iterator[tuple[int, Frame]]:
-        """Yield the frames of the video with their times in microseconds."""
-        for frame in self.video:
-            yield frame.t_us, frame
+        frames = self.eyes.frames(vision)
+        if kpl is None:
+            pipeline = video_pipeline(None, self.network, chronicle_set, monitors, clock=clock)
+            return Feed(pipeline, see(frames, vision, clock))
+        # A text of the user's may leave out frames before vision.
+        samples = (Sample(frame.t_us, frame.t_us, frame) for frame in frames)
+        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class TrajectoryInput:
     """Read the objects of a trajectory file; vision is skipped."""
 
@@ -151,21 +120,17 @@ class TrajectoryInput:
         """Return the number of distinct times."""
         return len(self.trajectories.times_us)
 
-    def pipeline(
+    def feed(
         self,
         chronicle_set: ChronicleSet,
         monitors: LoadedMonitors = NO_MONITORS,
         *,
         kpl: KplText | None = None,
         clock: Callable[[], int],
-    ) -> Pipeline:
-        """Run the reasoning alone."""
-        return trajectory_pipeline(self.network, chronicle_set, monitors, kpl=kpl, clock=clock)
-
-    def __iter__(self) -> Iterator[tuple[int, TrajectoryObjects]]:
-        """Yield the objects of each time, with the time in microseconds."""
-        for objects in self.trajectories:
-            yield objects.t_us, objects
+    ) -> Feed:
+        """Run the reasoning alone, on the objects of each time."""
+        samples = (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories)
+        return Feed(trajectory_pipeline(self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
 
 
 Input = VideoInput | TrajectoryInput | DetectionInput
@@ -222,14 +187,16 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
         # Poses and masks are those of the colour camera.
         motion = None if site.motion is None else Motion(None, site.motion.reach_m)
         alone = replace(site, camera=thermal.camera, motion=motion, road_mask=None)
-        return replace(_open_video(thermal.video, alone), detector=describe(choice), is_thermal=True)
+        source = _open_video(thermal.video, alone)
+        return replace(source, eyes=replace(source.eyes, is_thermal=True), detector=describe(choice))
     source = _open_video(path, site)
-    if source.motion is not None:
+    if source.eyes.motion is not None:
         warning = f"{path.name}: the camera moves, so the thermal video beside it is not looked at"
         return replace(source, detector=describe(MotionChoice()), warnings=(*source.warnings, warning))
     video = open_video(thermal.video)
     view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px))
-    return replace(source, thermal=ThermalVideo(video, view), detector=describe(choice))
+    both = replace(source.eyes, thermal=ThermalVideo(video, view))
+    return replace(source, eyes=both, detector=describe(choice))
 
 
 def _open_video(path: Path, site: Site | None) -> VideoInput:
@@ -242,7 +209,7 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
             area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
         except GisError as error:
             raise InputError(f"{site.path}: for {path.name}: {error}") from error
-        return VideoInput(path, video, site.camera, network, area_m)
+        return VideoInput(path, VideoEyes(video, site.camera, network, area_m))
     return _without_camera(path, video, network)
 
 
@@ -251,13 +218,13 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
     warnings: tuple[str, ...] = ()
     boxes: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
-        boxes = choice.open((source.video.width_px, source.video.height_px))
+        boxes = choice.open(source.eyes.size_px)
     else:
         boxes = choice.open()
         warnings = check_against(boxes, choice.path, source.frame_count)
     return replace(
         source,
-        boxes=boxes,
+        eyes=replace(source.eyes, boxes=boxes),
         detector=describe(choice, boxes),
         detector_files=choice.files,
         warnings=(*source.warnings, *warnings),
@@ -271,7 +238,7 @@ def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Moti
         area_m = moving_area(camera, motion, site.network, size_px)
     except GisError as error:
         raise InputError(f"{site.path}: for {path.name}: {error}") from error
-    return VideoInput(path, video, camera, site.network, area_m, motion=motion)
+    return VideoInput(path, VideoEyes(video, camera, site.network, area_m, motion))
 
 
 def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None) -> VideoInput:
@@ -288,7 +255,7 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
         "the typical length of what moves; distances and speeds are rough"
     )
     area_m = watched_area(camera, None, None, (video.width_px, video.height_px))
-    return VideoInput(path, video, camera, None, area_m, (warning,))
+    return VideoInput(path, VideoEyes(video, camera, None, area_m), (warning,))
 
 
 def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:

@@ -11,10 +11,10 @@
 another text. A sample carries a whole frame, so the middleware costs a few function calls a frame.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any  # a sample carries whatever its stream was declared to carry
+from typing import Any, NamedTuple  # a sample carries whatever its stream was declared to carry
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
@@ -34,6 +34,7 @@ from service.errors import InputError
 from service.monitor_files import NO_MONITORS, LoadedMonitors
 from service.monitored_states import SynchronisationUnit
 from service.monitoring import MonitoredRecognitionUnit, MonitoringUnit
+from service.seen_frames import SeenVisionUnit
 from vision.adapter import Vision, VisionUnit
 
 VIDEO, TRAJECTORIES = "video", "trajectories"
@@ -97,6 +98,13 @@ class Pipeline:
         return stream
 
 
+class Feed(NamedTuple):
+    """A pipeline, and what its source is to be fed with; None where nothing is known yet."""
+
+    pipeline: Pipeline
+    samples: Iterable[Sample[Any] | None]  # Any: what the source takes
+
+
 def shipped_kpl(source: str) -> KplText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
@@ -104,7 +112,7 @@ def shipped_kpl(source: str) -> KplText:
 
 
 def video_pipeline(
-    vision: Vision,
+    vision: Vision[Any] | None,
     network: RoadNetwork | None,
     chronicle_set: ChronicleSet,
     monitors: LoadedMonitors = NO_MONITORS,
@@ -112,10 +120,17 @@ def video_pipeline(
     kpl: KplText | None = None,
     clock: Callable[[], int],
 ) -> Pipeline:
-    """Run a declared pipeline whose source takes `vision.frames.Frame` values."""
+    """Run a declared pipeline whose source takes what its vision looks at, such as `vision.frames.Frame` values.
+
+    Parameters
+    ----------
+    vision : of the camera; None if the source takes `service.seen_frames.SeenFrame` values.
+    """
     registry = _reasoning(network, chronicle_set, monitors)
     registry.source(VIDEO, output="Frame")
-    registry.unit("vision", inputs=("Frame",), output=OBJECTS)(lambda: VisionUnit(vision))
+    registry.unit("vision", inputs=("Frame",), output=OBJECTS)(
+        lambda: SeenVisionUnit() if vision is None else VisionUnit(vision)
+    )
     return _deploy(VIDEO, registry, kpl, clock)
 
 

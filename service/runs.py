@@ -12,13 +12,12 @@ from importlib.metadata import version
 from pathlib import Path
 
 from dyknow.node import StreamReport
-from dyknow.sample import Sample
 from service.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
 from service.idle_chronicles import idle_in_stream
 from service.inputs import Input, content_digest, open_input
 from service.interrupts import Interrupts
 from service.monitor_files import LoadedMonitors, load_monitor_files
-from service.pipeline import KplText, Pipeline, watched_relations
+from service.pipeline import Feed, KplText, Pipeline, watched_relations
 from service.recording import RecordedStreams, Recorder
 from service.records import RunRecord, RunStatus
 from service.site import Site, load_site
@@ -131,16 +130,16 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
-    pipeline = source.pipeline(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
-    recorded = RecordedStreams.of(pipeline)
-    record = _run_record(source, site, chronicles, monitors, pipeline=pipeline, columns=request.columns or {})
+    feed = source.feed(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
+    recorded = RecordedStreams.of(feed.pipeline)
+    record = _run_record(source, site, chronicles, monitors, pipeline=feed.pipeline, columns=request.columns or {})
     with open_log(request.log_url, "w") as log:
-        return _run(source, pipeline, recorded, record, log=log, on_progress=on_progress)
+        return _run(source, feed, recorded, record, log=log, on_progress=on_progress)
 
 
 def _run(
     source: Input,
-    pipeline: Pipeline,
+    feed: Feed,
     recorded: RecordedStreams,
     record: RunRecord,
     *,
@@ -153,15 +152,15 @@ def _run(
         recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder)
         try:
-            status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
+            status, reason = _feed(source, feed, meter, on_progress=on_progress, interrupts=interrupts)
         except Exception as error:
             recorder.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
             raise
-        writer.append_streams(stream_records(pipeline))
-        writer.append_costs(stream_costs(pipeline))
+        writer.append_streams(stream_records(feed.pipeline))
+        writer.append_costs(stream_costs(feed.pipeline))
         recorder.finish(status, reason)
     warnings = (*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views))
-    return RunSummary(record.id, status, reason, warnings, meter.read(), pipeline.node.report())
+    return RunSummary(record.id, status, reason, warnings, meter.read(), feed.pipeline.node.report())
 
 
 def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
@@ -174,7 +173,7 @@ def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
 
 def _feed(
     source: Input,
-    pipeline: Pipeline,
+    feed: Feed,
     meter: "_Meter",
     *,
     on_progress: Callable[[Progress], None],
@@ -184,9 +183,10 @@ def _feed(
     status: RunStatus = "finished"
     reason = ""
     try:
-        for t_us, value in source:
-            pipeline.publish(Sample(t_us, t_us, value))
-            meter.count(t_us)
+        for sample in feed.samples:
+            if sample is not None:
+                feed.pipeline.publish(sample)
+                meter.count(sample.valid_us)
             on_progress(meter.read())
             if interrupts.came:
                 raise KeyboardInterrupt
@@ -198,8 +198,8 @@ def _feed(
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
     if status == "finished" and meter.frames == 0:
         status, reason = "broken", f"{source.path}: expected at least one frame, got none"
-    pipeline.node.advance(meter.last_us)
-    pipeline.node.finish()
+    feed.pipeline.node.advance(meter.last_us)
+    feed.pipeline.node.finish()
     return status, reason
 
 

@@ -6,29 +6,34 @@ view, says that nothing is known from then on; a loss so short that tracks bridg
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 from dyknow.sample import Sample
-from vision.frames import Frame
 from vision.objects import VisionObjects
+
+FrameT = TypeVar("FrameT")
+FrameT_contra = TypeVar("FrameT_contra", contravariant=True)
 
 # As long as dropped frames may last without anybody noticing.
 BRIDGED_US = 300_000
 
 
-class Vision(Protocol):
-    """Vision of one camera, fixed or moving."""
+class Vision(Protocol[FrameT_contra]):
+    """Vision of one camera, fixed or moving.
 
-    def observe(self, frame: Frame) -> list[VisionObjects]:
+    Results may be made while they are taken: take them all before the next call.
+    """
+
+    def observe(self, frame: FrameT_contra, /) -> Iterable[VisionObjects]:
         """Take the next frame and give the results that are ready."""
         ...
 
-    def finish(self) -> list[VisionObjects]:
+    def finish(self) -> Iterable[VisionObjects]:
         """Give the results still held at the end of the video."""
         ...
 
 
-class VisionUnit:
+class VisionUnit(Generic[FrameT]):
     """Run a camera's vision as a computational unit.
 
     During start-up it answers with nothing, then with all held frames at once: their valid times are those of the
@@ -37,12 +42,12 @@ class VisionUnit:
 
     __slots__ = ("_available_us", "_lost", "_vision")
 
-    def __init__(self, vision: Vision) -> None:
+    def __init__(self, vision: Vision[FrameT]) -> None:
         self._vision = vision
         self._available_us = 0
         self._lost: VisionObjects | None = None  # the first frame without a view, while nobody has been told
 
-    def update(self, sample: Sample[Frame]) -> Iterable[Sample[VisionObjects]]:
+    def update(self, sample: Sample[FrameT]) -> Iterable[Sample[VisionObjects]]:
         """Turn one frame into the vision objects that it allows to publish."""
         self._available_us = sample.available_us
         return self._samples(self._told(self._vision.observe(sample.value)))

@@ -7,7 +7,7 @@ objects keep the background from learning them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from vision.background import Background
 from vision.frames import Frame
 from vision.ground_surface import GroundSurface
 from vision.image_surface import ImageSurface
-from vision.lanes import LaneField, LaneStrip
+from vision.lanes import LaneField, LaneStrip, borders_of
 from vision.objects import VisionObjects
 from vision.rectify import RectifiedFrame
 from vision.road_watch import RoadWatch
@@ -57,7 +57,7 @@ class FixedCameraVision:
     ) -> None:
         self._settings = settings if settings is not None else VisionSettings()
         self._surface = surface_of(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, self._settings)
-        self._background = background_of(self._surface, self._settings)
+        self._background = background_of(self._surface, self._settings, lanes)
         field = lane_field_of(self._surface, lanes)
         self._watch = RoadWatch(self._surface, self._background, self._settings, field)
 
@@ -80,7 +80,7 @@ class FixedCameraVision:
         road = self._surface.raster.rectify(frame)
         return RectifiedFrame(frame.index, frame.t_us, frame.luma, frame.chroma_u, frame.chroma_v, road)
 
-    def observe(self, frame: Frame) -> list[VisionObjects]:
+    def observe(self, frame: Frame) -> Iterable[VisionObjects]:
         """Take the next frame.
 
         Parameters
@@ -89,7 +89,8 @@ class FixedCameraVision:
 
         Returns
         -------
-        Nothing during start-up, then the objects of all held frames at once, then those of each frame.
+        Nothing during start-up, then the objects of all held frames, then those of each frame. Those of held frames
+        are found while they are taken: take them all before the next frame.
 
         Raises
         ------
@@ -99,9 +100,9 @@ class FixedCameraVision:
         image = frame.road if isinstance(frame, RectifiedFrame) else self._surface.raster.rectify(frame)
         if self._background.is_ready:
             return [self._watch.follow(image)]
-        return [self._watch.follow(held) for held in self._background.hold(image)]
+        return map(self._watch.follow, self._background.hold(image))
 
-    def finish(self) -> list[VisionObjects]:
+    def finish(self) -> Iterable[VisionObjects]:
         """End the video.
 
         Returns
@@ -110,7 +111,7 @@ class FixedCameraVision:
         """
         if self._background.is_ready:
             return []
-        return [self._watch.follow(held) for held in self._background.start()]
+        return map(self._watch.follow, self._background.start())
 
 
 def surface_of(
@@ -141,11 +142,13 @@ def surface_of(
     return GroundSurface(view, polygons_m, image_size_px=image_size_px, settings=settings)
 
 
-def background_of(surface: FixedSurface, settings: VisionSettings) -> Background:
+def background_of(surface: FixedSurface, settings: VisionSettings, lanes: Sequence[LaneStrip] = ()) -> Background:
     """Make the background of a fixed camera's surface."""
     car_cells = settings.car_width_m / surface.metres_per_cell
     # Only on a map do vehicles keep their size, and keep apart.
-    return Background(surface.raster, settings, car_cells=car_cells, finds_standing=surface.raster.grid.is_north_up)
+    is_map = surface.raster.grid.is_north_up
+    borders = borders_of(lanes, surface.raster.grid) if is_map else None
+    return Background(surface.raster, settings, car_cells=car_cells, finds_standing=is_map, borders=borders)
 
 
 def lane_field_of(surface: FixedSurface, lanes: Sequence[LaneStrip]) -> LaneField | None:

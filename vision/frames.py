@@ -33,8 +33,6 @@ class VideoSource:
     rate_hz : average frame rate by the container; for information only, times come from time stamps.
     frame_count : number of frames by the container, None where it does not say.
     duration_us : length by the container, None where it does not say.
-    prepare : what the decoder's thread does to every frame before it hands it over; work that needs no earlier frame
-        runs beside the consumer's there.
     skipped_frames : frames of the latest iteration left out because they had no time stamp, did not come later than
         the one before, or came damaged before the first good one.
     """
@@ -46,12 +44,20 @@ class VideoSource:
         self.rate_hz = header.rate_hz
         self.frame_count = header.frame_count
         self.duration_us = header.duration_us
-        self.prepare: Callable[[Frame], Frame] | None = None
         self.skipped_frames = 0
         self._header = header
 
     def __iter__(self) -> Iterator[Frame]:
+        """Decode the file once, in order; as `frames` without preparation."""
+        return self.frames()
+
+    def frames(self, prepare: Callable[[Frame], Frame] | None = None) -> Iterator[Frame]:
         """Decode the file once, in order.
+
+        Parameters
+        ----------
+        prepare : what the decoder's thread does to every frame before it hands it over; work that needs no earlier
+            frame runs beside the consumer's there.
 
         Yields
         ------
@@ -63,7 +69,7 @@ class VideoSource:
             After the last good frame, where the rest of the file cannot be read.
         """
         hand_over = _HandOver(FRAMES_AHEAD)
-        reader = threading.Thread(target=self._read, args=(hand_over,), name="video-decoder", daemon=True)
+        reader = threading.Thread(target=self._read, args=(hand_over, prepare), name="video-decoder", daemon=True)
         reader.start()
         try:
             while (item := hand_over.take()) is not None:
@@ -75,7 +81,7 @@ class VideoSource:
             hand_over.close()
             reader.join()
 
-    def _read(self, hand_over: _HandOver) -> None:
+    def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None) -> None:
         from vision.decoding import decode
 
         self.skipped_frames = 0
@@ -83,7 +89,7 @@ class VideoSource:
             for picture in decode(self._header):
                 if picture is None:
                     self.skipped_frames += 1
-                elif not hand_over.put(picture if self.prepare is None else self.prepare(picture)):
+                elif not hand_over.put(picture if prepare is None else prepare(picture)):
                     return
         except BaseException as error:  # (handed to the consumer's thread and raised there)
             hand_over.put(error)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import starmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +159,7 @@ class FusedCameraVision:
         self._held: list[tuple[RoadImage, RoadImage | None]] = []
         self._judged_us = 0
 
-    def observe(self, frame: Frame) -> list[VisionObjects]:
+    def observe(self, frame: Frame) -> Iterable[VisionObjects]:
         """Take the next frame of the colour camera.
 
         Parameters
@@ -167,7 +168,8 @@ class FusedCameraVision:
 
         Returns
         -------
-        Nothing during start-up, then the objects of all held frames at once, then those of each frame.
+        Nothing during start-up, then the objects of all held frames, then those of each frame. Those of held frames
+        are found while they are taken: take them all before the next frame.
 
         Raises
         ------
@@ -186,7 +188,7 @@ class FusedCameraVision:
             self._thermal.hold(warmth)
         return self._catch_up() if self._colour.hold(image) else []
 
-    def finish(self) -> list[VisionObjects]:
+    def finish(self) -> Iterable[VisionObjects]:
         """End the video.
 
         Returns
@@ -196,10 +198,10 @@ class FusedCameraVision:
         self._colour.start()
         return self._catch_up()
 
-    def _catch_up(self) -> list[VisionObjects]:
+    def _catch_up(self) -> Iterable[VisionObjects]:
         self._thermal.start()
         held, self._held = self._held, []
-        return [self._follow(image, warmth) for image, warmth in held]
+        return starmap(self._follow, held)
 
     def _follow(self, image: RoadImage, warmth: RoadImage | None) -> VisionObjects:
         expected = self._tracker.predict(image.t_us)

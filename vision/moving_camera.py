@@ -8,7 +8,7 @@ coast out of sight, and a frame's result says that the view is lost.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -68,7 +68,7 @@ class MovingCameraVision:
         self._watch = RoadWatch(self._surface, self._background, settings)
         self._held_lost_us: list[int] = []
 
-    def observe(self, frame: Frame) -> list[VisionObjects]:
+    def observe(self, frame: Frame) -> Iterable[VisionObjects]:
         """Take the next frame.
 
         Parameters
@@ -77,7 +77,8 @@ class MovingCameraVision:
 
         Returns
         -------
-        Nothing during start-up, then the objects of all held frames at once, then those of each frame.
+        Nothing during start-up, then the objects of all held frames, then those of each frame. Those of held frames
+        are found while they are taken: take them all before the next frame.
 
         Raises
         ------
@@ -92,7 +93,7 @@ class MovingCameraVision:
             return [self._follow(image)]
         return self._catch_up(self._background.hold(image))
 
-    def finish(self) -> list[VisionObjects]:
+    def finish(self) -> Iterable[VisionObjects]:
         """End the video.
 
         Returns
@@ -113,17 +114,17 @@ class MovingCameraVision:
         self._watch.miss(t_us)
         return [VisionObjects.lost(t_us)]
 
-    def _catch_up(self, held: list[RoadImage]) -> list[VisionObjects]:
+    def _catch_up(self, held: list[RoadImage]) -> Iterator[VisionObjects]:
         """Go through the frames of the start-up, those without a view among them."""
         if not held:
-            return []
+            return
         lost_us, self._held_lost_us = self._held_lost_us, []
-        results = []
         for image in held:
             while lost_us and lost_us[0] < image.t_us:
-                results += self._miss(lost_us.pop(0))
-            results.append(self._follow(image))
-        return results + [one for t_us in lost_us for one in self._miss(t_us)]
+                yield from self._miss(lost_us.pop(0))
+            yield self._follow(image)
+        for t_us in lost_us:
+            yield from self._miss(t_us)
 
     def _follow(self, image: RoadImage) -> VisionObjects:
         assert image.pixel_from_ground is not None

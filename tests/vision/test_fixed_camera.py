@@ -30,7 +30,7 @@ def watch(
         luma = draw_boxes(SIZE, make_boxes(world(k / 25)), levels, ground=texture)
         luma = np.clip(luma + rng.normal(0, noise, luma.shape), 0, 255)
         results += vision.observe(make_frame(luma, index=k, t_us=40_000 * k))
-    return results + vision.finish()
+    return [*results, *vision.finish()]
 
 
 def test_every_frame_gets_its_result_once_and_in_order() -> None:
@@ -56,7 +56,7 @@ def test_prepared_frames_give_what_plain_ones_give() -> None:
 def test_results_wait_for_the_startup_only() -> None:
     vision = FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
     frame = np.full((SIZE[1], SIZE[0]), 100.0)
-    counts = [len(vision.observe(make_frame(frame, index=k, t_us=40_000 * k))) for k in range(30)]
+    counts = [len(list(vision.observe(make_frame(frame, index=k, t_us=40_000 * k)))) for k in range(30)]
     assert counts == [0] * 20 + [21] + [1] * 9
 
 

@@ -126,8 +126,7 @@ def test_frames_are_prepared_in_order_by_the_decoders_thread(tmp_path: Path) -> 
         threads.append(threading.current_thread().name)
         return replace(frame, t_us=frame.t_us + 1)
 
-    source.prepare = prepare
-    assert [frame.t_us for frame in source] == [frame.t_us + 1 for frame in open_video(path)]
+    assert [frame.t_us for frame in source.frames(prepare)] == [frame.t_us + 1 for frame in open_video(path)]
     assert threads == ["video-decoder"] * 20
 
 
@@ -142,9 +141,8 @@ def test_error_in_preparing_comes_after_the_frames_before_it(tmp_path: Path) -> 
             raise VideoError("frame 12: expected another size")
         return frame
 
-    source.prepare = prepare
     with pytest.raises(VideoError, match="frame 12"):
-        frames.extend(source)  # list.extend keeps what came before the error
+        frames.extend(source.frames(prepare))  # list.extend keeps what came before the error
     assert [frame.index for frame in frames] == list(range(12))
 
 

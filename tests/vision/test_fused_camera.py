@@ -46,7 +46,8 @@ def watch(colour: list[Frame], thermal: list[Frame]) -> list[VisionObjects]:
         [whole_view(SIZE)],
         VisionSettings(startup_us=800_000, max_metres_per_pixel=1.0),
     )
-    return [objects for frame in colour for objects in vision.observe(frame)] + vision.finish()
+    seen = [objects for frame in colour for objects in vision.observe(frame)]
+    return [*seen, *vision.finish()]
 
 
 @functools.cache

@@ -42,7 +42,7 @@ def watch(motion: CameraMotion, frames: int, blank: Sequence[int] = ()) -> list[
         if k in blank:
             frame = make_frame(rng.normal(110, 40, SIZE[::-1]).clip(0, 255), index=k, t_us=40_000 * k)
         results += vision.observe(frame)
-    return results + vision.finish()
+    return [*results, *vision.finish()]
 
 
 def test_cars_are_tracked_in_ground_metres() -> None:
