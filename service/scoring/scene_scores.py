@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from service.errors import LogError
 from service.scoring.claims import MOT_SUFFIXES, Found, found_cars, found_objects, load_tracks
 from service.scoring.detection import DetectionScore, Settled, score_detection, score_settled_tracks, settle
 from service.scoring.object_rows import ObjectRows, join_scenes
+from service.scoring.scene_roads import keep_to_roads, load_scene_roads
 from service.scoring.scene_view import SceneView, load_scene_view
 from service.scoring.tracks import TrackScore
 from service.scoring.truth_rows import TruthTable, load_truth_table
@@ -78,7 +80,8 @@ def compare_log(url: str, truth_folder: Path, *, run: str | None = None) -> Comp
         raise LogError(f"run {record.id!r}: expected frames to compare with the truth, got none")
     found = {} if objects is None else {OBJECTS: objects}
     found[CARS] = cars
-    return Compared({level: _beside(table, one, view) for level, one in found.items()})
+    roads = load_scene_roads(truth_folder)
+    return Compared({level: _both_sides(table, one, view, roads) for level, one in found.items()})
 
 
 def compare_tracks(path: Path, truth_folder: Path) -> Compared:
@@ -97,7 +100,7 @@ def compare_tracks(path: Path, truth_folder: Path) -> Compared:
     is_mot = path.suffix.lower() in MOT_SUFFIXES
     frame_us = _frame_times(truth_folder, times_us) if is_mot else times_us
     found = load_tracks(path, span_us=span_us, frame_us=frame_us, view=view)
-    return Compared({TRACKS: _beside(table, found, view)})
+    return Compared({TRACKS: _both_sides(table, found, view, load_scene_roads(truth_folder))})
 
 
 def score_scenes(*scenes: Compared) -> SceneScore:
@@ -118,9 +121,11 @@ def score_scenes(*scenes: Compared) -> SceneScore:
     )
 
 
-def _beside(table: TruthTable, found: Found, view: SceneView | None) -> tuple[ObjectRows, ObjectRows]:
+def _both_sides(
+    table: TruthTable, found: Found, view: SceneView | None, roads: shapely.Geometry | None
+) -> tuple[ObjectRows, ObjectRows]:
     """Give the true rows of the frames, and the found rows of frames that the truth knows."""
-    true = table.rows_at(found.frame_us, view)
+    true = keep_to_roads(table.rows_at(found.frame_us, view), roads)
     known = np.isin(found.rows.frame, np.flatnonzero(table.knows(found.frame_us)))
     return true, found.rows.select(known)
 

@@ -147,6 +147,25 @@ def test_mot_text_needs_a_camera(tmp_path: Path) -> None:
         load_tracks(tmp_path / "tracks.txt", span_us=(0, 1), frame_us=np.arange(1), view=None)
 
 
+LANE = """[[network.lane]]
+id = "a"
+centre_line_m = [[0, 20], [200, 20]]
+width_m = 5.0
+speed_limit_mps = 20
+"""
+
+
+def test_who_is_parked_beside_the_roads_of_the_scene_is_not_asked_for(tmp_path: Path) -> None:
+    scene, log = write_scene(tmp_path), write_run(tmp_path)
+    lines = (scene / "truth.csv").read_text(encoding="utf-8")
+    parked = [row(frame * STEP_US, "parked1", speed_mps=0).replace("18.0", "9.0") for frame in range(FRAMES)]
+    (scene / "truth.csv").write_text("\n".join([lines.rstrip(), *parked, ""]), encoding="utf-8")
+    assert score_scenes(compare_log(log, scene)).detection.missed == 1 + FRAMES
+    (scene / "site.toml").write_text(SITE.partition("[camera]")[0] + LANE, encoding="utf-8")
+    score = score_scenes(compare_log(log, scene)).detection
+    assert (score.right, score.missed, score.standing_missed) == (FRAMES - 1, 1, 0)
+
+
 def test_view_comes_from_the_scene_before_the_run(tmp_path: Path) -> None:
     camera = run().camera
     assert load_scene_view(tmp_path) is None
