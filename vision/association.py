@@ -12,7 +12,7 @@ from vision import kalman
 from vision.boxes import Boxes, axis
 from vision.detector import Detections
 from vision.settings import VisionSettings
-from vision.track import TrackTable
+from vision.track import SIZED_COUNT, TrackTable
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -25,8 +25,6 @@ SLACK_SIGMAS = 3.0
 # Cells inside a predicted box are evidence by themselves: their owner may take them from this many gates away. It
 # happens when two cars that entered as one part, and the box that stood for both has to jump to one of them.
 OWNER_GATES = 4.0
-# A size resting on this many whole sightings can be relied on.
-SIZED_COUNT = 10
 # Boxes that differ from the known size by less than this have simply been seen that way.
 FIT_TOLERANCE_M = 0.5
 # A shared blob says less about where each of its objects is.
@@ -41,16 +39,24 @@ class Sightings:
 
     Attributes
     ----------
+    boxes : what was seen.
     centre_m : (m, 2), completed by the object's known length where the view edge cuts the box.
     noise : (m, 2, 2) covariance of the centre.
+    room : (m, 2, 2) the same of what a box too short or too long leaves open.
     owner : (m,) row of the track that the cells were given to, -1 for none.
     divided : (m,) True if the blob was shared out.
+    is_loose : (m,) True for whole boxes without an owner: they may be the part that shows of a hidden object.
+    is_hidden : (n,) True for tracks of known size that were not seen in the frame before.
     """
 
+    boxes: Boxes
     centre_m: FloatArray
     noise: FloatArray
+    room: FloatArray
     owner: IntArray
     divided: BoolArray
+    is_loose: BoolArray
+    is_hidden: BoolArray
 
 
 def sight(
@@ -87,28 +93,74 @@ def sight(
     blur = kalman.oriented_covariance(boxes.heading_rad, blur_m, np.where(detections.directed, 0.0, blur_m))
     factor = np.where(detections.divided, DIVIDED_NOISE**2, 1.0) * noise_factor
     is_fitted = (owner >= 0) & ~is_cut
-    centre_m[is_fitted] = _fit(boxes.select(is_fitted), owner[is_fitted], tracks)
+    room = np.zeros_like(blur)
+    centre_m[is_fitted], room[is_fitted] = _fit(boxes.select(is_fitted), owner[is_fitted], tracks)
     return Sightings(
+        boxes=boxes,
         centre_m=centre_m,
         noise=detections.noise * factor[:, None, None] + blur,
+        room=room,
         owner=owner,
         divided=detections.divided,
+        is_loose=(owner < 0) & ~is_cut,
+        is_hidden=tracks.is_driving() & ~tracks.is_observed,
     )
 
 
-def _fit(boxes: Boxes, rows: IntArray, tracks: TrackTable) -> FloatArray:
+def measured(
+    tracks: TrackTable, sightings: Sightings, rows: IntArray, chosen: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Say where each of some tracks is, if a sighting is of it.
+
+    Parameters
+    ----------
+    tracks : at this frame.
+    sightings : of this frame.
+    rows, chosen : (k,) tracks and sightings.
+
+    Returns
+    -------
+    (k, 2) centres, and (k, 2, 2) covariance of what the sighting leaves open.
+    """
+    centre_m, room = sightings.centre_m[chosen], sightings.room[chosen]
+    is_part = sightings.is_hidden[rows] & sightings.is_loose[chosen]
+    if is_part.any():
+        centre_m[is_part], room[is_part] = _fit(sightings.boxes.select(chosen[is_part]), rows[is_part], tracks)
+    return centre_m, room
+
+
+def _fit(boxes: Boxes, rows: IntArray, tracks: TrackTable) -> tuple[FloatArray, FloatArray]:
     """Place objects of known size into the boxes that were seen of them.
 
-    A box that is too short (an end of the colour of the road) or too long (a neighbour's shadow) leaves room for the
-    object; of the places that fit, the one nearest to the prediction is taken. A box of the right size is its middle.
+    A box that is too short (an end of the colour of the road, or under a bridge) or too long (a neighbour's shadow)
+    leaves room for the object; of the places that fit, the one nearest to the prediction is taken. A box of the right
+    size is its middle.
+
+    Returns
+    -------
+    (k, 2) centres, and (k, 2, 2) covariance of what is left open.
     """
+    heading_rad = tracks.heading_rad[rows]
     offset = boxes.centre_m - tracks.state[rows, :2]
-    ahead, left = axis(boxes.heading_rad), axis(boxes.heading_rad + np.pi / 2)
-    along, across = np.einsum("ni,ni->n", offset, ahead), np.einsum("ni,ni->n", offset, left)
-    is_sized = tracks.size_count[rows] >= SIZED_COUNT
-    along = _nearest_fit(along, np.where(is_sized, boxes.length_m - tracks.length_m[rows], 0.0))
-    across = _nearest_fit(across, np.where(is_sized, boxes.width_m - tracks.width_m[rows], 0.0))
-    return np.asarray(tracks.state[rows, :2] + along[:, None] * ahead + across[:, None] * left)
+    ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
+    excess_m = _reach_m(boxes, heading_rad) - np.column_stack([tracks.length_m[rows], tracks.width_m[rows]])
+    excess_m[tracks.size_count[rows] < SIZED_COUNT] = 0.0
+    along_m = _nearest_fit(np.einsum("ni,ni->n", offset, ahead), excess_m[:, 0])
+    across_m = _nearest_fit(np.einsum("ni,ni->n", offset, left), excess_m[:, 1])
+    centre_m = tracks.state[rows, :2] + along_m[:, None] * ahead + across_m[:, None] * left
+    # What hides a part of an object hides where it ends. (A box too wide may be an object that turns: all of it shows.)
+    is_part = (excess_m < -FIT_TOLERANCE_M) & tracks.is_driving()[rows, None]
+    hidden_m = np.where(is_part, -excess_m / 2, 0.0)
+    return centre_m, kalman.oriented_covariance(heading_rad, hidden_m[:, 0], hidden_m[:, 1])
+
+
+def _reach_m(boxes: Boxes, heading_rad: FloatArray) -> FloatArray:
+    """Measure how far boxes reach along and across directions that may not be theirs: (n, 2)."""
+    turn_rad = boxes.heading_rad - heading_rad
+    cos, sin = np.abs(np.cos(turn_rad)), np.abs(np.sin(turn_rad))
+    return np.column_stack(
+        [boxes.length_m * cos + boxes.width_m * sin, boxes.width_m * cos + boxes.length_m * sin],
+    )
 
 
 def _nearest_fit(offset_m: FloatArray, excess_m: FloatArray) -> FloatArray:
@@ -132,10 +184,11 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int, settings: Visio
     (n, m) squared Mahalanobis distances, more where the cells belong to another track, infinite where forbidden.
     """
     limit = settings.gate_sigmas**2
+    centre_m = _centres(tracks, sightings)
     squared = kalman.squared_distance(
-        tracks.state[:, None], tracks.covariance[:, None], sightings.centre_m[None], sightings.noise[None]
+        tracks.state[:, None], tracks.covariance[:, None], centre_m, sightings.noise[None]
     )
-    shift_m = sightings.centre_m[None] - tracks.seen_m[:, None]
+    shift_m = centre_m - tracks.seen_m[:, None]
     ahead_m = np.einsum("nmk,nk->nm", shift_m, axis(tracks.heading_rad))
     slack_m = SLACK_SIGMAS * np.sqrt(sightings.noise[:, 0, 0] + sightings.noise[:, 1, 1])[None]
     is_moving = (tracks.speed_mps() > REVERSE_SPEED_MPS) & (tracks.hits > 2)
@@ -147,6 +200,17 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int, settings: Visio
     is_outside = squared > limit * np.where(is_owner, OWNER_GATES**2, 1.0)
     forbidden = is_outside | is_far | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
     return np.where(forbidden, np.inf, np.minimum(squared, limit) + limit * is_others)
+
+
+def _centres(tracks: TrackTable, sightings: Sightings) -> FloatArray:
+    """Say where each track is if each sighting is of it: (n, m, 2), or (1, m, 2) where that is the same for all."""
+    rows, columns = np.flatnonzero(sightings.is_hidden), np.flatnonzero(sightings.is_loose)
+    if len(rows) == 0 or len(columns) == 0:
+        return sightings.centre_m[None]
+    centre_m = np.repeat(sightings.centre_m[None], len(tracks), axis=0)
+    row, column = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+    centre_m[row, column] = measured(tracks, sightings, row, column)[0]
+    return centre_m
 
 
 def doubt(squared: FloatArray, settings: VisionSettings) -> FloatArray:

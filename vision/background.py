@@ -55,6 +55,7 @@ class Background:
     settings : constants.
     car_cells : width of a car in cells, about.
     finds_standing : look for vehicles that stand all the time during the start-up, and prolong it for them.
+    borders : (rows, columns) cells on the borders of lanes; None if not known.
 
     Attributes
     ----------
@@ -63,7 +64,13 @@ class Background:
     """
 
     def __init__(
-        self, raster: RoadCells, settings: VisionSettings, *, car_cells: float, finds_standing: bool = True
+        self,
+        raster: RoadCells,
+        settings: VisionSettings,
+        *,
+        car_cells: float,
+        finds_standing: bool = True,
+        borders: BoolArray | None = None,
     ) -> None:
         self._raster = raster
         self._settings = settings
@@ -72,7 +79,9 @@ class Background:
         self._standing: StandingVehicles | None = None
         if finds_standing:
             margin_cells = round(settings.road_margin_m / raster.grid.side) + 1
-            self._standing = StandingVehicles(raster, self._colour, car_cells=car_cells, margin_cells=margin_cells)
+            self._standing = StandingVehicles(
+                raster, self._colour, car_cells=car_cells, margin_cells=margin_cells, borders=borders
+            )
         self._startup_us = settings.startup_us
         self._held: list[RoadImage] = []
         self._max_held = max(2, settings.startup_bytes // (3 * raster.packed_size))
@@ -138,7 +147,7 @@ class Background:
         if is_vehicle is not None and is_vehicle.any():
             self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
         self._show()
-        self._set_sensitivity(sight)
+        self._set_sensitivity(sight, is_vehicle)
         self._learned_us = held[0].t_us
         self.is_ready = True
         return held
@@ -171,10 +180,14 @@ class Background:
         weighted = cv2.convertScaleAbs(chroma, alpha=self._settings.chroma_weight)
         return np.asarray(cv2.max(difference[:1], weighted), np.uint8)
 
-    def _set_sensitivity(self, sight: FirstSight) -> None:
+    def _set_sensitivity(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
         """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
         differences = [self._difference(planes) for planes in sight.samples]
-        threshold = self._threshold(noise_of(differences, sight.is_calm))
+        noise = noise_of(differences, sight.is_calm)
+        if is_vehicle is not None and is_vehicle.any():
+            # The road under a vehicle that stands there all the time was never seen: it is taken for a usual one.
+            noise[:, is_vehicle] = np.median(noise[:, self._road])
+        threshold = self._threshold(noise)
         self._sensitivity[...] = np.where(self._road, AT_THRESHOLD / threshold, 0.0)
 
     def _threshold(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:

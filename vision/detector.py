@@ -30,7 +30,8 @@ LEND_REACH_M = 1.0
 # Cells under this part of their group's mean difference are halo, but none above this multiple of the threshold.
 HALO_SHARE = 0.5
 HALO_MOST = 2.2
-
+# In the image this much of the least area is enough for a vehicle that is known.
+HALF_HIDDEN = 0.5
 
 # What is in a lane moves along it, whatever its shape.
 LANE_ELONGATION = 2.0
@@ -111,6 +112,7 @@ class Expected:
     is_sized : which of the known ones have a size that can be relied on.
     tentative : boxes of unconfirmed tracks that move; they lend their direction to the blobs that they meet.
     is_driving : which of the known ones move faster than the heading needs.
+    course_rad : (k,) where the k tentative ones move to; None if that is their heading.
     """
 
     known: Boxes
@@ -118,6 +120,11 @@ class Expected:
     is_sized: BoolArray
     tentative: Boxes
     is_driving: BoolArray
+    course_rad: FloatArray | None = None
+
+    def courses_rad(self) -> FloatArray:
+        """Give the direction in which each tentative one moves, (k,)."""
+        return self.tentative.heading_rad if self.course_rad is None else self.course_rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +205,7 @@ class MotionDetector:
         others = known + 2 * blobs.group + ownership.is_rest
         cells = blobs.regroup(np.where(ownership.owner >= 0, ownership.owner, others))
         cells = self._part_by_lanes(cells, ownership.is_divided | self._is_one(expected), image, seen.boxes)
-        cells = cells.keep(self._surface.areas_m2(cells) >= self._settings.min_area_m2)
+        cells = cells.keep(self._surface.areas_m2(cells) >= self._least_m2(cells, known))
         owner = np.where(cells.key < known, cells.key, -1)
         heading, elongation = self._headings(cells)
         is_owned = owner >= 0
@@ -216,8 +223,23 @@ class MotionDetector:
             directed=is_owned | lent,
             cut=footprints.cut,
             borders_m=footprints.borders_m,
-            weight=footprints.weight,
+            weight=self._weight(footprints.weight, cells, is_owned, np.where(lent, lender, -1), expected),
         )
+
+    def _least_m2(self, cells: Cells, known: int) -> FloatArray:
+        """Say how large groups must be, (n,); seen from low above the road a known vehicle may be half hidden."""
+        share = np.where((cells.key < known) & (not self._raster.grid.is_north_up), HALF_HIDDEN, 1.0)
+        return np.asarray(share * self._settings.min_area_m2)
+
+    def _weight(
+        self, weight: FloatArray | None, cells: Cells, is_owned: BoolArray, lender: IntArray, expected: Expected
+    ) -> FloatArray | None:
+        """Take the evidence from whoever walks; `lender` is the tentative track of each group, -1 for none."""
+        if self._lanes is None:
+            return weight
+        course_rad = np.append(expected.courses_rad(), 0.0)[lender]
+        is_walker = self._lanes.walkers(cells, course_rad, lender >= 0) & ~is_owned
+        return np.where(is_walker, 0.0, 1.0 if weight is None else weight) if is_walker.any() else weight
 
     @staticmethod
     def _is_one(expected: Expected) -> BoolArray:
@@ -244,7 +266,7 @@ class MotionDetector:
         key = cells.key[cells.group]
         loose = int(cells.key.max()) + 1 + cells.group * parts + part
         is_kept = (part == 0) | ((key < known) & (part == _nearest_part(cells, part, seen)[cells.group]))
-        return cells.regroup(np.where(is_kept, key, loose))
+        return cells.regroup(np.where(part < 0, -1, np.where(is_kept, key, loose)))
 
     def _headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
         """Guess directions of groups without a track: along the lane, or else along the group."""
@@ -268,7 +290,7 @@ def _nearest_part(cells: Cells, part: IntArray, seen: Boxes) -> IntArray:
     nearest = np.zeros(cells.count, np.intp)
     for group in np.flatnonzero(cells.key < len(seen)):
         rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
-        numbers = np.unique(part[rows])
+        numbers = np.unique(part[rows][part[rows] >= 0])
         middles = np.array([cells.points[rows][part[rows] == number].mean(axis=0) for number in numbers])
         nearest[group] = numbers[np.argmin(np.hypot(*(middles - seen.centre_m[cells.key[group]]).T))]
     return nearest

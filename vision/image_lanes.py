@@ -19,7 +19,7 @@ from vision.cover import Rectangle
 from vision.frames import ByteArray
 from vision.grid import Grid
 from vision.image_feet import Feet, find_feet
-from vision.lanes import LANE_SHARE, LaneField, LaneStrip
+from vision.lanes import LANE_SHARE, TWO_VEHICLES_M, LaneField, LaneStrip
 from vision.view import GroundView
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +37,13 @@ LENGTHWISE = 0.9
 # What is seen above a car in front, from this height over its foot on, belongs to the vehicle behind it, which is
 # this wide.
 CAR_HEIGHT_M, FULL_WIDTH_M = 1.9, 1.8
+# The lower outline of one vehicle makes no step as high as this, measured upright: wheels and bumpers hang lower.
+# On either side of a step, a vehicle is seen this wide.
+LEAST_STEP_M, LEAST_STEP_WIDTH_M = 1.2, 0.8
+# What stands in two lanes is one vehicle between them if it is narrower than two and no part is farther away by this.
+LEVEL_M = 2.5
+# Whoever walks is narrower than this, as are motorcycles, and goes along no lane: that is, within this cosine.
+WALKER_WIDTH_M, ALONG_LANE = 1.4, 0.7
 # Feet in one lane with nothing between them for this far belong to two vehicles; the view is too coarse for less.
 LEAST_GAP_M, GAP_CELLS = 6.0, 6.0
 
@@ -95,8 +102,9 @@ class ImageLanes(LaneField):
         ----------
         cells : n groups.
         light : not used: a shadow is told by its want of height.
-        is_whole : (n,) groups known to be one vehicle; None for none. Heeded only where lanes are seen from the side:
-            along the road, vehicles that came into view one behind the other were never seen apart.
+        is_whole : (n,) groups known to be one vehicle; None for none. These are parted at steps of their outline only,
+            unless lanes run with the view: there, vehicles that came into view one behind the other were never seen
+            apart.
 
         Returns
         -------
@@ -111,9 +119,8 @@ class ImageLanes(LaneField):
         widths_px = np.bincount(standing.feet.group, minlength=cells.count) * self._grid.side
         for group in np.flatnonzero(widths_px >= LEAST_FEET_PX).tolist():
             mine = standing.of(group)
-            if is_whole is not None and is_whole[group] and not self._is_lengthwise(mine):
-                continue
-            vehicle = self._vehicles(mine)
+            is_known = is_whole is not None and is_whole[group] and not self._is_lengthwise(mine)
+            vehicle = self._vehicles(mine, [] if is_known else self._in_lanes(mine))
             if vehicle.max() > 1:
                 rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
                 column = np.rint(self._grid.to_cells(cells.points[rows])[:, 0]).astype(np.intp)
@@ -145,23 +152,76 @@ class ImageLanes(LaneField):
             heading_rad[group] = np.angle(ahead)
         return heading_rad, is_known
 
+    def walkers(self, cells: Cells, course_rad: FloatArray, is_moving: BoolArray) -> BoolArray:
+        """Find what is as narrow as a person and does not move along the lane that it is in.
+
+        Parameters
+        ----------
+        cells : n groups.
+        course_rad : (n,) direction of motion. is_moving : (n,) where that is known.
+
+        Returns
+        -------
+        (n,).
+        """
+        if cells.count == 0:
+            return np.zeros(0, np.bool_)
+        left, right = (edge.reduceat(cells.points[:, 0], cells.starts) for edge in (np.minimum, np.maximum))
+        lowest = np.maximum.reduceat(cells.points[:, 1], cells.starts)
+        foot_m = self._view.to_ground(np.column_stack([(left + right) / 2, lowest]))[0]
+        width_m = (right - left + self._grid.side) * self._view.sight(foot_m).across_m
+        lane_rad, is_known = self.headings(cells)
+        is_along = is_known & is_moving & (np.cos(course_rad - lane_rad) >= ALONG_LANE)
+        return np.asarray((width_m < WALKER_WIDTH_M) & ~is_along)
+
     def _standing(self, cells: Cells) -> _LaneFeet:
         """Find the feet of groups and look up their lanes."""
         feet = find_feet(cells, self._grid)
         lane, heading_rad = self.lanes_at(feet.points)
         return _LaneFeet(feet, np.where(feet.is_hidden, 0, lane), heading_rad)
 
-    def _vehicles(self, standing: _LaneFeet) -> IntArray:
-        """Number the vehicles of one group that stand on its feet, from 1 on; all 1 if there is only one."""
+    def _vehicles(self, standing: _LaneFeet, pieces: list[IntArray]) -> IntArray:
+        """Number the vehicles of one group that stand on its feet, from 1 on; all 1 if there is only one.
+
+        `pieces` are the vehicles told by their lanes, each by the rows of its feet.
+        """
         column = standing.feet.column
-        middles = [one for lane in np.unique(standing.lane[standing.lane > 0]) for one in self._in_lane(standing, lane)]
-        if len(middles) < 2:
+        if self._is_between_lanes(standing.feet, pieces):
+            pieces = self._between_steps(standing.feet)
+        if len(pieces) < 2:
             return np.ones(len(column), np.intp)
         # Columns on no foot of their own go with the nearest one that has.
-        known = np.concatenate(middles)
-        names = np.repeat(np.arange(1, len(middles) + 1), [len(one) for one in middles])
+        known = np.concatenate(pieces)
+        names = np.repeat(np.arange(1, len(pieces) + 1), [len(one) for one in pieces])
         nearest = np.argmin(np.abs(column[:, None] - column[known][None]), axis=1)
         return np.asarray(names[nearest], np.intp)
+
+    def _is_between_lanes(self, feet: Feet, pieces: list[IntArray]) -> bool:
+        """Tell whether pieces of a group, each in a lane, are level and no wider than one vehicle; so are none."""
+        if len(pieces) < 2:
+            return True
+        ground_m = self._view.to_ground(np.array([np.median(feet.points[one], axis=0) for one in pieces]))[0]
+        sight = self._view.sight(ground_m)
+        depth_m = ground_m @ sight.away.mean(axis=0)
+        width_m = self._grid.side * (np.array([len(one) for one in pieces]) @ sight.across_m)
+        return bool(np.ptp(depth_m) < LEVEL_M and width_m < TWO_VEHICLES_M)
+
+    def _between_steps(self, feet: Feet) -> list[IntArray]:
+        """List the vehicles of one group by its lower outline, where that makes a high step to another."""
+        ground_m, is_ground = self._view.to_ground(feet.points)
+        seen = np.flatnonzero(~feet.is_hidden & is_ground)
+        row, scale = feet.points[seen, 1], self._view.sight(ground_m[seen]).across_m
+        width_m, height_m = self._grid.side * scale, feet.height_px[seen] * scale
+        is_step = np.abs(np.diff(row)) * scale[1:] > LEAST_STEP_M
+        found: list[IntArray] = []
+        for piece in np.split(np.arange(len(seen)), np.flatnonzero(is_step) + 1):
+            if width_m[piece].sum() < LEAST_STEP_WIDTH_M or np.median(height_m[piece]) < LEAST_HEIGHT_M:
+                continue
+            step_m = [abs(row[piece[0]] - row[one[-1]]) * scale[piece[0]] for one in found]
+            # Where the outline comes back to a level where it was, all in between is one vehicle with a gap in it.
+            level = next((k for k, one_m in enumerate(step_m) if one_m <= LEAST_STEP_M), len(found))
+            found[level:] = [np.concatenate([*found[level : level + 1], piece])]
+        return [seen[one] for one in found]
 
     def _is_lengthwise(self, standing: _LaneFeet) -> bool:
         """Tell whether the lanes run with the line of sight: then a vehicle's feet lie side by side in one of them."""
@@ -185,6 +245,11 @@ class ImageLanes(LaneField):
             is_above = points[:, 1] < np.minimum(lowest[one], lowest[dealt] - CAR_HEIGHT_M / scale)
             result[is_near & is_above & (dealt != one)] = one
         return result
+
+    def _in_lanes(self, standing: _LaneFeet) -> list[IntArray]:
+        """List the vehicles of one group by lanes, each by the rows of its feet."""
+        lanes = np.unique(standing.lane[standing.lane > 0])
+        return [one for lane in lanes for one in self._in_lane(standing, lane)]
 
     def _in_lane(self, standing: _LaneFeet, lane: int) -> list[IntArray]:
         """List the vehicles of one group that stand in one lane, each by the rows of its feet."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vision.blobs import Cells
 from vision.frames import ByteArray
 from vision.grid import Grid
+from vision.lane_bodies import TALL_LENGTH_M, is_shadow, part_bodies, turned
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -25,10 +26,10 @@ BoolArray = NDArray[np.bool_]
 TWO_VEHICLES_M = 3.4
 LEAST_PART_M2 = 3.0
 LEAST_PART_M = 1.5
-# Beside a vehicle this long, which is tall too, the next lane may hold nothing but its shadow.
-TALL_LENGTH_M = 7.5
 # The part of a lane that is the shadow of the vehicle beside it is evenly dark: so much of it, within so many per cent.
 SHADOW_SHARE, EVEN_PERCENT = 0.8, 10
+# Lines and kerbs lie so far inside and outside the edge of a lane. No vehicle is so wide that it covers the inside.
+BORDER_INSIDE_M, BORDER_OUTSIDE_M = 0.2, 0.6
 # So much of a group is in lanes if it takes their direction.
 LANE_SHARE = 0.6
 
@@ -101,7 +102,7 @@ class LaneField:
 
         Returns
         -------
-        (p,) number of the lane whose vehicle the cell belongs to; 0 in groups that are not parted.
+        (p,) number of the vehicle in its group that the cell belongs to, -1 for none; 0 in groups that are not parted.
         """
         result = np.zeros(len(cells.group), np.intp)
         if cells.count == 0:
@@ -113,26 +114,44 @@ class LaneField:
         is_open = is_large.sum(axis=1) > 1
         for group in np.flatnonzero(is_open if is_whole is None else is_open & ~is_whole):
             rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
-            numbers = self._filled(cells.points[rows], lane[rows], heading_rad[rows], least)
-            if len(numbers) > 1:
-                left = light(cells.points[rows])
-                numbers = [one for one in numbers if not _is_shadow(left[lane[rows] == one])]
-            if len(numbers) > 1:
-                result[rows] = _dealt(cells.points[rows], lane[rows], numbers)
+            result[rows] = self._parted(cells.points[rows], lane[rows], heading_rad[rows], light, cells.points)
         return result
 
-    def _filled(self, points_m: FloatArray, lane: IntArray, heading_rad: FloatArray, least: float) -> list[int]:
-        """List the lanes in which a group is as large as a vehicle; none if it is not wide enough for two."""
+    def _parted(
+        self,
+        points_m: FloatArray,
+        lane: IntArray,
+        heading_rad: FloatArray,
+        light: Callable[[FloatArray], ByteArray],
+        all_points_m: FloatArray,
+    ) -> IntArray:
+        """Number the vehicles in one group; all 0 if it is one. `all_points_m` are those of all groups."""
+        numbers, is_long = self._filled(points_m, lane, heading_rad)
+        if is_long:
+            is_shade = is_shadow(light(points_m), light(all_points_m))
+            return part_bodies(points_m, lane, heading_rad, is_shade, side=self._grid.side)
+        if len(numbers) > 1:
+            left = light(points_m)
+            numbers = [one for one in numbers if not _is_even(left[lane == one])]
+        return _dealt(points_m, lane, numbers) if len(numbers) > 1 else np.zeros(len(lane), np.intp)
+
+    def _filled(self, points_m: FloatArray, lane: IntArray, heading_rad: FloatArray) -> tuple[list[int], bool]:
+        """List the lanes in which a group is as large as a vehicle, and tell whether it is longer than a car in one.
+
+        None if it is not wide enough for two.
+        """
         side = self._grid.side
-        numbers = []
+        least = LEAST_PART_M2 / side**2
+        numbers, is_long = [], False
         for number in np.unique(lane[lane > 0]).tolist():
             mine = lane == number
-            along, across = _turned(points_m, heading_rad[mine][0])
-            if np.ptp(along[mine]) + side > TALL_LENGTH_M or np.ptp(across) + side < TWO_VEHICLES_M:
-                return []
+            along, across = turned(points_m, heading_rad[mine][0])
+            if np.ptp(across) + side < TWO_VEHICLES_M:
+                return [], False
+            is_long |= bool(np.ptp(along[mine]) + side > TALL_LENGTH_M)
             if np.ptp(across[mine]) + side >= LEAST_PART_M and mine.sum() >= least:
                 numbers.append(number)
-        return numbers
+        return numbers, is_long
 
     def headings(self, cells: Cells) -> tuple[FloatArray, BoolArray]:
         """Find the direction of the lanes that groups are in.
@@ -157,6 +176,38 @@ class LaneField:
         forward = np.add.reduceat(ahead, cells.starts) if cells.count else np.zeros(0)
         return np.where(forward < 0, axis_rad + np.pi, axis_rad), sums[2] >= LANE_SHARE * cells.sizes
 
+    def walkers(self, cells: Cells, course_rad: FloatArray, is_moving: BoolArray) -> BoolArray:
+        """Find people on foot, (n,); none from above, where they are too small to be seen at all (`image_lanes.py`)."""
+        del course_rad, is_moving
+        return np.zeros(cells.count, np.bool_)
+
+
+def borders_of(lanes: Sequence[LaneStrip], grid: Grid) -> BoolArray:
+    """Mark where lanes end sideways: there are the lines, and the kerbs between carriageways.
+
+    Parameters
+    ----------
+    lanes : may be none.
+    grid : of ground.
+
+    Returns
+    -------
+    (rows, columns).
+
+    Examples
+    --------
+    >>> grid = Grid(np.array([0.0, 0.0]), 0.5, (1, 12), is_north_up=True)
+    >>> north = LaneStrip(np.array([[3.0, -9.0], [3.0, 9.0]]), 3.0)
+    >>> borders_of([north], grid).astype(int).tolist()
+    [[0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 0]]
+    """
+    # Lines are blurred by half a cell, and what is painted covers all cells that it touches.
+    outer, inner = (
+        grid.paint([quad for lane in lanes for quad, _ in _quads(lane, lane.width_m / 2 + reach_m)]) > 0
+        for reach_m in (BORDER_OUTSIDE_M, -BORDER_INSIDE_M - grid.side)
+    )
+    return np.asarray(outer & ~inner)
+
 
 def _quads(lane: LaneStrip, half_m: float) -> list[tuple[FloatArray, float]]:
     """Outline the straight pieces of a lane, with their directions."""
@@ -168,7 +219,7 @@ def _quads(lane: LaneStrip, half_m: float) -> list[tuple[FloatArray, float]]:
     return quads
 
 
-def _is_shadow(light: ByteArray) -> bool:
+def _is_even(light: ByteArray) -> bool:
     """Tell whether cells are evenly dark road."""
     dark = light[light > 0].astype(np.int16)
     if len(dark) == 0:
@@ -182,8 +233,3 @@ def _dealt(points_m: FloatArray, lane: IntArray, numbers: list[int]) -> IntArray
     middles = np.array([points_m[lane == number].mean(axis=0) for number in numbers])
     nearest = np.argmin(np.linalg.norm(points_m[:, None] - middles[None], axis=-1), axis=1)
     return np.where(np.isin(lane, numbers), lane, np.array(numbers, np.intp)[nearest])
-
-
-def _turned(points_m: FloatArray, heading_rad: float) -> tuple[FloatArray, FloatArray]:
-    cos, sin = np.cos(heading_rad), np.sin(heading_rad)
-    return points_m[:, 0] * cos + points_m[:, 1] * sin, points_m[:, 1] * cos - points_m[:, 0] * sin

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vision.background import Background
 from vision.detector import Detections, Detector, MotionDetector
+from vision.lane_bodies import TALL_LENGTH_M
 from vision.lanes import LaneField
 from vision.objects import VisionObjects
 from vision.rectify import RoadImage
@@ -22,6 +23,8 @@ FloatArray = NDArray[np.float64]
 
 # Shadows, and what a vehicle drives in a frame.
 OUTLINE_MARGIN_M = 2.0
+# Two vehicles side by side are as wide as this; one with its shadow is not, unless it is long, and tall.
+PAIR_WIDTH_M = 5.0
 
 
 class RoadWatch:
@@ -43,7 +46,7 @@ class RoadWatch:
         self._background = background
         self._detector: Detector = MotionDetector(surface, background, settings, lanes)
         self._tracker = Tracker(settings, surface.holds)
-        self._judged_us = 0
+        self._judged_us: int | None = None
 
     def miss(self, t_us: int) -> None:
         """Let a frame pass in which nothing can be seen: tracks coast, and end when it lasts too long.
@@ -86,10 +89,17 @@ class RoadWatch:
 
     def _sort_out_ghosts(self, image: RoadImage) -> None:
         """Decide about tracks that stand: vehicles are shown and kept, revealed road is learned."""
-        if image.t_us - self._judged_us < self._settings.background_period_us:
+        if self._judged_us is not None and image.t_us - self._judged_us < self._settings.background_period_us:
             return
+        if self._judged_us is None:
+            # What is there at the very first need not stand for a while, since a ghost comes only where something drove
+            # off; but what may be two vehicles may part yet.
+            rows, boxes = self._tracker.standing(0)
+            is_one = (boxes.width_m < PAIR_WIDTH_M) | (boxes.length_m > TALL_LENGTH_M)
+            rows, boxes = rows[is_one], boxes.select(is_one)
+        else:
+            rows, boxes = self._tracker.standing(self._settings.standing_us)
         self._judged_us = image.t_us
-        rows, boxes = self._tracker.standing(self._settings.standing_us)
         if len(rows) == 0:
             return
         seen = self._surface.appearances(boxes).boxes

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from vision.frames import ByteArray
 from vision.rectify import RoadCells
 from vision.road_colour import RoadColour
-from vision.startup import LEVEL, SAME_LEVELS, FirstSight
+from vision.startup import LEVEL, SAME_LEVELS, UNREST_LEVELS, FirstSight
 
 FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
 
-# A neighbourhood is not calm from this mean difference on; it reaches beyond the vehicle by this part of a car's width.
-UNREST_LEVELS = 3
+# A neighbourhood that is not calm reaches beyond the vehicle by this part of a car's width.
 BEYOND_WIDTHS = 1 / 3
 # Of what may be a vehicle, or a queue of some, this part and the area of a small car has another colour than the road
 # around, and some of it is not just brighter, as crossings and other markings are. Larger things are crowns of leaves,
@@ -30,6 +29,8 @@ STRANGE_SHARE = 0.3
 MOST_WIDTHS2 = 40.0
 LEAST_WIDTHS2 = 1.5
 LEAST_DARK_WIDTHS2 = 0.5
+# A bridge or a gantry reaches from side to side: without it and so much beside it, the road around is cut in two.
+SIDE_WIDTHS, AROUND_WIDTHS = 0.3, 1.0
 # If so much of that came back after something else, it is ground.
 GROUND_SHARE = 0.5
 
@@ -43,13 +44,23 @@ class StandingVehicles:
     colour : of its road.
     car_cells : width of a car.
     margin_cells : how far the watched cells reach beyond the road; there, other colours are usual.
+    borders : (rows, columns) cells on the borders of lanes, where there are lines and kerbs; None if not known.
     """
 
-    def __init__(self, cells: RoadCells, colour: RoadColour, *, car_cells: float, margin_cells: int) -> None:
+    def __init__(
+        self,
+        cells: RoadCells,
+        colour: RoadColour,
+        *,
+        car_cells: float,
+        margin_cells: int,
+        borders: BoolArray | None = None,
+    ) -> None:
         self._cells = cells
         self._colour = colour
         self._car_cells = car_cells
         self._inner = _shrunk(cells.road.astype(np.uint8), margin_cells)
+        self._borders = np.zeros(cells.grid.shape, np.bool_) if borders is None else borders
 
     def find(self, sight: FirstSight) -> BoolArray:
         """Find what looks like vehicles that never moved.
@@ -79,14 +90,27 @@ class StandingVehicles:
         is_vehicle_like = (strange_area >= STRANGE_SHARE * area) & (area <= MOST_WIDTHS2 * width2)
         is_vehicle = is_large & is_vehicle_like & (ground_area < GROUND_SHARE * strange_area)
         is_vehicle[0] = False
+        for number in np.flatnonzero(is_vehicle).tolist():
+            is_vehicle[number] = not self._spans_road((labels == number).astype(np.uint8))
         cells = is_vehicle.astype(np.uint8)[labels] * self._but_markings(is_strange, is_strange & ~is_dark)
         return self._cells.pack(cells) > 0
 
+    def _spans_road(self, place: ByteArray) -> bool:
+        """Tell whether something reaches from one side of a road to the other: a bridge or a gantry does."""
+        reach = round(AROUND_WIDTHS * self._car_cells)
+        left, top, width, height = cv2.boundingRect(place)
+        rows = slice(max(0, top - reach), top + height + reach)
+        columns = slice(max(0, left - reach), left + width + reach)
+        around = self._inner[rows, columns]
+        side = _square(2 * round(SIDE_WIDTHS * self._car_cells) + 1)
+        free = around & (np.asarray(cv2.dilate(place[rows, columns], side)) == 0)
+        return bool(cv2.connectedComponents(free.astype(np.uint8))[0] > cv2.connectedComponents(around)[0])
+
     def _but_markings(self, is_strange: BoolArray, is_bright: BoolArray) -> ByteArray:
-        """Outline what is strange, and leave out what is bright and thin: (rows, columns) 1 or 0."""
+        """Outline what is strange, and leave out what is bright and thin or a border: (rows, columns) 1 or 0."""
         bright = self._spread(is_bright)
         wide = cv2.morphologyEx(bright, cv2.MORPH_OPEN, _square(round(self._car_cells / 2)))
-        is_thin = (bright > 0) & (np.asarray(cv2.dilate(wide, _square(3))) == 0)
+        is_thin = (bright > 0) & ((np.asarray(cv2.dilate(wide, _square(3))) == 0) | self._borders)
         body = self._spread(is_strange) * ~is_thin
         return np.asarray(cv2.dilate(body, _square(3)) * ~is_thin, np.uint8)
 

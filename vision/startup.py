@@ -25,8 +25,10 @@ BoolArray = NDArray[np.bool_]
 
 # Cells that never change by more than this show one thing all the time.
 SAME_LEVELS = 8
-# How many of its calmest times a cell is the median of, and at how many its noise is measured.
+# How many of its calmest times a cell is the median of, if so many are calm; how many at least; and at how many its
+# noise is measured.
 CALMEST = 5
+LEAST_CALM = 2
 CALM = 15
 # A neighbourhood is about as wide as two cars: whoever covers the middle sticks out of what is usual somewhere in it.
 AROUND_WIDTHS = 1.9
@@ -35,8 +37,9 @@ AROUND_WIDTHS = 1.9
 DARK_FROM, DARK_MOST = 5, 40
 COLOUR_FROM, COLOUR_MOST, COLOUR_WEIGHT = 3, 20, 2.0
 BRIGHT_WEIGHT = 0.2
-# Unrest is kept in parts of a level.
+# Unrest is kept in parts of a level; a neighbourhood is not calm from this mean difference on.
 LEVEL = 6
+UNREST_LEVELS = 3
 # Black in video levels: light multiplies what lies above it, by this at least.
 BLACK_LEVEL = 16.0
 LEAST_GAIN = 0.25
@@ -152,12 +155,16 @@ def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray
     >>> planes.tolist(), least.tolist()
     ([[100.4000015258789]], [1])
     """
-    count = min(CALMEST, unrest.shape[-1])
+    most = min(CALMEST, unrest.shape[-1])
     # Stable, so that among equally calm times the earlier ones count.
-    times = np.argsort(unrest, axis=-1, kind="stable")[:, :count]
+    times = np.argsort(unrest, axis=-1, kind="stable")[:, :most]
+    ordered = np.take_along_axis(unrest, times, axis=-1)
+    count = np.clip((ordered <= LEVEL * UNREST_LEVELS).sum(axis=-1), min(LEAST_CALM, most), most)
+    least = np.take_along_axis(ordered, (count - 1)[:, None] // 2, axis=-1)[:, 0]
+    # What is not among the times that count goes to the end.
     chosen = np.take_along_axis(values, times[None], axis=-1)
-    least = np.take_along_axis(unrest, times, axis=-1)[:, (count - 1) // 2]
-    middle = np.sort(chosen, axis=-1)[..., count // 2, None]
+    chosen[:, np.arange(most) >= count[:, None]] = 255
+    middle = np.take_along_axis(np.sort(chosen, axis=-1), count[None, :, None] // 2, axis=-1)
     is_near = (cv2.absdiff(values, np.broadcast_to(middle, values.shape)) <= SAME_LEVELS).all(axis=0)
     mean = np.where(is_near, values, 0).sum(axis=-1, dtype=np.float32) / np.maximum(is_near.sum(axis=-1), 1)
     return np.where(is_near.any(axis=-1), mean, middle[..., 0]).astype(np.float32), least

@@ -20,6 +20,12 @@ SIZE_STEP_M = 0.5
 # Measurements in a row this far off mean that the size is wrong (two cars entered as one), not the measurement.
 SIZE_MISFIT_M = 1.5
 SIZE_MISFITS = 12
+# One that agrees with neither takes back the weight of this many.
+SIZE_OUTLIER = 3
+# Who drives no faster is hidden for longer than anybody waits for him; faster ones come out as they went in.
+DRIVING_MPS = 8.0
+# A size resting on this many whole sightings can be relied on.
+SIZED_COUNT = 10
 # A track that stays within this distance stands.
 REST_RADIUS_M = 0.7
 # Slower than this, a step that is less than this part ahead or back is no driving.
@@ -41,6 +47,7 @@ class TrackTable:
     state, covariance : (n, 4) x, y, vx, vy and (n, 4, 4).
     heading_rad, length_m, width_m : the box.
     size_count, size_misfits : how many measurements the size rests on, and how many in a row contradict it.
+    odd_m : (n, 4) length, width and offset from the track, east and north, of the first of these.
     hits : detections so far.
     evidence : the sum of their weights.
     born_us, seen_us : time of the first and of the latest detection.
@@ -63,6 +70,7 @@ class TrackTable:
     width_m: FloatArray
     size_count: IntArray
     size_misfits: IntArray
+    odd_m: FloatArray
     hits: IntArray
     evidence: FloatArray
     born_us: IntArray
@@ -98,6 +106,7 @@ class TrackTable:
             width_m=number,
             size_count=count,
             size_misfits=count,
+            odd_m=np.zeros((0, 4)),
             hits=count,
             evidence=number,
             born_us=count,
@@ -162,6 +171,15 @@ class TrackTable:
         """
         return np.hypot(self.state[:, 2], self.state[:, 3])
 
+    def is_driving(self) -> BoolArray:
+        """Tell which tracks are vehicles of known size that drive: of them it is known where they are while hidden.
+
+        Returns
+        -------
+        (n,).
+        """
+        return self.is_confirmed & (self.size_count >= SIZED_COUNT) & (self.speed_mps() >= DRIVING_MPS)
+
     def turn_ahead(self, min_speed_mps: float) -> None:
         """Point the heading of moving tracks along their velocity; standing ones keep theirs.
 
@@ -191,16 +209,26 @@ class TrackTable:
         self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
         self.rest_us = np.where(has_moved, now_us, self.rest_us)
 
-    def learn_size(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:
+    def learn_size(self, rows: NDArray[np.intp], boxes: Boxes) -> None:
         """Take measured sizes of whole, undivided boxes into account.
 
         Parameters
         ----------
         rows : (m,) which tracks were measured.
-        length_m, width_m : (m,).
+        boxes : m.
         """
+        length_m, width_m = boxes.length_m, boxes.width_m
         error_m = np.maximum(np.abs(length_m - self.length_m[rows]), np.abs(width_m - self.width_m[rows]))
-        misfits = np.where(error_m > SIZE_MISFIT_M, self.size_misfits[rows] + 1, 0)
+        is_misfit = error_m > SIZE_MISFIT_M
+        # A body keeps its size and its place on the track. What does not is the part that shows beside a bridge, or
+        # through a hole in the leaves. What stands or creeps cannot be told apart like that.
+        seen_m = np.column_stack([length_m, width_m, boxes.centre_m - self.state[rows, :2]])
+        is_same = np.abs(seen_m - self.odd_m[rows]).max(axis=1) < SIZE_MISFIT_M
+        is_same |= self.speed_mps()[rows] < DRIVING_MPS
+        misfits = self.size_misfits[rows] + np.where(is_same, 1, -SIZE_OUTLIER)
+        is_first = ~is_misfit | (misfits <= 0)
+        self.odd_m[rows] = np.where(is_first[:, None], seen_m, self.odd_m[rows])
+        misfits = np.where(is_misfit, np.maximum(misfits, 1), 0)
         is_fresh = (misfits >= SIZE_MISFITS) | (self.size_count[rows] == 0)
         count = np.where(is_fresh, 1, self.size_count[rows] + 1)
         for size, measured in ((self.length_m, length_m), (self.width_m, width_m)):

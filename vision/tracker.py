@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision import kalman
-from vision.association import SIZED_COUNT, Sightings, assign, costs, doubt, sight
-from vision.boxes import Boxes, distance_to_boxes, wrap_angle
+from vision.association import Sightings, assign, costs, doubt, measured, sight
+from vision.boxes import Boxes, axis, distance_to_boxes, wrap_angle
 from vision.couples import find_couples
 from vision.detector import Detections, Expected
 from vision.noise_level import NoiseLevel
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.shadow import Sun, without_shadow
-from vision.track import TrackTable
+from vision.track import SIZED_COUNT, TrackTable
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -40,6 +40,10 @@ DOUBLE_US = 300_000
 TWIN_US = 500_000
 # So is one that has followed or led an older one, closer than anybody drives, for this long.
 COUPLED_US = 1_200_000
+# A driving vehicle does not vanish on the road: something hides it, and this long it is waited for.
+HIDDEN_US = 3_000_000
+# No tyre changes the speed of a vehicle faster; sightings of which an end is hidden may say so.
+GRIP_MPS2 = 8.0
 
 
 class Tracker:
@@ -82,12 +86,14 @@ class Tracker:
         tracks.state, tracks.covariance = kalman.predict(tracks.state, tracks.covariance, noise, dt_s)
         boxes = tracks.boxes()
         has_direction = (tracks.hits > 1) & (tracks.speed_mps() > self._settings.heading_speed_mps)
+        is_coming = ~tracks.is_confirmed & has_direction
         return Expected(
             known=boxes.select(tracks.is_confirmed),
             bodies=self._bodies().select(tracks.is_confirmed),
             is_sized=(tracks.size_count >= SIZED_COUNT)[tracks.is_confirmed],
-            tentative=boxes.select(~tracks.is_confirmed & has_direction),
+            tentative=boxes.select(is_coming),
             is_driving=has_direction[tracks.is_confirmed],
+            course_rad=np.arctan2(tracks.state[is_coming, 3], tracks.state[is_coming, 2]),
         )
 
     def update(self, detections: Detections) -> VisionObjects:
@@ -170,16 +176,18 @@ class Tracker:
         assert self._now_us is not None
         tracks, settings = self._tracks, self._settings
         state, covariance = tracks.state[rows], tracks.covariance[rows]
-        centre_m, noise = sightings.centre_m[chosen], sightings.noise[chosen]
+        (centre_m, room), noise = measured(tracks, sightings, rows, chosen), sightings.noise[chosen]
         squared = kalman.squared_distance(state, covariance, centre_m, noise)
         is_gauge = tracks.is_confirmed[rows] & (tracks.size_count[rows] >= SIZED_COUNT) & ~detections.divided[chosen]
+        is_gauge &= ~room.any(axis=(1, 2))
         self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)])
-        noise = noise * doubt(squared, settings)[:, None, None]
-        tracks.state[rows], tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
+        noise = noise * doubt(squared, settings)[:, None, None] + room
+        corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
+        tracks.state[rows] = self._inert(rows, state, corrected)
         tracks.turn_ahead(settings.heading_speed_mps)
         is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
         boxes = detections.boxes.select(chosen[is_whole])
-        tracks.learn_size(rows[is_whole], boxes.length_m, boxes.width_m)
+        tracks.learn_size(rows[is_whole], boxes)
         is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.size_count[rows] == 0)
         parts = detections.boxes.select(chosen[is_growing])
         tracks.grow(rows[is_growing], parts.length_m, parts.width_m)
@@ -192,6 +200,17 @@ class Tracker:
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
         tracks.is_clipped[rows] = detections.cut[chosen] != 0
+
+    def _inert(self, rows: IntArray, predicted: FloatArray, corrected: FloatArray) -> FloatArray:
+        """Limit how fast driving vehicles change their speed; returns (n, 4) states."""
+        assert self._now_us is not None
+        tracks = self._tracks
+        ahead = axis(tracks.heading_rad[rows])
+        change_mps = np.einsum("ni,ni->n", corrected[:, 2:] - predicted[:, 2:], ahead)
+        most_mps = GRIP_MPS2 * (self._now_us - tracks.seen_us[rows]) / 1_000_000
+        excess_mps = change_mps - np.clip(change_mps, -most_mps, most_mps)
+        excess_mps[~tracks.is_driving()[rows]] = 0.0
+        return np.column_stack([corrected[:, :2], corrected[:, 2:] - excess_mps[:, None] * ahead])
 
     def _bodies(self) -> Boxes:
         """Box all tracks without their shadows."""
@@ -223,7 +242,8 @@ class Tracker:
         tracks, settings = self._tracks, self._settings
         assert self._now_us is not None
         # What was seen for a moment only is not believed in for longer than that.
-        seen_for_us = np.clip(tracks.seen_us - tracks.born_us, settings.tentative_us, settings.coast_us)
+        most_us = np.where(tracks.is_driving(), HIDDEN_US, settings.coast_us)
+        seen_for_us = np.clip(tracks.seen_us - tracks.born_us, settings.tentative_us, most_us)
         patience_us = np.where(tracks.is_confirmed, seen_for_us, settings.tentative_us)
         is_lost = self._now_us - tracks.seen_us > patience_us
         has_left = ~tracks.is_observed & ~self._is_in_view(tracks.state[:, :2])
@@ -285,6 +305,7 @@ class Tracker:
             width_m=np.where(is_whole, boxes.width_m, np.maximum(boxes.width_m, usual_m[1])),
             size_count=is_whole.astype(np.int64),
             size_misfits=np.zeros(count, np.int64),
+            odd_m=np.zeros((count, 4)),
             hits=np.ones(count, np.int64),
             evidence=detections.weights()[chosen],
             born_us=np.full(count, self._now_us),
@@ -306,7 +327,9 @@ class Tracker:
 
     def _objects(self) -> VisionObjects:
         assert self._now_us is not None
-        tracks, shown = self._tracks, self._tracks.is_confirmed
+        tracks = self._tracks
+        # Who is hidden for longer is waited for, but not shown until it is seen again.
+        shown = tracks.is_confirmed & (self._now_us - tracks.seen_us <= self._settings.coast_us)
         boxes = self._bodies().select(shown)
         # The size of an object never seen whole is that of a usual car, without a shadow.
         is_seen_whole = tracks.size_count[shown] > 0

@@ -192,3 +192,16 @@ def test_no_road_is_refused() -> None:
 def _project(matrix: FloatArray, points_m: FloatArray) -> FloatArray:
     homogeneous = np.column_stack([points_m, np.ones(len(points_m))]) @ matrix.T
     return np.asarray(homogeneous[:, :2] / homogeneous[:, 2:])
+
+
+def test_car_that_stands_from_the_first_frame_to_the_last_is_shown_almost_at_once() -> None:
+    results = watch(lambda t: [(40.0, LANE_M, 0.0, 4.5, 1.8)], frames=60, levels=[60.0])
+    assert all(len(one.ids) == 1 for one in results[5:])
+    assert abs(results[-1].centre_m[0, 0] - 40.0) < 0.3
+
+
+def test_pair_that_may_be_two_vehicles_waits_until_it_has_stood_for_a_while() -> None:
+    results = watch(lambda t: [(40.0, 9.0, 0.0, 6.0, 6.0)], frames=60, levels=[60.0])
+    shown = [index for index, one in enumerate(results) if one.ids]
+    assert shown
+    assert 0.6 <= shown[0] / 25 <= 1.0

@@ -152,3 +152,65 @@ def test_speck_below_a_vehicle_does_not_move_its_foot() -> None:
         for mask in (clean, specked)
     ]
     assert middles[1] == pytest.approx(middles[0], abs=0.3)
+
+
+def nowhere_dark(points: np.ndarray) -> np.ndarray:
+    return np.zeros(len(points), np.uint8)
+
+
+@pytest.mark.parametrize(("north_m", "expected"), [(66.0, [1, 2]), (57.0, [0])], ids=["far behind", "one outline"])
+@pytest.mark.parametrize("is_known", [False, True], ids=["new", "known"])
+def test_without_lanes_a_high_step_of_the_lower_outline_parts(
+    north_m: float, expected: list[int], is_known: bool
+) -> None:
+    surface = bridge_surface()
+    cells = seen(surface, (0.9, 50.0), (-0.2, north_m))
+    assert cells.count == 1
+    part = surface.lane_field([]).parts(cells, nowhere_dark, np.array([is_known]))
+    assert np.unique(part).tolist() == expected
+    if len(expected) == 2:
+        left, right = (cells.points[part == number] for number in (1, 2))
+        assert left[:, 1].max() < right[:, 1].max()
+        assert left[:, 0].min() == cells.points[:, 0].min()
+
+
+def test_gap_in_the_lower_side_of_a_vehicle_does_not_part_it() -> None:
+    surface = bridge_surface()
+    truck = surface.appearances(make_boxes([(0.0, 50.0, 0.0, 12.0, 2.5)])).boxes.corners()
+    mask = surface.raster.grid.paint([truck[0] - np.array([0.0, step]) for step in range(0, 30, 5)])
+    rows, columns = np.nonzero(mask)
+    low, middle = rows.max(), int(np.median(columns))
+    mask[low - 28 : low + 1, middle - 30 : middle + 30] = 0  # under the trailer, between the axles
+    cells = find_blobs(surface.raster, mask, 99 * mask)
+    field = surface.lane_field([])
+    assert (cells.count, np.unique(field.parts(cells, nowhere_dark)).tolist()) == (1, [0])
+    # Without the rear axle, the same step is the end of a vehicle.
+    mask[low - 28 : low + 1, middle:] = 0
+    cells = find_blobs(surface.raster, mask, 99 * mask)
+    assert np.unique(field.parts(cells, nowhere_dark)).tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(("width_m", "expected"), [(2.6, [0]), (4.4, [1, 2])], ids=["one with its shadow", "two"])
+def test_what_stands_across_the_line_between_two_lanes_is_one_unless_it_is_wide(
+    width_m: float, expected: list[int]
+) -> None:
+    surface = bridge_surface()
+    boxes = make_boxes([(0.0, 50.0, np.pi / 2, 4.5, width_m)])
+    mask = surface.raster.grid.paint(surface.appearances(boxes).boxes.corners())
+    assert parts(surface, find_blobs(surface.raster, mask, 99 * mask)) == expected
+
+
+def test_walkers_are_narrow_and_go_along_no_lane() -> None:
+    surface = bridge_surface()
+    field = surface.lane_field(LANES)
+    boxes = make_boxes([(x, 50.0, np.pi / 2, 0.6, width) for x, width in ((-4.8, 0.7), (-1.8, 0.7), (1.8, 1.8))])
+    masks = [surface.raster.grid.paint([one]) for one in surface.appearances(boxes).boxes.corners()]
+    cells = find_blobs(surface.raster, (sum(masks) > 0).astype(np.uint8), 99 * np.maximum.reduce(masks))
+    order = np.argsort(np.minimum.reduceat(cells.points[:, 0], cells.starts))
+    ahead, aside, yes = np.full(3, np.pi / 2), np.zeros(3), np.ones(3, np.bool_)
+    # Beside the lanes, in a lane, and a car.
+    assert field.walkers(cells, ahead, yes)[order].tolist() == [True, False, False]
+    assert field.walkers(cells, aside, yes)[order].tolist() == [True, True, False]
+    assert field.walkers(cells, ahead, ~yes)[order].tolist() == [True, True, False]
+    from_above: LaneField = LaneField(surface.raster.grid, [])
+    assert not from_above.walkers(cells, aside, yes).any()

@@ -9,7 +9,7 @@ from tests.vision.support import make_boxes
 from vision.blobs import Cells, find_blobs
 from vision.boxes import Boxes
 from vision.grid import Grid
-from vision.lanes import LaneField, LaneStrip
+from vision.lanes import LaneField, LaneStrip, borders_of
 from vision.rectify import RoadCells
 
 GRID = Grid.between(np.array([0.0, 0.0]), np.array([60.0, 12.0]), side=0.3, is_north_up=True)
@@ -69,7 +69,6 @@ def test_group_known_to_be_one_vehicle_is_not_looked_into() -> None:
         pytest.param([(20, 4, 0, 4.5, 1.8)], id="one car"),
         pytest.param([(20, 5.6, 0, 4.5, 1.8)], id="one car that changes lanes"),
         pytest.param([(20, 4.5, 0, 4.5, 3.0)], id="one car with its shadow"),
-        pytest.param([(20, 5.5, 0, 12.0, 5.0)], id="a truck with its shadow"),
     ],
 )
 def test_one_vehicle_is_not_parted(rows: list[tuple[float, float, float, float, float]]) -> None:
@@ -84,6 +83,25 @@ def test_evenly_dark_lane_beside_a_vehicle_is_its_shadow() -> None:
 
     assert FIELD.parts(van, light_of(LIT)).any()
     assert not FIELD.parts(van, light).any()
+
+
+def test_truck_whose_shadow_fills_the_next_lane_is_one_vehicle_and_two_trucks_are_not() -> None:
+    both = blobs(make_boxes([(20, 5.5, 0, 12.0, 5.0)]))
+
+    def light(points: np.ndarray) -> np.ndarray:
+        return np.where(points[:, 1] > 5.5, 55, LIT).astype(np.uint8)
+
+    assert not FIELD.parts(both, light).any()
+    assert set(FIELD.parts(both, light_of(LIT)).tolist()) == {1, 2}
+
+
+def test_borders_are_where_lanes_end_and_not_where_vehicles_drive() -> None:
+    north = LaneStrip(np.array([[30.0, 0.0], [30.0, 12.0]]), 3.3)
+    borders = borders_of([north], GRID)[20]
+    middle_m = GRID.first[0] + GRID.side * np.arange(len(borders))
+    assert not borders[np.abs(middle_m - 30.0) < 0.9].any()
+    assert borders[np.abs(np.abs(middle_m - 30.0) - 1.65) < 0.25].all()
+    assert not borders[np.abs(middle_m - 30.0) > 2.6].any()
 
 
 def test_groups_take_the_direction_of_the_lane_that_holds_most_of_them() -> None:

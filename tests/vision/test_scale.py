@@ -24,6 +24,15 @@ def test_typical_blob_is_as_long_as_a_typical_car(length_px: int) -> None:
     assert estimate_scale(pictures_of_cars(length_px, 10)) == pytest.approx(4.5 / length_px, rel=0.02)
 
 
+def test_specks_that_outnumber_the_cars_do_not_set_the_scale() -> None:
+    rng = np.random.default_rng(4)
+    pictures = pictures_of_cars(40, 10)
+    for picture in pictures:
+        for x in rng.permutation(np.arange(6, 394, 16))[:5]:
+            picture[2:9, x : x + 7] = 180
+    assert estimate_scale(pictures) == pytest.approx(4.5 / 40, rel=0.02)
+
+
 def test_nothing_moving_gives_no_scale() -> None:
     with pytest.raises(VisionError, match="expected at least 10 moving blobs to take it from, got 0"):
         estimate_scale([np.full((80, 400), 100, np.uint8)] * 10)

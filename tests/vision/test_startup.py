@@ -10,7 +10,19 @@ from vision.boxes import Boxes
 from vision.rectify import RoadRaster
 from vision.road_colour import RoadColour
 from vision.standing import StandingVehicles
-from vision.startup import CALMEST, MOST_NOISE, SAME_LEVELS, FirstSight, calmest, first_sight, median_of, noise_of
+from vision.startup import (
+    CALMEST,
+    LEAST_CALM,
+    LEVEL,
+    MOST_NOISE,
+    SAME_LEVELS,
+    UNREST_LEVELS,
+    FirstSight,
+    calmest,
+    first_sight,
+    median_of,
+    noise_of,
+)
 
 SIZE = (160, 40)
 CAR_CELLS = 1.8 / METRES_PER_PIXEL
@@ -62,6 +74,12 @@ def test_car_of_the_colour_of_the_road_that_stands_most_of_the_time_is_no_road(x
     assert differing(road.see(samples).planes, road.bare()) <= 1
 
 
+def test_road_that_was_bare_for_a_moment_is_known() -> None:
+    road = Road()
+    samples = [road.sample() for _ in range(2)] + [road.sample(grey_car(20.0)) for _ in range(38)]
+    assert differing(road.see(samples).planes, road.bare()) <= 1
+
+
 def test_queue_leaves_the_road_between_its_cars() -> None:
     road = Road()
     samples = [road.sample(grey_car(20 + 1.0 * (k % 9)) if k % 10 else None) for k in range(60)]
@@ -79,6 +97,27 @@ def test_car_that_never_moved_is_found_and_markings_are_not() -> None:
     assert np.sum(found) < 1.6 * np.sum(where > 0)
 
 
+def test_what_is_bright_on_the_border_of_a_lane_is_a_kerb_and_no_part_of_the_car_beside_it() -> None:
+    road = Road()
+    car = make_boxes([(20.0, 8.4, 0, 4.5, 1.8), (20.0, 9.0, 0, 4.5, 1.8), (20.0, 10.4, 0, 4.5, 1.2)])
+    sight = road.see([road.sample((car, [60.0, 40.0, MARKING])) for _ in range(20)])
+    kerb, body = (road.raster.pack(road.raster.grid.paint(car.select(np.array([i])).corners())) > 0 for i in (2, 1))
+    borders = road.raster.unpack(kerb.astype(np.uint8)) > 0
+    found = [
+        StandingVehicles(road.raster, road.colour, car_cells=CAR_CELLS, margin_cells=2, borders=one).find(sight)
+        for one in (None, borders)
+    ]
+    assert [bool((one & kerb & ~body).any()) for one in found] == [True, False]
+    assert [int((one & body).sum() > 0.7 * body.sum()) for one in found] == [1, 1]
+
+
+@pytest.mark.parametrize(("wide_m", "is_vehicle"), [(30.0, False), (11.0, True)], ids=["bridge", "bus across"])
+def test_what_reaches_from_one_side_of_the_road_to_the_other_is_no_vehicle(wide_m: float, *, is_vehicle: bool) -> None:
+    road, across = Road(), (make_boxes([(55, 10.0, 0, 3.0, wide_m)]), [50.0])
+    sight = road.see([road.sample(across) for _ in range(20)])
+    assert road.standing(sight).any() == is_vehicle
+
+
 def test_crown_of_leaves_over_the_road_is_no_vehicle() -> None:
     road, leaves = Road(), (make_boxes([(35, 9.0, 0, 30.0, 12.0)]), [50.0])
     assert not road.standing(road.see([road.sample(leaves) for _ in range(20)])).any()
@@ -93,17 +132,21 @@ def test_dark_patch_that_cars_drive_over_is_ground() -> None:
     assert not road.standing(sight).any()
 
 
-def test_calmest_times_agree_with_sorting_them_one_cell_after_the_other() -> None:
+@pytest.mark.parametrize("most_unrest", [9, 90], ids=["always calm", "seldom calm"])
+def test_calmest_times_agree_with_sorting_them_one_cell_after_the_other(most_unrest: int) -> None:
     rng = np.random.default_rng(2)
-    values, unrest = rng.integers(100, 120, (3, 50, 21)).astype(np.uint8), rng.integers(0, 9, (50, 21)).astype(np.uint8)
+    values = rng.integers(100, 120, (3, 50, 21)).astype(np.uint8)
+    unrest = rng.integers(0, most_unrest, (50, 21)).astype(np.uint8)
     planes, least = calmest(values, unrest)
     for cell in range(50):
         times = sorted(range(21), key=lambda time: (unrest[cell, time], time))[:CALMEST]
-        middle = np.median(values[:, cell, times].astype(int), axis=1)
+        calm = [time for time in times if unrest[cell, time] <= LEVEL * UNREST_LEVELS]
+        times = times[: max(LEAST_CALM, len(calm))]
+        middle = np.array([sorted(plane[cell, times].tolist())[len(times) // 2] for plane in values])
         near = [time for time in range(21) if (np.abs(values[:, cell, time] - middle) <= SAME_LEVELS).all()]
         expected = values[:, cell, near].mean(axis=1) if near else middle
         assert planes[:, cell] == pytest.approx(expected, rel=1e-6)
-        assert least[cell] == np.median(unrest[cell, times])
+        assert least[cell] == sorted(unrest[cell, times].tolist())[(len(times) - 1) // 2]
 
 
 def test_median_agrees_with_that_of_the_library() -> None:

@@ -179,7 +179,8 @@ def test_thing_that_never_moves_is_listed_until_it_is_proved_or_dropped() -> Non
 def test_standing_car_that_creeps_sideways_must_prove_itself_again(way: tuple[float, float]) -> None:
     # It may be the road that the car has left, or its shadow, learned as background.
     tracker = Tracker(VisionSettings(), everywhere)
-    east = [20 * min(t, 1_000_000) / 1e6 for t in TIMES]
+    braking_s = [min(t / 1e6, 1.5) for t in TIMES]  # from 9 m/s, at 6 m/s2
+    east = [9 * s - 3 * s**2 for s in braking_s]
     track([(t, [(e, 0.0, 0.0, 4.5, 1.8)]) for t, e in zip(TIMES, east, strict=True)], tracker)
     assert tracker.claims()[1].tolist() == [True]
     shifts_m = [0.02 * k for k in range(75)]
