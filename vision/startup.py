@@ -25,8 +25,8 @@ BoolArray = NDArray[np.bool_]
 
 # Cells that never change by more than this show one thing all the time.
 SAME_LEVELS = 8
-# How many of its calmest times a cell is the median of, if so many are calm; how many at least; and at how many its
-# noise is measured.
+# How many of its calmest times a cell is the median of; fewer, but at least so many, if only these are calm. At how many
+# its noise is measured.
 CALMEST = 5
 LEAST_CALM = 2
 CALM = 15
@@ -159,7 +159,8 @@ def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray
     # Stable, so that among equally calm times the earlier ones count.
     times = np.argsort(unrest, axis=-1, kind="stable")[:, :most]
     ordered = np.take_along_axis(unrest, times, axis=-1)
-    count = np.clip((ordered <= LEVEL * UNREST_LEVELS).sum(axis=-1), min(LEAST_CALM, most), most)
+    calm = (ordered <= LEVEL * UNREST_LEVELS).sum(axis=-1)
+    count = np.where(calm >= LEAST_CALM, calm, most)
     least = np.take_along_axis(ordered, (count - 1)[:, None] // 2, axis=-1)[:, 0]
     # What is not among the times that count goes to the end.
     chosen = np.take_along_axis(values, times[None], axis=-1)
