@@ -25,8 +25,8 @@ BoolArray = NDArray[np.bool_]
 
 # Cells that never change by more than this show one thing all the time.
 SAME_LEVELS = 8
-# How many of its calmest times a cell is the median of (fewer, but at least so many, if only these are calm), and at how
-# many its noise is measured.
+# How many of its calmest times a cell is the median of (fewer, but at least so many, if only these are calm), and at
+# how many its noise is measured.
 CALMEST = 5
 LEAST_CALM = 2
 CALM = 15
