@@ -208,6 +208,8 @@ def _every(period_s: float) -> "Callable[[], bool]":
 
 
 def _rates(progress: "Progress") -> str:
+    if progress.frames == 0:  # vision holds the first frames until it knows the road
+        return "learning the road"
     return f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, {_found(progress)}"
 
 
@@ -265,7 +267,8 @@ def print_summary(summary: "RunSummary", log: str) -> None:
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
         f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"
     )
-    print(f"cost per frame: {', '.join(_costs(summary))}")
+    if progress.frames:
+        print(f"cost per frame: {', '.join(_costs(summary))}")
     print(f"ask for them:   dyknow events {log}")
 
 
