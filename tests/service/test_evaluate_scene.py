@@ -32,7 +32,7 @@ def truth(folder: Path, *, y_m: float = 0.0, from_us: int = 0, site: str | None 
     (where / "truth.csv").write_text("\n".join([columns, *rows]))
     (where / "truth_events.jsonl").write_text("")
     if site is not None:
-        (where / "site.toml").write_text(f'name = "{site}"\n')
+        (where / "site.toml").write_text(f'name = "{site}"\nstart_utc = 2026-05-01T08:00:00Z\n')
     return where
 
 
