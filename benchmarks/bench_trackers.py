@@ -4,7 +4,7 @@
 the same made detections (`tracked_traffic.py`) at three difficulties; what they output in a frame counts only if they
 have seen it there. Each is tried with the same number of settings on the same scenes. The best by mean IDF1 over all
 scenes is scored beside the settings as shipped, and of peers also the best that keeps a lost track for no longer than
-ours does; all are timed turn by turn. ``--chosen`` takes what the sweep found on seeds 1 to 5 (`CHOSEN`) and does not
+a second; all are timed turn by turn. ``--chosen`` takes what the sweep found on seeds 1 to 5 (`CHOSEN`) and does not
 sweep: for seeds that nothing was tuned on. Peers that no given environment holds are left out, and said so; they do
 not go together in one:
 
@@ -77,7 +77,7 @@ SWEEPS: Mapping[str, Mapping[str, Sequence[float | int]]] = {
     "ByteTrack": OVERLAP_SWEEP,
     "OC-SORT": OVERLAP_SWEEP,
 }
-# How peers are told to keep a lost track for one second, as ours does: longer losses are anchoring's work.
+# How peers are told to keep a lost track for one second, as ours does for all but driving vehicles of known size.
 SHORT: Mapping[str, tuple[str, float | int]] = {
     "norfair": ("keep_s", 1.0),
     "ByteTrack": ("lost_track_buffer", 30),
