@@ -30,7 +30,7 @@ from service.records import CameraRecord, InputKind
 from service.seen_frames import see
 from service.site import Motion, Site
 from service.trajectories import Trajectories, load_trajectories
-from service.video_eyes import ThermalVideo, VideoEyes
+from service.video_sensor import ThermalVideo, VideoSensor
 from service.watched_area import watched_area
 from vision.errors import VisionError
 from vision.frames import VideoSource, open_video
@@ -58,7 +58,7 @@ class VideoInput:
     """
 
     path: Path
-    eyes: VideoEyes
+    sensor: VideoSensor
     warnings: tuple[str, ...] = ()
     detector: str = "motion"
     detector_files: tuple[Path, ...] = ()
@@ -67,18 +67,18 @@ class VideoInput:
     @property
     def network(self) -> RoadNetwork | None:
         """Return the roads in view."""
-        return self.eyes.network
+        return self.sensor.network
 
     @property
     def frame_count(self) -> int | None:
         """Return the number of frames by the container."""
-        return self.eyes.video.frame_count
+        return self.sensor.video.frame_count
 
     @property
     def camera(self) -> CameraRecord:
         """Return how the ground maps to the image, for the log."""
-        numbers = tuple(self.eyes.ground_camera.pixel_from_ground.ravel().tolist())
-        return CameraRecord(numbers, *self.eyes.size_px)
+        numbers = tuple(self.sensor.ground_camera.pixel_from_ground.ravel().tolist())
+        return CameraRecord(numbers, *self.sensor.size_px)
 
     def feed(
         self,
@@ -90,10 +90,10 @@ class VideoInput:
     ) -> Feed:
         """Run vision for this camera in front of the reasoning."""
         try:
-            vision = self.eyes.vision()
+            vision = self.sensor.vision()
         except (VisionError, GisError) as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
-        frames = self.eyes.frames(vision)
+        frames = self.sensor.frames(vision)
         if kpl is None:
             pipeline = video_pipeline(None, self.network, chronicle_set, monitors, clock=clock)
             return Feed(pipeline, see(frames, vision, clock))
@@ -188,15 +188,15 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
         motion = None if site.motion is None else Motion(None, site.motion.reach_m)
         alone = replace(site, camera=thermal.camera, motion=motion, road_mask=None)
         source = _open_video(thermal.video, alone)
-        return replace(source, eyes=replace(source.eyes, is_thermal=True), detector=describe(choice))
+        return replace(source, sensor=replace(source.sensor, is_thermal=True), detector=describe(choice))
     source = _open_video(path, site)
-    if source.eyes.motion is not None:
+    if source.sensor.motion is not None:
         warning = f"{path.name}: the camera moves, so the thermal video beside it is not looked at"
         return replace(source, detector=describe(MotionChoice()), warnings=(*source.warnings, warning))
     video = open_video(thermal.video)
     view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px))
-    both = replace(source.eyes, thermal=ThermalVideo(video, view))
-    return replace(source, eyes=both, detector=describe(choice))
+    both = replace(source.sensor, thermal=ThermalVideo(video, view))
+    return replace(source, sensor=both, detector=describe(choice))
 
 
 def _open_video(path: Path, site: Site | None) -> VideoInput:
@@ -209,7 +209,7 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
             area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
         except GisError as error:
             raise InputError(f"{site.path}: for {path.name}: {error}") from error
-        return VideoInput(path, VideoEyes(video, site.camera, network, area_m))
+        return VideoInput(path, VideoSensor(video, site.camera, network, area_m))
     return _without_camera(path, video, network)
 
 
@@ -218,13 +218,13 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
     warnings: tuple[str, ...] = ()
     boxes: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
-        boxes = choice.open(source.eyes.size_px)
+        boxes = choice.open(source.sensor.size_px)
     else:
         boxes = choice.open()
         warnings = check_against(boxes, choice.path, source.frame_count)
     return replace(
         source,
-        eyes=replace(source.eyes, boxes=boxes),
+        sensor=replace(source.sensor, boxes=boxes),
         detector=describe(choice, boxes),
         detector_files=choice.files,
         warnings=(*source.warnings, *warnings),
@@ -238,7 +238,7 @@ def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Moti
         area_m = moving_area(camera, motion, site.network, size_px)
     except GisError as error:
         raise InputError(f"{site.path}: for {path.name}: {error}") from error
-    return VideoInput(path, VideoEyes(video, camera, site.network, area_m, motion))
+    return VideoInput(path, VideoSensor(video, camera, site.network, area_m, motion))
 
 
 def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None) -> VideoInput:
@@ -255,7 +255,7 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
         "the typical length of what moves; distances and speeds are rough"
     )
     area_m = watched_area(camera, None, None, (video.width_px, video.height_px))
-    return VideoInput(path, VideoEyes(video, camera, None, area_m), (warning,))
+    return VideoInput(path, VideoSensor(video, camera, None, area_m), (warning,))
 
 
 def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:

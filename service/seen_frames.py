@@ -25,7 +25,6 @@ class SeenFrame:
     busy_ns : what it took to see this frame, and those before it that gave nothing yet.
     """
 
-    t_us: int
     objects: VisionObjects
     busy_ns: int = field(repr=False, compare=False)
 
@@ -79,7 +78,7 @@ class _Looks:
         started_ns, is_held = self._clock(), True
         for objects in look():
             busy_ns = self._spent_ns + self._clock() - started_ns
-            yield Sample(t_us, objects.t_us, SeenFrame(objects.t_us, objects, busy_ns))
+            yield Sample(t_us, objects.t_us, SeenFrame(objects, busy_ns))
             self._spent_ns, started_ns, is_held = 0, self._clock(), False
         self._spent_ns += self._clock() - started_ns
         if is_held:

@@ -12,7 +12,7 @@ from vision import kalman
 from vision.boxes import Boxes, axis
 from vision.detector import Detections
 from vision.settings import VisionSettings
-from vision.track import SIZED_COUNT, TrackTable
+from vision.track import TrackTable
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -144,7 +144,7 @@ def _fit(boxes: Boxes, rows: IntArray, tracks: TrackTable) -> tuple[FloatArray, 
     offset = boxes.centre_m - tracks.state[rows, :2]
     ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
     excess_m = _reach_m(boxes, heading_rad) - np.column_stack([tracks.length_m[rows], tracks.width_m[rows]])
-    excess_m[tracks.size_count[rows] < SIZED_COUNT] = 0.0
+    excess_m[~tracks.is_sized()[rows]] = 0.0
     along_m = _nearest_fit(np.einsum("ni,ni->n", offset, ahead), excess_m[:, 0])
     across_m = _nearest_fit(np.einsum("ni,ni->n", offset, left), excess_m[:, 1])
     centre_m = tracks.state[rows, :2] + along_m[:, None] * ahead + across_m[:, None] * left

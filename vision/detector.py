@@ -112,7 +112,7 @@ class Expected:
     is_sized : which of the known ones have a size that can be relied on.
     tentative : boxes of unconfirmed tracks that move; they lend their direction to the blobs that they meet.
     is_driving : which of the known ones move faster than the heading needs.
-    course_rad : (k,) where the k tentative ones move to; None if that is their heading.
+    course_rad : (k,) where the k tentative ones move to.
     """
 
     known: Boxes
@@ -120,11 +120,7 @@ class Expected:
     is_sized: BoolArray
     tentative: Boxes
     is_driving: BoolArray
-    course_rad: FloatArray | None = None
-
-    def courses_rad(self) -> FloatArray:
-        """Give the direction in which each tentative one moves, (k,)."""
-        return self.tentative.heading_rad if self.course_rad is None else self.course_rad
+    course_rad: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +233,7 @@ class MotionDetector:
         """Take the evidence from whoever walks; `lender` is the tentative track of each group, -1 for none."""
         if self._lanes is None:
             return weight
-        course_rad = np.append(expected.courses_rad(), 0.0)[lender]
+        course_rad = np.append(expected.course_rad, 0.0)[lender]
         is_walker = self._lanes.walkers(cells, course_rad, lender >= 0) & ~is_owned
         return np.where(is_walker, 0.0, 1.0 if weight is None else weight) if is_walker.any() else weight
 

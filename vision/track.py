@@ -171,6 +171,15 @@ class TrackTable:
         """
         return np.hypot(self.state[:, 2], self.state[:, 3])
 
+    def is_sized(self) -> BoolArray:
+        """Tell which tracks have a size that can be relied on.
+
+        Returns
+        -------
+        (n,).
+        """
+        return self.size_count >= SIZED_COUNT
+
     def is_driving(self) -> BoolArray:
         """Tell which tracks are vehicles of known size that drive: of them it is known where they are while hidden.
 
@@ -178,7 +187,7 @@ class TrackTable:
         -------
         (n,).
         """
-        return self.is_confirmed & (self.size_count >= SIZED_COUNT) & (self.speed_mps() >= DRIVING_MPS)
+        return self.is_confirmed & self.is_sized() & (self.speed_mps() >= DRIVING_MPS)
 
     def turn_ahead(self, min_speed_mps: float) -> None:
         """Point the heading of moving tracks along their velocity; standing ones keep theirs.

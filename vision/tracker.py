@@ -20,7 +20,7 @@ from vision.noise_level import NoiseLevel
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.shadow import Sun, without_shadow
-from vision.track import SIZED_COUNT, TrackTable
+from vision.track import TrackTable
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -90,7 +90,7 @@ class Tracker:
         return Expected(
             known=boxes.select(tracks.is_confirmed),
             bodies=self._bodies().select(tracks.is_confirmed),
-            is_sized=(tracks.size_count >= SIZED_COUNT)[tracks.is_confirmed],
+            is_sized=tracks.is_sized()[tracks.is_confirmed],
             tentative=boxes.select(is_coming),
             is_driving=has_direction[tracks.is_confirmed],
             course_rad=np.arctan2(tracks.state[is_coming, 3], tracks.state[is_coming, 2]),
@@ -178,7 +178,7 @@ class Tracker:
         state, covariance = tracks.state[rows], tracks.covariance[rows]
         (centre_m, room), noise = measured(tracks, sightings, rows, chosen), sightings.noise[chosen]
         squared = kalman.squared_distance(state, covariance, centre_m, noise)
-        is_gauge = tracks.is_confirmed[rows] & (tracks.size_count[rows] >= SIZED_COUNT) & ~detections.divided[chosen]
+        is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & ~detections.divided[chosen]
         is_gauge &= ~room.any(axis=(1, 2))
         self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)])
         noise = noise * doubt(squared, settings)[:, None, None] + room

@@ -153,7 +153,7 @@ def test_channels_of_a_site_with_a_thermal_video(tmp_path: Path, wanted: str, pa
     make_video(tmp_path / "thermal.mp4")
     source = open_input(video, load_site(make_site(tmp_path, THERMAL)), detector=wanted)
     assert isinstance(source, VideoInput)
-    assert (source.path.name, source.eyes.thermal is not None) == (path, has_second)
+    assert (source.path.name, source.sensor.thermal is not None) == (path, has_second)
     assert source.detector == (wanted or "motion")
 
 

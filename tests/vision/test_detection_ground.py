@@ -16,7 +16,8 @@ FloatArray = NDArray[np.float64]
 
 SIZE_PX = (640, 360)
 SETTINGS = VisionSettings()
-NOTHING = Expected(Boxes.none(), Boxes.none(), np.zeros(0, np.bool_), Boxes.none(), np.zeros(0, np.bool_))
+FALSES = np.zeros(0, np.bool_)
+NOTHING = Expected(Boxes.none(), Boxes.none(), FALSES, Boxes.none(), FALSES, np.zeros(0))
 
 
 def slanted(height_m: float = 40.0, pitch_rad: float = 0.6, focal_px: float = 700.0) -> FloatArray:
@@ -57,9 +58,8 @@ def detect(projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHI
 
 
 def known(vehicles: Boxes) -> Expected:
-    return Expected(
-        vehicles, vehicles, np.ones(len(vehicles), np.bool_), Boxes.none(), np.zeros(len(vehicles), np.bool_)
-    )
+    is_driving = np.zeros(len(vehicles), np.bool_)
+    return Expected(vehicles, vehicles, ~is_driving, Boxes.none(), is_driving, np.zeros(0))
 
 
 @pytest.mark.parametrize("heading_rad", [0.0, np.pi / 2])

@@ -31,7 +31,7 @@ class ThermalVideo:
 
 
 @dataclass(frozen=True, slots=True)
-class VideoEyes:
+class VideoSensor:
     """Hold a video, and what is known of its camera and of the ground that it sees.
 
     Attributes
