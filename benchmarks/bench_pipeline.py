@@ -11,7 +11,7 @@ from pathlib import Path
 
 from data_gen.generate import generate
 from service.runs import RunRequest, RunSummary, process
-from vision.frames import open_video
+from vision.video.frames import open_video
 
 SECONDS = 60
 TURNS = 3

@@ -17,7 +17,7 @@ import numpy as np
 
 from tests.vision.support import FloatArray, draw_boxes, make_boxes, top_view, write_video
 from vision.fixed_camera import FixedCameraVision, VisionSettings
-from vision.frames import Frame, open_video
+from vision.video.frames import Frame, open_video
 
 SIZE = (1280, 720)
 ROAD_NORTH_M = 170.0

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from anchoring.anchorer import Anchorer
 from anchoring.observations import Observations
 from benchmarks.tracked_traffic import DetectedTraffic
-from vision.boxes import Boxes, distance_to_boxes
-from vision.detector import Detections, Expected
+from vision.detection.detector import Detections, Expected
 from vision.objects import VisionObjects
+from vision.road.boxes import Boxes, distance_to_boxes
 from vision.settings import VisionSettings
-from vision.tracker import Tracker
+from vision.tracking.tracker import Tracker
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

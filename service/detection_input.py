@@ -20,10 +20,10 @@ from service.pipeline import Feed, KplText, video_pipeline
 from service.records import CameraRecord, InputKind
 from service.site import Motion, Site
 from service.watched_area import watched_area
-from vision.box_detector import Instant
 from vision.detection_camera import DetectionVision, Standing
 from vision.errors import VisionError
-from vision.stored_detections import StoredDetections
+from vision.networks.box_detector import Instant
+from vision.networks.stored_detections import StoredDetections
 
 FloatArray = NDArray[np.float64]
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Literal
 
 from service.errors import InputError
-from vision.box_detector import BoxDetector, Instant
-from vision.detection_files import ReadingRules, read_detections
-from vision.frames import Frame
-from vision.onnx_detector import OnnxDetector
-from vision.onnx_settings import OnnxSettings, read_onnx_settings
-from vision.stored_detections import StoredDetections
+from vision.networks.box_detector import BoxDetector, Instant
+from vision.networks.detection_files import ReadingRules, read_detections
+from vision.networks.onnx_detector import OnnxDetector
+from vision.networks.onnx_settings import OnnxSettings, read_onnx_settings
+from vision.networks.stored_detections import StoredDetections
+from vision.video.frames import Frame
 
 Channels = Literal["colour", "thermal", "both"]
 GRAMMAR = "motion, motion:thermal, motion:both, onnx:PATH or file:PATH"

@@ -15,7 +15,7 @@ from service.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord, ViewRecord
 from service.store.location import parse_log_url
 from service.store.log import EventLog, open_log
-from vision.frames import Frame, open_video
+from vision.video.frames import Frame, open_video
 
 ByteArray = NDArray[np.uint8]
 FloatArray = NDArray[np.float64]

@@ -33,11 +33,11 @@ from service.trajectories import Trajectories, load_trajectories
 from service.video_sensor import ThermalVideo, VideoSensor
 from service.watched_area import watched_area
 from vision.errors import VisionError
-from vision.frames import VideoSource, open_video
 from vision.fused_camera import FixedView
-from vision.onnx_detector import OnnxDetector
-from vision.scale import estimate_scale, image_plane
-from vision.stored_detections import StoredDetections
+from vision.networks.onnx_detector import OnnxDetector
+from vision.networks.stored_detections import StoredDetections
+from vision.road.scale import estimate_scale, image_plane
+from vision.video.frames import VideoSource, open_video
 
 FloatArray = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from gis.camera_pose import CameraTrack
 from gis.errors import GisError
 from gis.road_network import RoadNetwork, plain_rings
 from service.site import Motion
-from vision.box_detector import Instant
 from vision.moving_camera import MovingCameraVision
-from vision.registration import CameraMotion, Registration
+from vision.networks.box_detector import Instant
+from vision.registration.registration import CameraMotion, Registration
 
 FloatArray = NDArray[np.float64]
 

@@ -120,7 +120,7 @@ def video_pipeline(
     kpl: KplText | None = None,
     clock: Callable[[], int],
 ) -> Pipeline:
-    """Run a declared pipeline whose source takes what its vision looks at, such as `vision.frames.Frame` values.
+    """Run a declared pipeline whose source takes what its vision looks at, such as `vision.video.frames.Frame` values.
 
     Parameters
     ----------

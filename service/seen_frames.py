@@ -12,8 +12,8 @@ from functools import partial
 from dyknow.sample import Sample
 from vision.adapter import Vision, VisionUnit
 from vision.errors import VideoBroken
-from vision.frame import Frame
 from vision.objects import VisionObjects
+from vision.video.frame import Frame
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ from service.detectors import DetectionDetails
 from service.errors import SiteError
 from service.times import FIRST_UTC, LAST_UTC
 from vision.errors import VisionError
-from vision.onnx_settings import class_words
+from vision.networks.onnx_settings import class_words
 
 # Which fields each table may have; the key "" is the file itself.
 FIELDS: Mapping[str, tuple[str, ...]] = {

@@ -11,13 +11,13 @@ from gis.road_network import RoadNetwork
 from service.moving_camera import StoredPoses, moving_vision
 from service.site import Motion
 from vision.adapter import Vision
-from vision.box_detector import BoxDetector
+from vision.detection.lanes import LaneStrip
 from vision.detection_camera import DetectionVision, Standing
 from vision.fixed_camera import FixedCameraVision, VisionSettings
-from vision.frames import Frame, VideoSource
 from vision.fused_camera import FixedView, FusedCameraVision, thermal_settings
-from vision.lanes import LaneStrip
-from vision.registration import Registration
+from vision.networks.box_detector import BoxDetector
+from vision.registration.registration import Registration
+from vision.video.frames import Frame, VideoSource
 
 FloatArray = NDArray[np.float64]
 

@@ -15,14 +15,14 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from vision.box_detector import BoxDetector, GroundBoxes, Instant, whole_boxes
-from vision.detection_ground import ground_detections, image_detections
-from vision.detector import Detections, Expected
+from vision.detection.detector import Detections, Expected
+from vision.detection.surface import checked_polygons
+from vision.networks.box_detector import BoxDetector, GroundBoxes, Instant, whole_boxes
+from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import VisionObjects
+from vision.road.view import GroundView
 from vision.settings import VisionSettings
-from vision.surface import checked_polygons
-from vision.tracker import Tracker
-from vision.view import GroundView
+from vision.tracking.tracker import Tracker
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

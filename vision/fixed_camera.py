@@ -12,17 +12,17 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.background import Background
-from vision.frames import Frame
-from vision.ground_surface import GroundSurface
-from vision.image_surface import ImageSurface
-from vision.lanes import LaneField, LaneStrip, borders_of
+from vision.background.background import Background
+from vision.detection.ground_surface import GroundSurface
+from vision.detection.image_surface import ImageSurface
+from vision.detection.lanes import LaneField, LaneStrip, borders_of
+from vision.detection.surface import FixedSurface, checked_polygons
 from vision.objects import VisionObjects
-from vision.rectify import RectifiedFrame
+from vision.road.rectify import RectifiedFrame
+from vision.road.view import GroundView
 from vision.road_watch import RoadWatch
 from vision.settings import VisionSettings
-from vision.surface import FixedSurface, checked_polygons
-from vision.view import GroundView
+from vision.video.frames import Frame
 
 FloatArray = NDArray[np.float64]
 

@@ -13,18 +13,18 @@ from itertools import starmap
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.boxes import Boxes
-from vision.companion import Companion
-from vision.detector import Detections, Expected, MotionDetector
+from vision.detection.detector import Detections, Expected, MotionDetector
+from vision.detection.fusion import Channel, DetectionRate, fuse
+from vision.detection.lanes import LaneStrip
+from vision.detection.surface import checked_polygons
 from vision.fixed_camera import background_of, lane_field_of, surface_of
-from vision.frames import ByteArray, Frame
-from vision.fusion import Channel, DetectionRate, fuse
-from vision.lanes import LaneStrip
 from vision.objects import VisionObjects
-from vision.rectify import RoadImage
+from vision.road.boxes import Boxes
+from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
-from vision.surface import checked_polygons
-from vision.tracker import Tracker
+from vision.tracking.tracker import Tracker
+from vision.video.companion import Companion
+from vision.video.frames import ByteArray, Frame
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

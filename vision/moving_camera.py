@@ -14,15 +14,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.frames import Frame
-from vision.mosaic import MosaicBackground
-from vision.moving_raster import MovingGroundSurface
+from vision.detection.surface import checked_polygons
 from vision.objects import VisionObjects
-from vision.rectify import RoadImage
-from vision.registration import CameraMotion
+from vision.registration.mosaic import MosaicBackground
+from vision.registration.moving_raster import MovingGroundSurface
+from vision.registration.registration import CameraMotion
+from vision.road.rectify import RoadImage
 from vision.road_watch import RoadWatch
 from vision.settings import VisionSettings
-from vision.surface import checked_polygons
+from vision.video.frames import Frame
 
 FloatArray = NDArray[np.float64]
 

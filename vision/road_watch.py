@@ -9,15 +9,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.background import Background
-from vision.detector import Detections, Detector, MotionDetector
-from vision.lane_bodies import TALL_LENGTH_M
-from vision.lanes import LaneField
+from vision.background.background import Background
+from vision.detection.detector import Detections, Detector, MotionDetector
+from vision.detection.lane_bodies import TALL_LENGTH_M
+from vision.detection.lanes import LaneField
+from vision.detection.surface import Surface
 from vision.objects import VisionObjects
-from vision.rectify import RoadImage
+from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
-from vision.surface import Surface
-from vision.tracker import Tracker
+from vision.tracking.tracker import Tracker
 
 FloatArray = NDArray[np.float64]
 

@@ -132,7 +132,7 @@ def _both_sides(
 
 def _frame_times(folder: Path, times_us: IntArray) -> IntArray:
     """Give the times of the video's frames; those of the truth if there is no video."""
-    from vision.frames import open_video
+    from vision.video.frames import open_video
 
     path = folder / "video.mp4"
     if not path.is_file():

@@ -115,7 +115,7 @@ def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneVi
 
 
 def _picture_size(folder: Path) -> tuple[int, int] | None:
-    from vision.frames import open_video
+    from vision.video.frames import open_video
 
     path = folder / "video.mp4"
     if not path.is_file():

@@ -7,9 +7,9 @@ from dataclasses import fields
 from pathlib import Path
 
 from service.site import FIELDS
-from vision.box_detector import CLASS_NAMES
-from vision.detection_files import KNOWN_COLUMNS
-from vision.onnx_settings import OnnxSettings, read_onnx_settings
+from vision.networks.box_detector import CLASS_NAMES
+from vision.networks.detection_files import KNOWN_COLUMNS
+from vision.networks.onnx_settings import OnnxSettings, read_onnx_settings
 
 PAGE = Path(__file__).parents[2] / "docs" / "detectors.md"
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -9,8 +9,8 @@ from dyknow.node import Node
 from service.seen_frames import Seen, SeenVisionUnit, see
 from tests.vision.support import make_frame
 from vision.errors import VideoBroken
-from vision.frame import Frame
 from vision.objects import VisionObjects
+from vision.video.frame import Frame
 
 STEP_US = 40_000
 PICTURE = np.zeros((2, 2))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.vision.support import FloatArray, make_boxes, make_frame
-from vision.frames import Frame
+from vision.video.frames import Frame
 
 SIZE = (320, 180)
 METRES_PER_PIXEL = 0.47

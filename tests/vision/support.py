@@ -9,8 +9,8 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.boxes import Boxes
-from vision.frames import Frame
+from vision.road.boxes import Boxes
+from vision.video.frames import Frame
 
 FloatArray = NDArray[np.float64]
 ByteArray = NDArray[np.uint8]

@@ -7,8 +7,8 @@ import numpy as np
 from dyknow.sample import Sample
 from tests.vision.support import make_frame
 from vision.adapter import VisionUnit
-from vision.frames import Frame
 from vision.objects import VisionObjects
+from vision.video.frames import Frame
 
 STEP_US = 40_000
 

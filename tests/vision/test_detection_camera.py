@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.vision.networks.test_detection_ground import SIZE_PX, drawn, projection_of
 from tests.vision.support import make_boxes, top_view
-from tests.vision.test_detection_ground import SIZE_PX, drawn, projection_of
-from vision.box_detector import GroundBoxes, ImageBoxes, Instant
 from vision.detection_camera import DetectionVision, Standing
+from vision.networks.box_detector import GroundBoxes, ImageBoxes, Instant
+from vision.networks.stored_detections import StoredInstant
 from vision.objects import VisionObjects
-from vision.stored_detections import StoredInstant
 
 FloatArray = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from tests.vision.road.test_view import bridge_view
 from tests.vision.support import ROAD_LEVEL, FloatArray, draw_boxes, make_boxes, make_frame, top_view, whole_view
-from tests.vision.test_view import bridge_view
 from vision.errors import VisionError
 from vision.fixed_camera import FixedCameraVision, VisionSettings
 from vision.objects import VisionObjects

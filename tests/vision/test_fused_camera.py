@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
-from vision.frames import Frame
 from vision.fused_camera import FixedView, FusedCameraVision
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
+from vision.video.frames import Frame
 
 SIZE, COARSE, COARSE_M = (200, 40), (100, 20), 0.94
 QUICK = VisionSettings(startup_us=800_000)

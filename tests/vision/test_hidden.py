@@ -2,10 +2,10 @@
 
 import pytest
 
-from tests.vision.test_tracker import STEP_US, Row, detect, everywhere
+from tests.vision.tracking.test_tracker import STEP_US, Row, detect, everywhere
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
-from vision.tracker import Tracker
+from vision.tracking.tracker import Tracker
 
 LENGTH_M = 10.0
 

@@ -9,10 +9,10 @@ from tests.vision.moving_world import ROAD, SIZE, Car, MovingWorld, drift
 from tests.vision.support import FloatArray, make_frame
 from vision.errors import VisionError
 from vision.fixed_camera import VisionSettings
-from vision.frames import Frame
 from vision.moving_camera import MovingCameraVision, facing
 from vision.objects import VisionObjects
-from vision.registration import CameraMotion, Registration
+from vision.registration.registration import CameraMotion, Registration
+from vision.video.frames import Frame
 
 QUICK = VisionSettings(startup_us=2_000_000)
 LEVELS = [190.0, 55.0]

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tests.vision.test_tracker import STEP_US, Row, drive, everywhere, track
+from tests.vision.tracking.test_tracker import STEP_US, Row, drive, everywhere, track
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
-from vision.tracker import Tracker
+from vision.tracking.tracker import Tracker
 
 TIMES = [STEP_US * k for k in range(75)]
 BESIDE_M = 1.7

@@ -1,0 +1,64 @@
+"""A road seen from low above it: what stands where its foot is."""
+
+import numpy as np
+import pytest
+
+from tests.vision.road.test_view import SIZE, bridge_view
+from tests.vision.support import make_boxes
+from vision.detection.blobs import find_blobs
+from vision.detection.image_surface import ImageSurface, _inside
+from vision.errors import VisionError
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+
+ROAD = np.array([[-6.0, -100.0], [6, -100], [6, 400], [-6, 400]])
+
+
+def bridge_surface() -> ImageSurface:
+    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    return ImageSurface(view, [ROAD], image_size_px=SIZE, settings=VisionSettings())
+
+
+def test_road_is_watched_up_to_the_roofs_of_vehicles() -> None:
+    surface = bridge_surface()
+    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    beside, above = view.to_pixels(np.array([[12.0, 50.0]]))[0], view.to_pixels(np.array([[0.0, 50.0]]))[0]
+    above[1] -= 1.5 * 800 / 50
+    look_up = surface.raster.grid.look_up
+    assert look_up(surface.raster.road, np.stack([beside, above])).tolist() == [False, True]
+    assert (
+        surface.holds(np.array([[0.0, 50.0], [12.0, 50.0], [0.0, -50.0], [0.0, 390.0]])).tolist()
+        == [True] + [False] * 3
+    )
+
+
+@pytest.mark.parametrize("heading_rad", [np.pi / 2, -np.pi / 2], ids=["away", "towards"])
+@pytest.mark.parametrize("north_m", [30.0, 70.0])
+def test_car_stands_where_its_foot_is(heading_rad: float, north_m: float) -> None:
+    surface = bridge_surface()
+    car = make_boxes([(2.0, north_m, heading_rad, 4.5, 1.8)])
+    seen = surface.appearances(car)
+    mask = surface.raster.grid.paint(seen.boxes.corners())
+    cells = find_blobs(surface.raster, mask, 99 * mask)
+    footprint = surface.footprints(cells, np.array([heading_rad]), None)
+    assert footprint.boxes.centre_m[0] == pytest.approx([2.0, north_m], abs=0.04 * north_m)
+    assert 1.8 * 1.5 < surface.areas_m2(cells)[0] < 1.8 * 3.0  # rear and roof
+    # A row of the image is more road far away than near by.
+    assert footprint.noise[0, 1, 1] > footprint.noise[0, 0, 0] * 0.99
+
+
+def test_points_in_polygons_are_those_of_a_winding_count() -> None:
+    rng = np.random.default_rng(0)
+    star = np.array([[0.0, 0], [4, 1], [8, 0], [6, 4], [8, 8], [4, 6], [0, 8], [2, 4]])
+    points = rng.uniform(-1, 9, (400, 2))
+    for point, got in zip(points, _inside(points, [star]), strict=True):
+        angles = np.arctan2(*(star - point).T[::-1])
+        turns = np.diff(np.append(angles, angles[0]))
+        winding = np.sum((turns + np.pi) % (2 * np.pi) - np.pi) / (2 * np.pi)
+        assert got == (abs(winding) > 0.5)
+
+
+def test_road_out_of_view_is_refused() -> None:
+    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    with pytest.raises(VisionError, match="expected road in view, got none"):
+        ImageSurface(view, [ROAD + np.array([0.0, 2000.0])], image_size_px=SIZE, settings=VisionSettings())

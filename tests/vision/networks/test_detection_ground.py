@@ -1,0 +1,196 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.vision.support import make_boxes, top_view
+from vision.detection.detector import Detections, Expected
+from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
+from vision.networks.detection_ground import ground_detections, image_detections
+from vision.road.boxes import Boxes
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+
+FloatArray = NDArray[np.float64]
+
+SIZE_PX = (640, 360)
+SETTINGS = VisionSettings()
+FALSES = np.zeros(0, np.bool_)
+NOTHING = Expected(Boxes.none(), Boxes.none(), FALSES, Boxes.none(), FALSES, np.zeros(0))
+
+
+def slanted(height_m: float = 40.0, pitch_rad: float = 0.6, focal_px: float = 700.0) -> FloatArray:
+    """3 x 4 projection of a camera above (0, 0) that looks north and down."""
+    sin, cos = np.sin(pitch_rad), np.cos(pitch_rad)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, -sin, -cos], [0.0, cos, -sin]])
+    lens = np.array([[focal_px, 0, SIZE_PX[0] / 2], [0, focal_px, SIZE_PX[1] / 2], [0, 0, 1.0]])
+    return lens @ np.column_stack([turn, -turn @ [0.0, 0.0, height_m]])
+
+
+def projection_of(ground: FloatArray) -> FloatArray:
+    """3 x 4 projection that sees height as no displacement: a camera straight above, far up."""
+    return np.column_stack([ground[:, :2], np.zeros(3), ground[:, 2]])
+
+
+def projected(projection: FloatArray, vehicles: Boxes, height_m: float) -> FloatArray:
+    """The eight corners of each vehicle in the picture, (n, 8, 2)."""
+    corners = vehicles.corners()
+    solid = np.concatenate([np.dstack([corners, np.full((len(vehicles), 4, 1), up)]) for up in (0.0, height_m)], axis=1)
+    homogeneous = np.concatenate([solid, np.ones((len(vehicles), 8, 1))], axis=2) @ projection.T
+    return np.asarray(homogeneous[..., :2] / homogeneous[..., 2:])
+
+
+def drawn(projection: FloatArray, vehicles: Boxes, *, height_m: float = 1.5, name: str = "car") -> ImageBoxes:
+    """Upright boxes around vehicles, as an annotator draws them."""
+    points = projected(projection, vehicles, height_m)
+    low, high = points.min(axis=1), points.max(axis=1)
+    count = len(vehicles)
+    number = np.full(count, CLASS_NAMES.index(name))
+    return ImageBoxes(
+        (low + high) / 2, high - low, np.zeros(count), np.zeros(count, np.bool_), np.full(count, 0.9), number
+    )
+
+
+def detect(projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHING) -> Detections:
+    view = GroundView(projection[:, [0, 1, 3]], SIZE_PX, max_metres_per_pixel=0.9)
+    return image_detections(boxes, view, expected, image_size_px=SIZE_PX, settings=SETTINGS)
+
+
+def known(vehicles: Boxes) -> Expected:
+    is_driving = np.zeros(len(vehicles), np.bool_)
+    return Expected(vehicles, vehicles, ~is_driving, Boxes.none(), is_driving, np.zeros(0))
+
+
+@pytest.mark.parametrize("heading_rad", [0.0, np.pi / 2])
+def test_upright_box_from_above_is_the_car(heading_rad: float) -> None:
+    car = make_boxes([(60.0, 40.0, heading_rad, 4.6, 1.9)])
+    found = detect(projection_of(top_view(SIZE_PX, 0.2)), drawn(projection_of(top_view(SIZE_PX, 0.2)), car))
+    assert found.boxes.centre_m == pytest.approx(car.centre_m, abs=0.05)
+    assert abs(np.cos(found.boxes.heading_rad[0] - heading_rad)) == pytest.approx(1.0)
+    assert (found.boxes.length_m[0], found.boxes.width_m[0]) == pytest.approx((4.6, 1.9), abs=0.15)
+    assert found.elongation[0] > 1.8
+    assert not found.directed[0]
+
+
+@pytest.mark.parametrize("heading_rad", [0.3, 0.8, 2.0, -2.6])
+def test_track_lends_its_heading_to_the_box_it_lies_in(heading_rad: float) -> None:
+    camera = projection_of(top_view(SIZE_PX, 0.2))
+    car = make_boxes([(60.0, 40.0, heading_rad, 4.9, 1.9)])
+    found = detect(camera, drawn(camera, car), known(car))
+    assert found.boxes.heading_rad == pytest.approx([heading_rad])
+    assert found.directed.all()
+    assert found.boxes.centre_m == pytest.approx(car.centre_m, abs=0.05)
+    assert found.boxes.length_m[0] == pytest.approx(4.9, abs=0.35)  # what is usual is 4.5
+
+
+def test_diagonal_box_without_a_track_has_no_clear_direction() -> None:
+    camera = projection_of(top_view(SIZE_PX, 0.2))
+    found = detect(camera, drawn(camera, make_boxes([(60.0, 40.0, np.pi / 4, 4.6, 1.9)])))
+    assert found.elongation.tolist() == [1.0]
+    assert found.boxes.centre_m == pytest.approx(np.array([[60.0, 40.0]]), abs=0.05)
+
+
+@pytest.mark.parametrize("heading_rad", [0.0, 0.5, np.pi / 2, 2.4])
+def test_slanted_view_finds_the_footprint_under_the_height(heading_rad: float) -> None:
+    """The middle of the box lies metres behind the middle of the footprint."""
+    camera = slanted()
+    cars = make_boxes([(x, y, heading_rad, 4.5, 1.8) for x, y in ((-10.0, 50.0), (0.0, 60.0), (15.0, 75.0))])
+    boxes = drawn(camera, cars)
+    view = GroundView(camera[:, [0, 1, 3]], SIZE_PX, max_metres_per_pixel=0.9)
+    naive_m = view.to_ground(boxes.centre_px)[0]
+    found = detect(camera, boxes, known(cars))
+    error_m = np.hypot(*(found.boxes.centre_m - cars.centre_m).T)
+    assert error_m.max() < 0.35
+    assert error_m.max() < 0.3 * np.hypot(*(naive_m - cars.centre_m).T).min()
+
+
+def test_noise_is_longer_along_the_line_of_sight() -> None:
+    camera = slanted(height_m=15.0, pitch_rad=0.25)
+    cars = make_boxes([(0.0, 50.0, 0.0, 4.5, 1.8)])
+    found = detect(camera, drawn(camera, cars), known(cars))
+    added = found.noise[0] - SETTINGS.position_noise_m**2 * np.eye(2)
+    assert added[1, 1] > 4 * added[0, 0]
+
+
+@pytest.mark.parametrize("heading_rad", np.linspace(-3.0, 3.0, 7).tolist())
+def test_oriented_box_gives_direction_and_size_without_a_track(heading_rad: float) -> None:
+    metres_per_px = 0.2
+    view = GroundView(top_view(SIZE_PX, metres_per_px), SIZE_PX, max_metres_per_pixel=0.9)
+    car = make_boxes([(60.0, 40.0, heading_rad, 4.8, 1.8)])
+    one = np.ones(1)
+    box = ImageBoxes(
+        view.to_pixels(car.centre_m),
+        np.array([[4.8, 1.8]]) / metres_per_px,
+        np.array([-heading_rad]),  # y is down in the picture
+        one > 0,
+        one,
+        np.zeros(1, np.intp),
+    )
+    found = detect(projection_of(top_view(SIZE_PX, metres_per_px)), box)
+    assert abs(np.cos(found.boxes.heading_rad[0] - heading_rad)) == pytest.approx(1.0)
+    assert found.boxes.length_m[0] == pytest.approx(4.8, abs=0.15)
+    assert found.elongation[0] > 1.8
+
+
+def test_box_at_the_edge_says_which_end_is_cut() -> None:
+    camera = projection_of(top_view(SIZE_PX, 0.2))
+    car = make_boxes([(0.5, 40.0, np.pi, 4.6, 1.9)])  # drives west, out of the view
+    boxes = drawn(camera, car)
+    low, high = boxes.bounds_px()[:, :2].clip(-0.5), boxes.bounds_px()[:, 2:]
+    cut = ImageBoxes((low + high) / 2, high - low, boxes.angle_rad, boxes.is_oriented, boxes.score, boxes.class_number)
+    found = detect(camera, cut, known(car))
+    assert found.cut.tolist() == [1]
+    assert found.boxes.length_m[0] == pytest.approx(2.9, abs=0.2)  # what is in view, not what is usual
+
+
+def test_box_above_the_horizon_is_no_vehicle() -> None:
+    camera = slanted(height_m=6.0, pitch_rad=0.05)
+    sky = ImageBoxes(
+        np.array([[320.0, 20.0]]), np.array([[20.0, 10.0]]), np.zeros(1), np.zeros(1) > 0, np.ones(1), np.zeros(1, int)
+    )
+    assert len(detect(camera, sky)) == 0
+
+
+def test_weight_is_the_score() -> None:
+    camera = projection_of(top_view(SIZE_PX, 0.2))
+    assert detect(camera, drawn(camera, make_boxes([(60.0, 40.0, 0.0, 4.6, 1.9)]))).weights().tolist() == [0.9]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wild_boxes_give_finite_rows(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count = 2000
+    wild = ImageBoxes(
+        rng.uniform(-50, 700, (count, 2)),
+        np.exp(rng.uniform(-4, 8, (count, 2))),
+        rng.uniform(-4, 4, count),
+        rng.random(count) < 0.5,
+        rng.random(count),
+        rng.integers(0, len(CLASS_NAMES), count),
+    )
+    found = detect(slanted(pitch_rad=rng.uniform(0.1, 1.5)), wild)
+    numbers = np.column_stack(
+        [found.boxes.centre_m, found.boxes.length_m, found.boxes.width_m, found.boxes.heading_rad]
+    )
+    assert np.isfinite(numbers).all()
+    assert np.isfinite(found.noise).all()
+    assert (np.linalg.eigvalsh(found.noise) > 0).all()
+
+
+def test_boxes_in_metres_are_filled_in() -> None:
+    nan = np.nan
+    boxes = GroundBoxes(
+        np.array([[10.0, 5.0], [50.0, 5.0], [90.0, 5.0]]),
+        np.array([nan, 0.1, nan]),
+        np.array([nan, 6.0, nan]),
+        np.array([nan, 2.2, nan]),
+        np.array([0.5, 1.0, 1.0]),
+        np.array([CLASS_NAMES.index("bus")] * 3),
+    )
+    tracks = make_boxes([(10.5, 5.0, 2.0, 12.0, 2.5), (50.0, 5.0, 3.1, 6.0, 2.2)])
+    found = ground_detections(boxes, known(tracks), SETTINGS)
+    assert found.boxes.heading_rad == pytest.approx([2.0, 0.1 + np.pi, 0.0])  # lent; turned round; unknown
+    assert found.boxes.length_m.tolist() == [12.0, 6.0, 12.0]
+    assert found.directed.tolist() == [True, True, False]
+    assert found.elongation[2] == 1.0

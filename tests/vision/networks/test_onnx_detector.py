@@ -1,0 +1,262 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.vision.onnx_file import FloatArray, blob_finder, constant_answer, model, node
+from tests.vision.support import make_frame
+from vision.errors import VisionError
+from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
+from vision.networks.onnx_detector import MAX_CANDIDATES, Letterbox, OnnxDetector, suppress
+from vision.networks.onnx_settings import Layout, OnnxSettings
+
+SIZE_PX = (128, 72)
+# Scores of the test network are mean brightness: road is 100, a bright car 235.
+SETTINGS = OnnxSettings("yolo", {0: "car"}, score_threshold=0.8, nms_threshold=0.1, runtime="opencv")
+
+
+def weights(folder: Path, data: bytes) -> Path:
+    path = folder / "net.onnx"
+    path.write_bytes(data)
+    return path
+
+
+def picture(*cars_px: tuple[int, int], size_px: tuple[int, int] = SIZE_PX) -> FloatArray:
+    """Dark road with bright cars of 16 x 8 px, given by their top left pixels."""
+    luma = np.full((size_px[1], size_px[0]), 60.0, np.float32)
+    for left, top in cars_px:
+        luma[top : top + 8, left : left + 16] = 250.0
+    return luma
+
+
+def answering(folder: Path, rows: list[list[float]], layout: Layout, **changes: object) -> OnnxDetector:
+    path = weights(folder, constant_answer(np.array(rows, np.float32), SIZE_PX))
+    return OnnxDetector(path, replace(SETTINGS, layout=layout, **changes), SIZE_PX)  # type: ignore[arg-type]  # a test's words
+
+
+def boxes(*rows: tuple[float, float, float, float, float], angle_rad: float | None = None) -> ImageBoxes:
+    table = np.array(rows, np.float64).reshape(-1, 5)
+    count = len(table)
+    return ImageBoxes(
+        table[:, :2],
+        table[:, 2:4],
+        np.full(count, angle_rad or 0.0),
+        np.full(count, angle_rad is not None),
+        table[:, 4],
+        np.zeros(count, np.intp),
+    )
+
+
+def test_network_finds_the_bright_cars_where_they_are(tmp_path: Path) -> None:
+    detector = OnnxDetector(weights(tmp_path, blob_finder(SIZE_PX)), SETTINGS, SIZE_PX)
+    found = detector.detect(make_frame(picture((20, 12), (84, 48))))
+    order = np.argsort(found.centre_px[:, 0])
+    assert found.centre_px[order] == pytest.approx(np.array([[27.5, 15.5], [91.5, 51.5]]), abs=4.1)
+    assert found.size_px.tolist() == [[16.0, 8.0]] * 2
+
+
+def test_empty_road_gives_no_box(tmp_path: Path) -> None:
+    detector = OnnxDetector(weights(tmp_path, blob_finder(SIZE_PX)), SETTINGS, SIZE_PX)
+    assert len(detector.detect(make_frame(picture()))) == 0
+
+
+def test_letterbox_brings_boxes_back_to_the_picture(tmp_path: Path) -> None:
+    half = SIZE_PX[0] // 2, SIZE_PX[1]  # as wide as half the picture and as high: grey above and below
+    detector = OnnxDetector(weights(tmp_path, blob_finder(half, box_px=(8.0, 4.0))), SETTINGS, SIZE_PX)
+    luma = picture()
+    luma[24:48, 60:100] = 250.0
+    found = detector.detect(make_frame(luma))
+    assert len(found) > 0
+    assert (np.abs(found.centre_px - [79.5, 35.5]) <= [20.0, 12.0]).all()
+    assert found.size_px[0] == pytest.approx([16.0, 8.0])
+
+
+def test_letterbox_and_back_is_identity() -> None:
+    box = Letterbox.of((1280, 720), (640, 640))
+    inside = boxes((319.5 * 0.5 - 0.25, 140 + 100.25, 10.0, 5.0, 0.9))
+    back = box.undo(inside)
+    assert back.centre_px[0] == pytest.approx([(inside.centre_px[0, 0] + 0.5) * 2 - 0.5, (100.75) * 2 - 0.5])
+    assert back.size_px[0] == pytest.approx([20.0, 10.0])
+
+
+def test_tiles_find_what_one_look_finds(tmp_path: Path) -> None:
+    tile = 72, 72  # two tiles of 128 px with a fifth shared
+    settings = replace(SETTINGS, tiles=(2, 1))
+    detector = OnnxDetector(weights(tmp_path, blob_finder(tile)), settings, SIZE_PX)
+    found = detector.detect(make_frame(picture((8, 12), (56, 28), (100, 48))))
+    assert sorted(found.centre_px[:, 0].tolist()) == pytest.approx([15.5, 63.5, 107.5], abs=6.0)
+
+
+def test_planes_come_in_the_wished_order(tmp_path: Path) -> None:
+    """A blue picture is bright to a network only in the plane that it takes for blue."""
+    blue = make_frame(picture(), chroma=128)
+    blue = replace(blue, luma=np.full((72, 128), 80, np.uint8), chroma_u=np.full((36, 64), 240, np.uint8))
+    kernel = np.zeros((5, 3, 1, 1), np.float32)
+    kernel[4, 0] = 1.0  # the score is the first plane
+    nodes = [
+        node("Conv", ["images", "kernel"], "mean", kernel_shape=[1, 1], strides=[8, 8]),
+        node("Add", ["mean", "places"], "placed"),
+        node("Reshape", ["placed", "shape"], "boxes"),
+    ]
+    places = np.zeros((1, 5, 9, 16), np.float32)
+    places[0, :4] = 30.0
+    given = {"kernel": kernel, "places": places, "shape": np.array([1, 5, 144], np.int64)}
+    path = weights(tmp_path, model(nodes, given, image=[1, 3, 72, 128], outputs={"boxes": [1, 5, 144]}))
+    counts = [
+        len(OnnxDetector(path, replace(SETTINGS, colours=colours), SIZE_PX).detect(blue)) for colours in ("bgr", "rgb")
+    ]
+    assert counts == [1, 0]
+
+
+def test_rows_layout_is_read(tmp_path: Path) -> None:
+    found = answering(tmp_path, [[10, 20, 30, 28, 0.9, 0], [50, 20, 70, 28, 0.95, 7]], "rows").detect(
+        make_frame(picture())
+    )
+    assert found.centre_px.tolist() == [[20.0, 24.0]]
+
+
+def test_oriented_rows_keep_their_angle_and_class(tmp_path: Path) -> None:
+    rows = [[40.0, 30.0, 20.0, 8.0, 0.9, 3.0, 0.5]]
+    found = answering(tmp_path, rows, "rows-oriented", classes={3: "bus"}).detect(make_frame(picture()))
+    assert found.angle_rad == pytest.approx([0.5])
+    assert CLASS_NAMES[found.class_number[0]] == "bus"
+    assert found.is_oriented.all()
+
+
+def test_rows_with_nan_or_beside_the_picture_are_left_out(tmp_path: Path) -> None:
+    good = [10.0, 20.0, 30.0, 28.0, 0.9, 0.0]
+    rows = [
+        good,
+        [10, 20, 30, 28, float("nan"), 0],
+        [float("inf"), 20, 30, 28, 0.9, 0],
+        [500, 20, 520, 28, 0.9, 0],
+        [-90, -90, -70, -80, 0.9, 0],
+        [60, 40, 50, 30, 0.9, 0],  # right before left
+        [60, 40, 80, 48, 0.1, 0],  # too unsure
+    ]
+    found = answering(tmp_path, rows, "rows").detect(make_frame(picture()))
+    assert found.centre_px.tolist() == [[20.0, 24.0]]
+
+
+def test_network_that_gives_nothing_but_nan_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(VisionError, match=r"net.onnx: network output: expected finite numbers, got 6 that are not"):
+        answering(tmp_path, [[float("nan")] * 6], "rows")
+
+
+def test_ten_thousand_boxes_are_thinned(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    centre = rng.uniform([10, 10], [118, 62], (10_000, 2))
+    rows = np.column_stack([centre - 4, centre + 4, rng.uniform(0.85, 1.0, 10_000), np.zeros(10_000)])
+    found = answering(tmp_path, rows.tolist(), "rows").detect(make_frame(picture()))
+    assert 20 < len(found) < 200
+    assert found.score.min() > 0.95  # the best were looked at
+
+
+def slow_suppress(found: ImageBoxes, threshold: float) -> list[int]:
+    """Go through upright boxes by score; keep those that overlap no kept one."""
+    bounds, kept = found.bounds_px(), list[int]()
+    for row in np.argsort(-found.score, kind="stable").tolist():
+        for other in kept:
+            low, high = np.maximum(bounds[row, :2], bounds[other, :2]), np.minimum(bounds[row, 2:], bounds[other, 2:])
+            shared = float(np.prod(np.maximum(high - low, 0.0)))
+            union = float(found.size_px[row].prod() + found.size_px[other].prod()) - shared
+            if shared / union > threshold:
+                break
+        else:
+            kept.append(row)
+    return kept
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_suppression_agrees_with_a_slow_one(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = np.column_stack([rng.uniform(0, 60, (80, 2)), rng.uniform(5, 20, (80, 2)), rng.permutation(80) / 80])
+    found = boxes(*map(tuple, rows.tolist()))
+    assert suppress(found, 0.4).score.tolist() == found.score[slow_suppress(found, 0.4)].tolist()
+
+
+def test_crossed_boxes_are_two_vehicles_and_equal_ones_are_one() -> None:
+    one, same = (50.0, 50.0, 40.0, 8.0, 0.9), (51.0, 50.0, 40.0, 8.0, 0.8)
+    pair = boxes(one, same, angle_rad=0.7)
+    crossed = replace(pair, angle_rad=np.array([0.7, 0.7 + np.pi / 2]))
+    assert (len(suppress(pair, 0.5)), len(suppress(crossed, 0.5))) == (1, 2)
+
+
+def test_no_more_candidates_than_the_limit_are_compared() -> None:
+    count = MAX_CANDIDATES + 500
+    apart = np.column_stack([np.arange(count) * 10.0, np.zeros(count), np.full((count, 2), 5.0), np.ones(count)])
+    assert len(suppress(boxes(*map(tuple, apart.tolist())), 0.5)) == MAX_CANDIDATES
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", r"expected an ONNX file with one input, got 0 bytes without a graph"),
+        (b"these are no weights", r"expected an ONNX file with one input, got a field"),
+        (blob_finder(SIZE_PX)[:-40], r"expected an ONNX file with one input, got a field that goes \d+ bytes past"),
+        (
+            model([node("NoSuchThing", ["images"], "out")], {}, image=[1, 3, 72, 128], outputs={"out": [1]}, opset=77),
+            r"operator set 77: expected operators that OpenCV knows, got .*NoSuchThing",
+        ),
+    ],
+    ids=["empty", "other file", "cut off", "unknown operator"],
+)
+def test_broken_weights_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+    with pytest.raises(VisionError, match=rf"net.onnx: {message}"):
+        OnnxDetector(weights(tmp_path, data), SETTINGS, SIZE_PX)
+
+
+def test_missing_weights_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(VisionError, match=r"none.onnx: expected readable weights, got No such file"):
+        OnnxDetector(tmp_path / "none.onnx", SETTINGS, SIZE_PX)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"layout": "rows"}, r"network output: expected \(n, 6\) for layout 'rows', got \(1, 5, \d+\)"),
+        ({"classes": {4: "car"}}, r"network output: expected \(at least 9, n\) for layout 'yolo' with class 4"),
+        ({"input_size_px": (64, 64)}, r"expected input_size_px = \[128, 72\] as in the weights, got \(64, 64\)"),
+        ({"colours": "grey"}, r"expected an input of \(1, 1, height, width\) for colours = 'grey', got \(1, 3, 72"),
+        ({"output": "heat"}, r"operator set 13: expected an output named 'heat', got boxes"),
+    ],
+    ids=["layout", "class", "input size", "colours", "output"],
+)
+def test_settings_that_do_not_go_with_the_weights_are_refused(
+    tmp_path: Path, changes: dict[str, object], message: str
+) -> None:
+    path = weights(tmp_path, blob_finder(SIZE_PX))
+    with pytest.raises(VisionError, match=message):
+        OnnxDetector(path, replace(SETTINGS, **changes), SIZE_PX)  # type: ignore[arg-type]  # wrong on purpose
+
+
+def test_weights_of_any_size_need_one(tmp_path: Path) -> None:
+    data = model([node("Relu", ["images"], "out")], {}, image=[1, 3, 0, 0], outputs={"out": [1]})
+    with pytest.raises(VisionError, match=r"expected input_size_px for weights that take any size, got none"):
+        OnnxDetector(weights(tmp_path, data), SETTINGS, SIZE_PX)
+
+
+def test_frame_of_another_size_is_refused(tmp_path: Path) -> None:
+    detector = OnnxDetector(weights(tmp_path, blob_finder(SIZE_PX)), SETTINGS, SIZE_PX)
+    with pytest.raises(VisionError, match=r"frame 0: expected \(128, 72\) px, got \(64, 36\)"):
+        detector.detect(make_frame(picture(size_px=(64, 36))))
+
+
+def test_runtime_is_named_with_its_version(tmp_path: Path) -> None:
+    detector = OnnxDetector(weights(tmp_path, blob_finder(SIZE_PX)), SETTINGS, SIZE_PX)
+    assert detector.runtime == f"OpenCV {cv2.__version__}"
+
+
+def test_runtimes_agree(tmp_path: Path) -> None:
+    pytest.importorskip("onnxruntime")
+    path, frame = weights(tmp_path, blob_finder(SIZE_PX)), make_frame(picture((20, 12), (84, 48)))
+    opencv, other = (
+        OnnxDetector(path, replace(SETTINGS, runtime=runtime), SIZE_PX).detect(frame)
+        for runtime in ("opencv", "onnxruntime")
+    )
+    assert other.score == pytest.approx(opencv.score, abs=1e-5)
+    assert other.centre_px == pytest.approx(opencv.centre_px)

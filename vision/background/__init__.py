@@ -1,0 +1,1 @@
+"""What does the road look like without vehicles? Learned from the frames seen so far."""

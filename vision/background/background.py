@@ -1,0 +1,363 @@
+"""What does the road look like without vehicles? A background that is learned causally and kept up to date.
+
+Start-up holds some seconds of rectified frames, reads the bare road off a spread sample (`startup.py`), and then hands
+the held frames back to be processed: results come late by a constant time, but no second pass over the video is needed.
+As long as something like a standing vehicle is left in it, more frames are held.
+Later the background learns slowly where nothing is seen, is frozen under tracked objects, and heals: a patch that
+keeps differing while no object claims it is taken over from the present picture. Brightness of the whole scene is
+followed by one gain per frame, so that the background itself can stay in the light of the start-up.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.background.standing import StandingVehicles
+from vision.background.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of
+from vision.road.boxes import Boxes
+from vision.road.rectify import RoadCells, RoadImage
+from vision.road.road_colour import RoadColour
+from vision.settings import VisionSettings
+from vision.video.frames import ByteArray
+
+BoolArray = NDArray[np.bool_]
+
+# Cells on which the gain is measured, and cells too dark to measure it on.
+GAIN_CELLS = 2_000
+GAIN_MIN_LEVEL = 40.0
+# Outline contrast of picture over background that shows an object, and of background over picture that shows a ghost.
+# The second is stricter: a marking under a dark car has edges too, and a car taken for a ghost is lost.
+OBJECT_RATIO = 1.3
+GHOST_RATIO = 2.0
+# Where one of picture and background shows plain road and the other does not, that settles it: if at least this part of
+# the box is so, and this many times more of it than the other way round.
+PLAIN_SHARE, PLAIN_RATIO = 0.15, 2.0
+# Differences are handed on as multiples of a cell's threshold, this being 1.
+AT_THRESHOLD = 20
+# Shadow leaves this part of the light, and changes the colour by few levels.
+SHADE_DEEPEST, SHADE_LIGHTEST = 0.25, 0.97
+SHADE_CHROMA = 6.0
+NO_COLOUR = 128.0
+# In the light of the start-up, cells of bare road match the usual colour around them up to so much.
+MATCH_LEVELS = 10.0
+
+
+class Background:
+    """The road without vehicles, as packed planes.
+
+    Life: `hold` frames until it returns them, then per frame `compare`, and `learn` after the objects are known.
+
+    Parameters
+    ----------
+    raster : the cells.
+    settings : constants.
+    car_cells : width of a car in cells, about.
+    finds_standing : look for vehicles that stand all the time during the start-up, and prolong it for them.
+    borders : (rows, columns) cells on the borders of lanes; None if not known.
+
+    Attributes
+    ----------
+    is_ready : whether the start-up is over.
+    is_overwhelmed : whether the frame last compared differs so much that nothing can be read off it.
+    """
+
+    def __init__(
+        self,
+        raster: RoadCells,
+        settings: VisionSettings,
+        *,
+        car_cells: float,
+        finds_standing: bool = True,
+        borders: BoolArray | None = None,
+    ) -> None:
+        self._raster = raster
+        self._settings = settings
+        self._car_cells = car_cells
+        self._colour = RoadColour(raster, car_cells=car_cells)
+        self._standing: StandingVehicles | None = None
+        if finds_standing:
+            margin_cells = round(settings.road_margin_m / raster.grid.side) + 1
+            self._standing = StandingVehicles(
+                raster, self._colour, car_cells=car_cells, margin_cells=margin_cells, borders=borders
+            )
+        self._startup_us = settings.startup_us
+        self._held: list[RoadImage] = []
+        self._max_held = max(2, settings.startup_bytes // (3 * raster.packed_size))
+        self._planes = np.zeros((3, raster.packed_size), np.float32)
+        self._shown = np.zeros((3, raster.packed_size), np.uint8)
+        self._sensitivity = np.zeros((1, raster.packed_size), np.float32)
+        # The cells that can be compared now, and those that may learn now: a moving camera changes both.
+        self._road = raster.pack(raster.road.astype(np.uint8)) > 0
+        self._is_seen = np.ones(raster.packed_size, np.bool_)
+        road_cells = np.flatnonzero(self._road)
+        self._gain_cells = road_cells[:: max(1, len(road_cells) // GAIN_CELLS)]
+        self._gain = 1.0
+        self._unclaimed_us = np.zeros(raster.packed_size, np.int32)
+        self._learned_us: int | None = None
+        self._lost_since_us: int | None = None
+        self.is_ready = False
+        self.is_overwhelmed = False
+
+    def hold(self, image: RoadImage) -> list[RoadImage]:
+        """Take a frame of the start-up.
+
+        Parameters
+        ----------
+        image : the next frame.
+
+        Returns
+        -------
+        Nothing while starting up; all held frames, in order, once the background exists.
+        """
+        self._held.append(image)
+        held_us = image.t_us - self._held[0].t_us
+        is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
+        if held_us < self._startup_us and not is_full:
+            return []
+        if is_full or self._standing is None:
+            return self.start()
+        sight = self._first_sight()
+        is_vehicle = self._standing.find(sight)
+        if is_vehicle.any():
+            self._startup_us *= 2
+            return []
+        return self._begin(sight, is_vehicle)
+
+    def start(self) -> list[RoadImage]:
+        """End the start-up with what is held.
+
+        Returns
+        -------
+        All held frames, in order.
+        """
+        if not self._held:
+            return []
+        sight = self._first_sight()
+        return self._begin(sight, None if self._standing is None else self._standing.find(sight))
+
+    def _first_sight(self) -> FirstSight:
+        return first_sight(self._samples(self._held), self._raster, self._colour, car_cells=self._car_cells)
+
+    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> list[RoadImage]:
+        """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
+        held, self._held = self._held, []
+        self._planes[...] = sight.planes
+        if is_vehicle is not None and is_vehicle.any():
+            self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
+        self._show()
+        self._set_sensitivity(sight, is_vehicle)
+        self._learned_us = held[0].t_us
+        self.is_ready = True
+        return held
+
+    def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
+        count = min(len(held), self._settings.startup_samples)
+        return [held[i].planes for i in np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))]
+
+    def compare(self, image: RoadImage) -> ByteArray:
+        """Measure how much every cell differs from the background, for what is usual there.
+
+        Parameters
+        ----------
+        image : the present frame.
+
+        Returns
+        -------
+        (packed_size,) difference as a multiple of the cell's threshold, in units of 1 / `AT_THRESHOLD`; 0 off the road.
+        """
+        self._follow_light(image.planes[0])
+        offset = BLACK_LEVEL * (1.0 - self._gain)
+        self._shown[:1] = cv2.convertScaleAbs(self._planes[:1], alpha=self._gain, beta=offset)
+        difference = self._difference(image.planes)
+        return np.asarray(cv2.multiply(difference, self._sensitivity, dtype=cv2.CV_8U), np.uint8).ravel()
+
+    def _difference(self, planes: ByteArray) -> ByteArray:
+        """Compare with the shown background: (1, packed_size) grey levels, the largest over the weighted planes."""
+        difference = cv2.absdiff(planes, self._shown)
+        chroma = cv2.max(difference[1:2], difference[2:3])
+        weighted = cv2.convertScaleAbs(chroma, alpha=self._settings.chroma_weight)
+        return np.asarray(cv2.max(difference[:1], weighted), np.uint8)
+
+    def _set_sensitivity(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
+        """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
+        differences = [self._difference(planes) for planes in sight.samples]
+        noise = noise_of(differences, sight.is_calm)
+        if is_vehicle is not None and is_vehicle.any():
+            # The road under a vehicle that stands there all the time was never seen: it is taken for a usual one.
+            noise[:, is_vehicle] = np.median(noise[:, self._road])
+        threshold = self._threshold(noise)
+        self._sensitivity[...] = np.where(self._road, AT_THRESHOLD / threshold, 0.0)
+
+    def _threshold(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        settings = self._settings
+        threshold = settings.least_difference + settings.noise_factor * (noise - 1.0)
+        return np.asarray(np.clip(threshold, settings.least_difference, settings.most_difference), np.float32)
+
+    def shaded(self, image: RoadImage, points: NDArray[np.float64]) -> ByteArray:
+        """Find cells that look like the known road with less light on it.
+
+        Parameters
+        ----------
+        image : the frame last compared.
+        points : (n, 2) centres of road cells.
+
+        Returns
+        -------
+        (n,) how many per cent of the light are left, where that is plausible for a shadow and the colour is
+        the same; else 0.
+        """
+        places = self._raster.places(points)
+        shown, present = (planes.take(places, axis=1).astype(np.float32) for planes in (self._shown, image.planes))
+        lit, seen = shown[0] - np.float32(BLACK_LEVEL), present[0] - np.float32(BLACK_LEVEL)
+        light = seen / np.maximum(lit, 1.0)
+        # Less light takes colour away in proportion, seen best on grass.
+        colour = shown[1:] - NO_COLOUR
+        difference = np.abs(present[1:] - NO_COLOUR - light * colour).max(axis=0)
+        is_darker = (light > SHADE_DEEPEST) & (light < SHADE_LIGHTEST)
+        return np.asarray(np.where(is_darker & (difference <= SHADE_CHROMA), 100 * light, 0.0), np.uint8)
+
+    def learn(self, image: RoadImage, foreground: ByteArray, objects: Boxes, is_real: BoolArray) -> None:
+        """Bring the background up to date, every `background_period_us`.
+
+        Parameters
+        ----------
+        image : the present frame.
+        foreground : (packed_size,) non-zero where the frame differs.
+        objects : the tracked objects, as seen on the raster's plane.
+        is_real : (n,) which of them are known to be objects and no ghosts; the background is frozen under these.
+        """
+        assert self._learned_us is not None
+        elapsed_us = image.t_us - self._learned_us
+        if elapsed_us < self._settings.background_period_us:
+            return
+        self._learned_us = image.t_us
+        is_foreground = foreground > 0
+        is_claimed = (
+            self._raster.pack(self._raster.grid.paint(objects.select(is_real).corners(self._raster.grid.side))) > 0
+        )
+        present = self._in_reference_light(image.planes)
+        # After a gap nothing is claimed yet: a long one must not count as time in which nobody claimed it.
+        self._unclaimed_us += min(elapsed_us, self._settings.heal_us // 3)
+        self._unclaimed_us[~is_foreground | is_claimed] = 0
+        is_healing = self._unclaimed_us >= self._settings.heal_us
+        if self._is_view_lost(image.t_us, is_foreground):
+            is_healing = self._road
+        self._unclaimed_us[is_healing] = 0
+        is_quiet = np.asarray(self._is_seen & ~(is_foreground | is_claimed), np.uint8)[None]
+        rate = min(1.0, elapsed_us / self._settings.background_tau_us)
+        for plane, seen in zip(self._planes, present, strict=True):
+            cv2.accumulateWeighted(seen[None], plane[None], rate, mask=is_quiet)
+            plane[is_healing] = seen[is_healing]
+        self._show()
+
+    def heal(self, image: RoadImage, boxes: Boxes) -> None:
+        """Take over the present picture under some boxes: they hold ghosts.
+
+        Parameters
+        ----------
+        image : the present frame.
+        boxes : where, on the raster's plane.
+        """
+        where = self._raster.pack(self._raster.grid.paint(boxes.corners(2 * self._raster.grid.side))) > 0
+        where &= self._is_seen
+        self._planes[:, where] = self._in_reference_light(image.planes)[:, where]
+        self._show()
+
+    def judge(self, image: RoadImage, boxes: Boxes) -> NDArray[np.int8]:
+        """Tell standing objects from ghosts: whose outline is it, the picture's or the background's?
+
+        Where a car that was learned as background drives away, the bare road stands out just like a parked car
+        would; but then it is the picture that has the usual colour of the road, and the edges around it are in the
+        background and not in the picture.
+
+        Parameters
+        ----------
+        image : the present frame.
+        boxes : of unmoved objects, on the raster's plane.
+
+        Returns
+        -------
+        (n,) 1 object, -1 ghost, 0 undecided.
+        """
+        present, learned = (self._raster.unpack(luma) for luma in (image.planes[0], self._shown[0]))
+        reveals, hides = (self._raster.unpack(cells) for cells in self._plain_road(image))
+        verdicts = np.zeros(len(boxes), np.int8)
+        for i, corners in enumerate(boxes.corners()):
+            window, ring, inside = self._outline(corners)
+            verdicts[i] = _verdict_by_colour(reveals[window][inside], hides[window][inside])
+            if verdicts[i] == 0:
+                seen, known = (_edge_strength(luma[window], ring) for luma in (present, learned))
+                verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
+        return verdicts
+
+    def _plain_road(self, image: RoadImage) -> tuple[ByteArray, ByteArray]:
+        """Mark cells in which only the picture has the usual colour of the road, and in which only the background has.
+
+        Two packed arrays of 1 and 0.
+        """
+        usual = self._colour.around(self._planes)
+        present = self._in_reference_light(image.planes)
+        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= MATCH_LEVELS for one in (present, self._planes))
+        differs = self._road & (np.abs(present - self._planes).max(axis=0) > self._settings.least_difference)
+        reveals, hides = differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
+        return reveals.astype(np.uint8), hides.astype(np.uint8)
+
+    def _outline(self, corners: NDArray[np.float64]) -> tuple[tuple[slice, slice], BoolArray, BoolArray]:
+        """Mark the border and the inside of a box, in a window around it."""
+        cells = np.rint(self._raster.grid.to_cells(corners)).astype(np.int32)
+        rows, columns = self._raster.grid.shape
+        left, top = np.clip(cells.min(axis=0) - 3, 0, [columns - 1, rows - 1])
+        right, bottom = np.clip(cells.max(axis=0) + 4, 1, [columns, rows])
+        ring, inside = np.zeros((2, max(bottom - top, 1), max(right - left, 1)), np.uint8)
+        shape = [cells - np.array([left, top], np.int32)]
+        cv2.polylines(ring, shape, True, (1,), thickness=3)
+        cv2.fillPoly(inside, shape, (1,))
+        window = slice(top, top + ring.shape[0]), slice(left, left + ring.shape[1])
+        return window, (ring > 0) & self._raster.road[window], (inside > 0) & self._raster.road[window]
+
+    def _follow_light(self, luma: ByteArray) -> None:
+        """Measure the gain on a fixed sample of cells; a median does not mind the vehicles among them."""
+        learned = self._planes[0].take(self._gain_cells) - np.float32(BLACK_LEVEL)
+        seen = luma.take(self._gain_cells) - np.float32(BLACK_LEVEL)
+        is_bright = learned > GAIN_MIN_LEVEL - BLACK_LEVEL
+        ratios = seen[is_bright] / learned[is_bright]
+        if len(ratios) >= 10:
+            middle = slice((len(ratios) - 1) // 2, len(ratios) // 2 + 1)
+            ratios.partition((middle.start, middle.stop - 1))
+            self._gain = min(max(float(ratios[middle].mean()), 0.25), 4.0)
+
+    def _in_reference_light(self, planes: ByteArray) -> NDArray[np.float32]:
+        present = planes.astype(np.float32)
+        present[0] = (present[0] - np.float32(BLACK_LEVEL)) / np.float32(self._gain) + np.float32(BLACK_LEVEL)
+        return present
+
+    def _is_view_lost(self, t_us: int, is_foreground: BoolArray) -> bool:
+        """Notice when most of the road keeps differing: the camera moved, or the light jumped unevenly."""
+        road_cells = int(np.count_nonzero(self._road))
+        if np.count_nonzero(is_foreground & self._road) <= self._settings.lost_fraction * road_cells:
+            self._lost_since_us = None
+            return False
+        if self._lost_since_us is None:
+            self._lost_since_us = t_us
+        return t_us - self._lost_since_us >= self._settings.lost_us
+
+    def _show(self) -> None:
+        np.rint(self._planes, out=self._shown, casting="unsafe")
+
+
+def _verdict_by_colour(reveals: ByteArray, hides: ByteArray) -> int:
+    """Say 1 for an object, -1 for a ghost, 0 for undecided, by the cells inside a box."""
+    revealed, hidden = int(reveals.sum()), int(hides.sum())
+    if max(revealed, hidden) < PLAIN_SHARE * len(reveals):
+        return 0
+    return int(hidden > PLAIN_RATIO * revealed) - int(revealed > PLAIN_RATIO * hidden)
+
+
+def _edge_strength(luma: ByteArray, ring: BoolArray) -> float:
+    if not ring.any():
+        return 0.0
+    horizontal = cv2.Sobel(luma, cv2.CV_32F, 1, 0, borderType=cv2.BORDER_REPLICATE)
+    vertical = cv2.Sobel(luma, cv2.CV_32F, 0, 1, borderType=cv2.BORDER_REPLICATE)
+    return float(np.mean(np.hypot(horizontal, vertical)[ring]))

@@ -1,0 +1,239 @@
+"""What does the road look like without the vehicles that stand on it? The first background, from the held frames.
+
+A median is right where a cell is bare more than half of the time. Before a red light it is not: one car stands there
+for most of a minute. But the road comes back between any two vehicles, and it is the calmest that a place ever looks:
+a vehicle brings dark windows, a shadow, perhaps a colour into a neighbourhood as wide as itself, whatever its roof
+looks like. So every cell takes the median over its few calmest times. Where it is not calm even then, a vehicle may
+have stood there all the time (`standing.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.road.rectify import RoadCells
+from vision.road.road_colour import RoadColour
+from vision.video.frames import ByteArray
+
+FloatArray = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
+
+# Cells that never change by more than this show one thing all the time.
+SAME_LEVELS = 8
+# How many of its calmest times a cell is the median of (fewer, but at least so many, if only these are calm), and at
+# how many its noise is measured.
+CALMEST = 5
+LEAST_CALM = 2
+CALM = 15
+# A neighbourhood is about as wide as two cars: whoever covers the middle sticks out of what is usual somewhere in it.
+AROUND_WIDTHS = 1.9
+# Differences from the usual colour, in levels: up to the first number they are noise, beyond the second they count no
+# more. One level of colour counts as two of darkness, and one of brightness little: markings are bright.
+DARK_FROM, DARK_MOST = 5, 40
+COLOUR_FROM, COLOUR_MOST, COLOUR_WEIGHT = 3, 20, 2.0
+BRIGHT_WEIGHT = 0.2
+# Unrest is kept in parts of a level; a neighbourhood is not calm from this mean difference on.
+LEVEL = 6
+UNREST_LEVELS = 3
+# Black in video levels: light multiplies what lies above it, by this at least.
+BLACK_LEVEL = 16.0
+LEAST_GAIN = 0.25
+# Differences beyond this are something else in front of the cell, and no noise of it.
+MOST_NOISE = 24
+IN_FRONT = 255
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstSight:
+    """What is read off held frames.
+
+    Attributes
+    ----------
+    samples : of the frames, (3, packed_size) each, in order of time and in the light of `planes`.
+    planes : (3, packed_size) levels of the road.
+    unrest : (packed_size,) mean difference from the usual colour around, at the calmest times, in 1 / `LEVEL` levels.
+    is_calm : (samples, packed_size) the calmer times of every cell: its noise is measured at these.
+    """
+
+    samples: Sequence[ByteArray]
+    planes: FloatArray
+    unrest: ByteArray
+    is_calm: BoolArray
+
+
+def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColour, *, car_cells: float) -> FirstSight:
+    """Estimate the bare road from pictures with traffic on it.
+
+    Parameters
+    ----------
+    samples : (3, packed_size) each, in order of time, evenly spread.
+    cells : the raster. colour : of its road.
+    car_cells : width of a car.
+
+    Returns
+    -------
+    The road; where nothing ever passed, the median.
+    """
+    planes = median_of(samples)
+    samples = in_one_light(samples, planes[0], cells.pack(cells.road.astype(np.uint8)) > 0)
+    tables = _tables()
+    usual = np.rint(colour.around(planes)).astype(np.uint8)
+    side = 2 * round(AROUND_WIDTHS * car_cells / 2) + 1
+    unrest = [_unrest(sample, usual, cells, tables, side) for sample in samples]
+    lowest, highest = samples[0].copy(), samples[0].copy()
+    for sample in samples[1:]:
+        np.minimum(lowest, sample, out=lowest)
+        np.maximum(highest, sample, out=highest)
+    busy = np.flatnonzero((highest - lowest).max(axis=0) > 2 * SAME_LEVELS)
+    least = np.median(np.stack(unrest), axis=0).astype(np.uint8)
+    is_calm = np.ones((len(samples), cells.packed_size), np.bool_)
+    piece = 8_192
+    for start in range(0, len(busy), piece):
+        where = busy[start : start + piece]
+        values = np.stack([sample[:, where] for sample in samples], axis=-1)
+        around = np.stack([one[where] for one in unrest], axis=-1)
+        planes[:, where], least[where] = calmest(values, around)
+        calm = np.sort(around, axis=-1)[:, min(CALM, len(samples)) - 1, None]
+        is_calm[:, where] = (around <= calm).T
+    return FirstSight(samples, planes, least, is_calm)
+
+
+def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray) -> list[ByteArray]:
+    """Make up for the sun that comes and goes: a darker road is not a less calm one.
+
+    Parameters
+    ----------
+    samples : (3, n) each. luma : (n,) the level that each cell gets on average.
+    road : (n,) the cells by which light is measured; vehicles among them do no harm as long as they are fewer.
+
+    Returns
+    -------
+    The samples with that light.
+
+    Examples
+    --------
+    >>> shades = [np.full((3, 4), level, np.uint8) for level in (116, 96, 136)]
+    >>> [int(sample[0, 0]) for sample in in_one_light(shades, np.full(4, 116, np.float32), np.ones(4, np.bool_))]
+    [116, 116, 116]
+    """
+    where = np.flatnonzero(road & (luma > BLACK_LEVEL + 1))
+    known = luma[where] - BLACK_LEVEL
+    result = []
+    for sample in samples:
+        gain = float(np.median((sample[0, where] - BLACK_LEVEL) / known)) if len(where) else 1.0
+        factor = 1 / max(gain, LEAST_GAIN)
+        one = sample.copy()
+        one[:1] = cv2.convertScaleAbs(sample[:1], alpha=factor, beta=BLACK_LEVEL * (1 - factor))
+        result.append(one)
+    return result
+
+
+def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray]:
+    """Find what is seen at the calmest times.
+
+    Parameters
+    ----------
+    values : (planes, cells, times) levels.
+    unrest : (cells, times).
+
+    Returns
+    -------
+    (planes, cells) levels: the mean of all that are near that median, since a few times alone are noisy; and (cells,)
+    the median unrest of the calmest times.
+
+    Examples
+    --------
+    A car of level 30 stands in a cell most of the time; the road has level 100.
+
+    >>> levels = np.array([[[100, 30, 30, 30, 30, 30, 100, 101, 30, 99, 102]]], np.uint8)
+    >>> planes, least = calmest(levels, np.where(levels[0] > 50, 1, 9).astype(np.uint8))
+    >>> planes.tolist(), least.tolist()
+    ([[100.4000015258789]], [1])
+    """
+    most = min(CALMEST, unrest.shape[-1])
+    # Stable, so that among equally calm times the earlier ones count.
+    times = np.argsort(unrest, axis=-1, kind="stable")[:, :most]
+    ordered = np.take_along_axis(unrest, times, axis=-1)
+    calm = (ordered <= LEVEL * UNREST_LEVELS).sum(axis=-1)
+    count = np.where(calm >= LEAST_CALM, calm, most)
+    least = np.take_along_axis(ordered, (count - 1)[:, None] // 2, axis=-1)[:, 0]
+    # What is not among the times that count goes to the end.
+    chosen = np.take_along_axis(values, times[None], axis=-1)
+    chosen[:, np.arange(most) >= count[:, None]] = 255
+    middle = np.take_along_axis(np.sort(chosen, axis=-1), count[None, :, None] // 2, axis=-1)
+    is_near = (cv2.absdiff(values, np.broadcast_to(middle, values.shape)) <= SAME_LEVELS).all(axis=0)
+    mean = np.where(is_near, values, 0).sum(axis=-1, dtype=np.float32) / np.maximum(is_near.sum(axis=-1), 1)
+    return np.where(is_near.any(axis=-1), mean, middle[..., 0]).astype(np.float32), least
+
+
+def _unrest(
+    sample: ByteArray, usual: ByteArray, cells: RoadCells, tables: tuple[ByteArray, ByteArray, ByteArray], side: int
+) -> ByteArray:
+    """Measure by how much the neighbourhood of every cell differs from the usual colour: (packed_size,)."""
+    dark, bright, colour = tables
+    levels = cv2.max(
+        cv2.LUT(cv2.subtract(usual[0], sample[0]), dark), cv2.LUT(cv2.subtract(sample[0], usual[0]), bright)
+    )
+    for seen, known in zip(sample[1:], usual[1:], strict=True):
+        levels = cv2.max(levels, cv2.LUT(cv2.absdiff(seen, known), colour))
+    strange = cells.unpack(np.asarray(levels, np.uint8).ravel()) * cells.road
+    return cells.pack(np.asarray(cv2.blur(strange, (side, side), borderType=cv2.BORDER_CONSTANT), np.uint8))
+
+
+def _tables() -> tuple[ByteArray, ByteArray, ByteArray]:
+    """Look up by how much a difference in darkness, brightness and colour counts."""
+    levels = np.arange(256)
+    dark = np.clip(levels - DARK_FROM, 0, DARK_MOST)
+    colour = np.clip(levels - COLOUR_FROM, 0, COLOUR_MOST)
+    weighted = (dark, BRIGHT_WEIGHT * dark, COLOUR_WEIGHT * colour)
+    first, second, third = (np.rint(LEVEL * one).astype(np.uint8) for one in weighted)
+    return first, second, third
+
+
+def median_of(samples: Sequence[ByteArray]) -> FloatArray:
+    """Take the median per cell; in pieces, since sorting wants each cell's samples side by side.
+
+    Parameters
+    ----------
+    samples : (k, n) each.
+
+    Returns
+    -------
+    (k, n).
+    """
+    result = np.empty((len(samples[0]), samples[0].shape[-1]), np.float32)
+    piece = 65_536
+    for start in range(0, result.shape[-1], piece):
+        cells = np.stack([sample[:, start : start + piece] for sample in samples], axis=-1)
+        cells.partition(cells.shape[-1] // 2, axis=-1)
+        result[:, start : start + piece] = cells[..., cells.shape[-1] // 2]
+    return result
+
+
+def noise_of(differences: Sequence[ByteArray], is_calm: BoolArray) -> FloatArray:
+    """Take the median difference per cell over the times at which nothing stood in front of it.
+
+    Parameters
+    ----------
+    differences : (1, n) each.
+    is_calm : (k, n) the times that count.
+
+    Returns
+    -------
+    (1, n); `MOST_NOISE` where something always differed more.
+    """
+    result = np.empty((1, differences[0].shape[-1]), np.float32)
+    piece = 65_536
+    for start in range(0, result.shape[-1], piece):
+        cells = np.concatenate([one[:, start : start + piece] for one in differences])
+        cells[~is_calm[:, start : start + piece]] = IN_FRONT
+        cells.sort(axis=0)
+        count = (cells <= MOST_NOISE).sum(axis=0)
+        middle = np.take_along_axis(cells, (count // 2)[None] * (count > 0), axis=0)
+        result[:, start : start + piece] = np.where(count > 0, middle, MOST_NOISE)
+    return result

@@ -1,0 +1,312 @@
+"""Which boxes on the road hold something now? The detector protocol and the built-in motion detector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.background.background import AT_THRESHOLD, Background
+from vision.detection.blobs import Cells, find_blobs
+from vision.detection.lanes import TWO_VEHICLES_M, LaneField
+from vision.detection.split import assign_cells
+from vision.detection.surface import Appearances, Surface
+from vision.road.boxes import Boxes, distance_to_boxes
+from vision.road.rectify import RoadImage
+from vision.settings import VisionSettings
+from vision.video.frames import ByteArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+# Odd: an even kernel moves the mask by half a cell, and with it every centre.
+CLOSE_CELLS = 3
+# A tentative track is this close to the middle of its blob.
+LEND_REACH_M = 1.0
+# Cells under this part of their group's mean difference are halo, but none above this multiple of the threshold.
+HALO_SHARE = 0.5
+HALO_MOST = 2.2
+# In the image this much of the least area is enough for a vehicle that is known.
+HALF_HIDDEN = 0.5
+
+# What is in a lane moves along it, whatever its shape.
+LANE_ELONGATION = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """What was found in one frame, one row each.
+
+    Attributes
+    ----------
+    boxes : on the ground; without an owner the heading is that of the long axis, front or rear unknown.
+    noise : (n, 2, 2) covariance of the centres of whole, undivided boxes.
+    elongation : (n,) ratio of the spreads along and across; near 1 the heading means nothing.
+    owner : (n,) row of the predicted box that the cells were given to, -1 for none.
+    divided : (n,) True if the blob was shared out between several predicted boxes.
+    directed : (n,) True if the heading came from a track, so that the front is known.
+    cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
+    borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
+    weight : (n,) how much evidence for a vehicle each is, 0 to 1; None for 1 each.
+    """
+
+    boxes: Boxes
+    noise: FloatArray
+    elongation: FloatArray
+    owner: IntArray
+    divided: BoolArray
+    directed: BoolArray
+    cut: NDArray[np.int8]
+    borders_m: FloatArray
+    weight: FloatArray | None = None
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+    def weights(self) -> FloatArray:
+        """Give the evidence of each, (n,)."""
+        return np.ones(len(self)) if self.weight is None else self.weight
+
+    def select(self, which: BoolArray | IntArray) -> Detections:
+        """Take some of the detections, by mask or row numbers."""
+        return Detections(
+            boxes=self.boxes.select(which),
+            noise=self.noise[which],
+            elongation=self.elongation[which],
+            owner=self.owner[which],
+            divided=self.divided[which],
+            directed=self.directed[which],
+            cut=self.cut[which],
+            borders_m=self.borders_m[which],
+            weight=None if self.weight is None else self.weight[which],
+        )
+
+    @classmethod
+    def none(cls) -> Detections:
+        """Make the empty set of detections."""
+        rows, falses = np.zeros(0, np.intp), np.zeros(0, np.bool_)
+        return cls(
+            boxes=Boxes.none(),
+            noise=np.zeros((0, 2, 2)),
+            elongation=np.zeros(0),
+            owner=rows,
+            divided=falses,
+            directed=falses,
+            cut=np.zeros(0, np.int8),
+            borders_m=np.zeros((0, 4)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """Where objects must be at a frame.
+
+    Attributes
+    ----------
+    known : boxes of confirmed tracks with their shadows; they divide blobs.
+    bodies : the same without shadows.
+    is_sized : which of the known ones have a size that can be relied on.
+    tentative : boxes of unconfirmed tracks that move; they lend their direction to the blobs that they meet.
+    is_driving : which of the known ones move faster than the heading needs.
+    course_rad : (k,) where the k tentative ones move to.
+    """
+
+    known: Boxes
+    bodies: Boxes
+    is_sized: BoolArray
+    tentative: Boxes
+    is_driving: BoolArray
+    course_rad: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Detections, and the cells that differ from the background.
+
+    Attributes
+    ----------
+    detections : of the frame.
+    foreground : (packed_size,) non-zero where the frame differs; the background must not learn there.
+    """
+
+    detections: Detections
+    foreground: ByteArray
+
+
+class Detector(Protocol):
+    """Anything that finds vehicles in a rectified frame, given where known ones must be."""
+
+    def detect(self, image: RoadImage, expected: Expected) -> Scene:
+        """Find vehicles.
+
+        Parameters
+        ----------
+        image : the rectified road.
+        expected : where objects must be; `Detections.owner` refers to the rows of `expected.known`.
+        """
+        ...
+
+
+class MotionDetector:
+    """Finds what differs from the background: threshold, close, connect, divide by prediction, box."""
+
+    def __init__(
+        self, surface: Surface, background: Background, settings: VisionSettings, lanes: LaneField | None = None
+    ) -> None:
+        self._lanes = lanes
+        self._surface = surface
+        self._raster = surface.raster
+        self._background = background
+        self._settings = settings
+        self._kernel = np.ones((CLOSE_CELLS, CLOSE_CELLS), np.uint8)
+        self._shadows_us = 0
+
+    def detect(self, image: RoadImage, expected: Expected) -> Scene:
+        """Find vehicles by their difference from the background.
+
+        Parameters
+        ----------
+        image : the road's cells; the background must be ready.
+        expected : where objects must be.
+
+        Returns
+        -------
+        Boxes of at least `min_area_m2`, and the foreground.
+        """
+        packed = self._background.compare(image)
+        difference = self._raster.unpack(packed)
+        mask = cv2.threshold(difference, AT_THRESHOLD, 1, cv2.THRESH_BINARY)[1]
+        closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+        blobs = self._strong(find_blobs(self._raster, closed & self._raster.road.view(np.uint8), difference))
+        foreground = np.asarray(packed > AT_THRESHOLD, np.uint8)
+        return Scene(self._box(blobs, expected, image), foreground)
+
+    def _strong(self, blobs: Cells) -> Cells:
+        """Drop blobs that differ a little everywhere and nowhere clearly: noise and compression."""
+        if blobs.count == 0:
+            return blobs
+        return blobs.keep(
+            np.maximum.reduceat(blobs.strength, blobs.starts) >= self._settings.strong_ratio * AT_THRESHOLD
+        )
+
+    def _box(self, blobs: Cells, expected: Expected, image: RoadImage) -> Detections:
+        side, known = self._raster.grid.side, len(expected.known)
+        seen, bodies = (self._surface.appearances(boxes) for boxes in (expected.known, expected.bodies))
+        ownership = assign_cells(blobs, seen, bodies.boxes, expected.is_sized, side=side, settings=self._settings)
+        # Owned cells are grouped by owner; of each blob, what is left over and what was never owned stay together.
+        others = known + 2 * blobs.group + ownership.is_rest
+        cells = blobs.regroup(np.where(ownership.owner >= 0, ownership.owner, others))
+        cells = self._part_by_lanes(cells, ownership.is_divided | self._is_one(expected), image, seen.boxes)
+        cells = cells.keep(self._surface.areas_m2(cells) >= self._least_m2(cells, known))
+        owner = np.where(cells.key < known, cells.key, -1)
+        heading, elongation = self._headings(cells)
+        is_owned = owner >= 0
+        heading[is_owned] = expected.known.heading_rad[owner[is_owned]]
+        lent, lender = _lend(cells, self._surface.appearances(expected.tentative))
+        heading[lent & ~is_owned] = expected.tentative.heading_rad[lender[lent & ~is_owned]]
+        sharp = _without_halo(cells)
+        footprints = self._surface.footprints(sharp, heading, self._shaded(sharp, image))
+        return Detections(
+            boxes=footprints.boxes,
+            noise=footprints.noise,
+            elongation=elongation,
+            owner=owner,
+            divided=np.append(ownership.is_divided, False)[owner],
+            directed=is_owned | lent,
+            cut=footprints.cut,
+            borders_m=footprints.borders_m,
+            weight=self._weight(footprints.weight, cells, is_owned, np.where(lent, lender, -1), expected),
+        )
+
+    def _least_m2(self, cells: Cells, known: int) -> FloatArray:
+        """Say how large groups must be, (n,); seen from low above the road a known vehicle may be half hidden."""
+        share = np.where((cells.key < known) & (not self._raster.grid.is_north_up), HALF_HIDDEN, 1.0)
+        return np.asarray(share * self._settings.min_area_m2)
+
+    def _weight(
+        self, weight: FloatArray | None, cells: Cells, is_owned: BoolArray, lender: IntArray, expected: Expected
+    ) -> FloatArray | None:
+        """Take the evidence from whoever walks; `lender` is the tentative track of each group, -1 for none."""
+        if self._lanes is None:
+            return weight
+        course_rad = np.append(expected.course_rad, 0.0)[lender]
+        is_walker = self._lanes.walkers(cells, course_rad, lender >= 0) & ~is_owned
+        return np.where(is_walker, 0.0, 1.0 if weight is None else weight) if is_walker.any() else weight
+
+    @staticmethod
+    def _is_one(expected: Expected) -> BoolArray:
+        """Tell which known objects are one vehicle: two that drive were seen apart, two that stand are too wide."""
+        return expected.is_driving | (expected.is_sized & (expected.known.width_m < TWO_VEHICLES_M))
+
+    def _part_by_lanes(self, cells: Cells, is_whole: BoolArray, image: RoadImage, seen: Boxes) -> Cells:
+        """Part groups that fill several lanes; the owner of such a group, if there is one, keeps a part.
+
+        Parameters
+        ----------
+        cells : grouped by owner; keys from `len(is_whole)` on mean none.
+        is_whole : (n,) owners whose groups are not parted: they share a blob already, or are one vehicle.
+        seen : n boxes on the plane, where the owners must be; the part nearest to its box is kept.
+        """
+        if self._lanes is None:
+            return cells
+        known = len(is_whole)
+        is_group_whole = np.append(is_whole, False)[np.minimum(cells.key, known)]
+        part = self._lanes.parts(cells, lambda points: self._background.shaded(image, points), is_group_whole)
+        if not part.any():
+            return cells
+        parts = int(part.max()) + 1
+        key = cells.key[cells.group]
+        loose = int(cells.key.max()) + 1 + cells.group * parts + part
+        is_kept = (part == 0) | ((key < known) & (part == _nearest_part(cells, part, seen)[cells.group]))
+        return cells.regroup(np.where(part < 0, -1, np.where(is_kept, key, loose)))
+
+    def _headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
+        """Guess directions of groups without a track: along the lane, or else along the group."""
+        heading, elongation = self._surface.headings(cells)
+        if self._lanes is None or cells.count == 0:
+            return heading, elongation
+        along, is_known = self._lanes.headings(cells)
+        clear = np.where(is_known, np.maximum(elongation, LANE_ELONGATION), elongation)
+        return np.where(is_known, along, heading), clear
+
+    def _shaded(self, cells: Cells, image: RoadImage) -> BoolArray | None:
+        """Find cells like road in shadow; only now and then, since shadows change slowly."""
+        if image.t_us - self._shadows_us < self._settings.background_period_us:
+            return None
+        self._shadows_us = image.t_us
+        return self._background.shaded(image, cells.points) > 0
+
+
+def _nearest_part(cells: Cells, part: IntArray, seen: Boxes) -> IntArray:
+    """Find the part of each owned group whose middle lies nearest to where its owner must be; 0 without an owner."""
+    nearest = np.zeros(cells.count, np.intp)
+    for group in np.flatnonzero(cells.key < len(seen)):
+        rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
+        numbers = np.unique(part[rows][part[rows] >= 0])
+        middles = np.array([cells.points[rows][part[rows] == number].mean(axis=0) for number in numbers])
+        nearest[group] = numbers[np.argmin(np.hypot(*(middles - seen.centre_m[cells.key[group]]).T))]
+    return nearest
+
+
+def _without_halo(cells: Cells) -> Cells:
+    """Drop cells much fainter than their group: blur and compression put a halo around strong contrasts."""
+    if cells.count == 0:
+        return cells
+    strength = cells.strength.astype(np.float64)
+    mean = np.add.reduceat(strength, cells.starts) / cells.sizes
+    least = np.clip(HALO_SHARE * mean, AT_THRESHOLD, HALO_MOST * AT_THRESHOLD)
+    least = np.minimum(least, np.maximum.reduceat(strength, cells.starts))
+    return cells.regroup(np.where(strength >= least[cells.group], cells.group, -1))
+
+
+def _lend(cells: Cells, tentative: Appearances) -> tuple[BoolArray, IntArray]:
+    """Find a tentative track for each group whose middle lies in its box: whether there is one, and its row."""
+    if len(tentative.boxes) == 0 or cells.count == 0:
+        return np.zeros(cells.count, np.bool_), np.zeros(cells.count, np.intp)
+    middle = np.add.reduceat(cells.points, cells.starts, axis=0) / cells.sizes[:, None]
+    distance_m = distance_to_boxes(middle, tentative.boxes) * tentative.metres_per_unit
+    return distance_m.min(axis=1) <= LEND_REACH_M, np.argmin(distance_m, axis=1)

@@ -1,0 +1,214 @@
+"""What do two cameras see together? Detections of both, matched on the ground and fused by covariance.
+
+A colour camera sees shape but takes a shadow for a part of the car, and little at night; a thermal camera sees
+vehicles by day and night and no shadows, but coarsely. What both see is one measurement, weighted by how well each
+knows the place. What only one sees is kept with less weight, the less the more reliably the other one has seen
+vehicles so far: by day a dark patch without warmth is probably a shadow, at night the colour camera's silence means
+nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.detector import Detections
+from vision.road.boxes import Boxes, distance_to_boxes
+from vision.tracking import kalman
+from vision.tracking.association import assign
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+# Mahalanobis distance up to which two detections may be one vehicle.
+GATE_SIGMAS = 3.0
+# The two homographies agree on the ground to about this.
+REGISTRATION_M = 0.4
+# A detection that nobody else confirms or denies is a vehicle with this probability.
+LONE_TRUST = 0.8
+# A piece of a vehicle lies this close to its box: bumpers and shadows do, other vehicles do not.
+PIECE_REACH_M = 1.0
+# Detection rates are means over about this many sightings of tracks, and start from this many at one half.
+MEMORY, PRIOR = 2000.0, 20.0
+# No camera is so good that its silence proves anything.
+MOST_RATE = 0.98
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One camera's part in a fusion.
+
+    Attributes
+    ----------
+    detections : of one frame.
+    holds : tells which ground positions, (n, 2), it sees as road.
+    rate : how many of the vehicles in its view it detects, 0 to 1.
+    bias_m : how far its boxes lie beside vehicles, the same way for many frames: it counts when a place is weighed
+        against that of the other camera, and not as noise, which the tracker would smooth over time.
+    is_open : False while it sees nothing at all: no frame, no background yet, another view.
+    """
+
+    detections: Detections
+    holds: Callable[[FloatArray], BoolArray]
+    rate: float
+    is_open: bool = True
+    bias_m: float = 0.0
+
+
+class DetectionRate:
+    """How reliably a camera sees the vehicles that are tracked."""
+
+    def __init__(self) -> None:
+        self._hits, self._chances = PRIOR / 2, PRIOR
+
+    @property
+    def value(self) -> float:
+        """Part of the vehicles in view that are detected, 0 to `MOST_RATE`."""
+        return min(self._hits / self._chances, MOST_RATE)
+
+    def learn(self, detections: Detections, known: Boxes, is_seen: BoolArray) -> None:
+        """Take in one frame.
+
+        Parameters
+        ----------
+        detections : of the camera; owners are rows of `known`.
+        known : boxes of confirmed tracks.
+        is_seen : (k,) which of them are in its view.
+        """
+        is_hit = np.zeros(len(known), np.bool_)
+        is_hit[detections.owner[detections.owner >= 0]] = True
+        keep = max(0.0, 1.0 - float(is_seen.sum()) / MEMORY)
+        self._hits = keep * self._hits + float((is_hit & is_seen).sum())
+        self._chances = keep * self._chances + float(is_seen.sum())
+
+
+def fuse(first: Channel, second: Channel) -> Detections:
+    """Join the detections of two cameras.
+
+    Parameters
+    ----------
+    first, second : of the same moment; owners are rows of the same tracks.
+
+    Returns
+    -------
+    One row for each vehicle that either sees; the weight says how probable it is.
+    """
+    rows, columns = assign(_costs(first.detections, second.detections))
+    both = _merged(first.detections.select(rows), second.detections.select(columns), (first.bias_m, second.bias_m))
+    alone = [
+        _alone(one, other, _others(len(one.detections), taken))
+        for one, other, taken in ((first, second, rows), (second, first, columns))
+    ]
+    whole = [_whole(mine, joined([both, theirs])) for mine, theirs in (alone, alone[::-1])]
+    return joined([both, *whole])
+
+
+def _whole(lone: Detections, others: Detections) -> Detections:
+    """Drop pieces: what one camera sees in fragments, and the other one, or both, as a larger vehicle."""
+    is_near = distance_to_boxes(lone.boxes.centre_m, others.boxes) < PIECE_REACH_M
+    is_larger = (others.boxes.length_m * others.boxes.width_m)[None] > (lone.boxes.length_m * lone.boxes.width_m)[
+        :, None
+    ]
+    return lone.select((lone.owner >= 0) | ~(is_near & is_larger).any(axis=1))
+
+
+def _others(count: int, taken: IntArray) -> IntArray:
+    return np.setdiff1d(np.arange(count), taken).astype(np.intp)
+
+
+def _costs(one: Detections, other: Detections) -> FloatArray:
+    """Compute squared Mahalanobis distances (n, m); infinite for what cannot be one vehicle."""
+    if len(one) == 0 or len(other) == 0:
+        return np.zeros((len(one), len(other)))
+    offset = other.boxes.centre_m[None] - one.boxes.centre_m[:, None]
+    noise = one.noise[:, None] + other.noise[None] + REGISTRATION_M**2 * np.eye(2)
+    squared = np.einsum("nmi,nmij,nmj->nm", offset, kalman.inverse(noise), offset)
+    is_inside = distance_to_boxes(one.boxes.centre_m, other.boxes) < 0
+    is_inside |= distance_to_boxes(other.boxes.centre_m, one.boxes).T < 0
+    is_owned = (one.owner >= 0)[:, None] & (other.owner >= 0)[None]
+    is_same = one.owner[:, None] == other.owner[None]
+    is_possible = np.where(is_owned, is_same, (squared <= GATE_SIGMAS**2) | is_inside)
+    # A common owner is better evidence than any distance.
+    return np.where(is_possible, np.where(is_owned, 0.0, GATE_SIGMAS**2) + squared, np.inf)
+
+
+def _merged(one: Detections, other: Detections, bias_m: tuple[float, float]) -> Detections:
+    """Fuse pairs: places by covariance, sizes by the same weights; what the view cuts gives way to what is whole."""
+    noises = [
+        np.where((mine.cut != 0)[:, None, None] & (theirs.cut == 0)[:, None, None], 1e4, 1.0) * mine.noise
+        for mine, theirs in ((one, other), (other, one))
+    ]
+    noise = kalman.inverse(kalman.inverse(noises[0]) + kalman.inverse(noises[1]))
+    certain = [kalman.inverse(mine + bias**2 * np.eye(2)) for mine, bias in zip(noises, bias_m, strict=True)]
+    pull = [
+        np.einsum("nij,nj->ni", sure, side.boxes.centre_m) for sure, side in zip(certain, (one, other), strict=True)
+    ]
+    together = kalman.inverse(certain[0] + certain[1])
+    share = np.trace(certain[0], axis1=1, axis2=2)
+    share = share / (share + np.trace(certain[1], axis1=1, axis2=2))
+    is_first = (one.owner >= 0) | ((other.owner < 0) & (one.elongation >= other.elongation))
+    heading_rad = np.where(is_first, one.boxes.heading_rad, other.boxes.heading_rad)
+    is_cut = (one.cut != 0) & (other.cut != 0)
+    return Detections(
+        boxes=Boxes(
+            np.einsum("nij,nj->ni", together, pull[0] + pull[1]),
+            heading_rad,
+            share * one.boxes.length_m + (1 - share) * other.boxes.length_m,
+            share * one.boxes.width_m + (1 - share) * other.boxes.width_m,
+        ),
+        noise=noise,
+        elongation=np.where(is_first, one.elongation, other.elongation),
+        owner=np.where(one.owner >= 0, one.owner, other.owner),
+        divided=one.divided & other.divided,
+        directed=np.where(is_first, one.directed, other.directed),
+        cut=np.where(is_cut, np.where(is_first, one.cut, other.cut), 0).astype(np.int8),
+        # Its box is no longer that of one picture, so the shadow in one picture says nothing about it.
+        borders_m=np.full((len(one), 4), np.nan),
+        weight=np.ones(len(one)),
+    )
+
+
+def _alone(one: Channel, other: Channel, rows: IntArray) -> Detections:
+    """Weigh what only one camera sees by the silence of the other, where that one looks too."""
+    found = one.detections.select(rows)
+    silence = np.ones(len(found))
+    if other.is_open and len(found) > 0:
+        silence = np.where(other.holds(found.boxes.centre_m), 1.0 - other.rate, 1.0)
+    weight = LONE_TRUST * silence / (LONE_TRUST * silence + (1.0 - LONE_TRUST))
+    # A track that is known needs no more proof.
+    weight = np.where(found.owner >= 0, 1.0, weight)
+    return Detections(
+        boxes=found.boxes,
+        noise=found.noise,
+        elongation=found.elongation,
+        owner=found.owner,
+        divided=found.divided,
+        directed=found.directed,
+        cut=found.cut,
+        borders_m=found.borders_m,
+        weight=weight,
+    )
+
+
+def joined(parts: list[Detections]) -> Detections:
+    """Put several sets of detections into one."""
+    return Detections(
+        boxes=Boxes(
+            np.concatenate([part.boxes.centre_m for part in parts]),
+            np.concatenate([part.boxes.heading_rad for part in parts]),
+            np.concatenate([part.boxes.length_m for part in parts]),
+            np.concatenate([part.boxes.width_m for part in parts]),
+        ),
+        noise=np.concatenate([part.noise for part in parts]),
+        elongation=np.concatenate([part.elongation for part in parts]),
+        owner=np.concatenate([part.owner for part in parts]),
+        divided=np.concatenate([part.divided for part in parts]),
+        directed=np.concatenate([part.directed for part in parts]),
+        cut=np.concatenate([part.cut for part in parts]),
+        borders_m=np.concatenate([part.borders_m for part in parts]),
+        weight=np.concatenate([part.weights() for part in parts]),
+    )

@@ -1,0 +1,235 @@
+"""How is a road seen from above looked at? As a map: the cells of detection are squares of ground, north up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.blobs import Cells, measure, principal_heading
+from vision.detection.shadow import measure_shadows
+from vision.detection.surface import Appearances, Footprints
+from vision.errors import VisionError
+from vision.road.boxes import Boxes
+from vision.road.cover import cover
+from vision.road.grid import Grid
+from vision.road.parallax import Parallax
+from vision.road.rectify import RoadCells, RoadRaster
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# Half-width of the band of cells that counts as the edge of the view.
+EDGE_CELLS = 2
+# Positions per polygon at which the camera's scale is looked up.
+BORDER_SAMPLES = 400
+
+
+class MapSurface:
+    """The ground as the plane of detection, whatever camera looks at it; see `surface.Surface`.
+
+    Parameters
+    ----------
+    raster : cells of ground, north up.
+    parallax : of the camera.
+    position_noise_m : standard deviation of a detected centre.
+    """
+
+    def __init__(self, raster: RoadCells, parallax: Parallax, *, position_noise_m: float) -> None:
+        self.raster = raster
+        self._parallax = parallax
+        self._noise_m = position_noise_m
+
+    def holds(self, points_m: FloatArray) -> BoolArray:
+        """Tell which ground positions are road in view.
+
+        Parameters
+        ----------
+        points_m : (n, 2).
+
+        Returns
+        -------
+        (n,).
+        """
+        return self.raster.grid.look_up(self.raster.road, points_m)
+
+    def appearances(self, footprints: Boxes) -> Appearances:
+        """Predict what is seen of boxes on the ground.
+
+        Parameters
+        ----------
+        footprints : n boxes.
+
+        Returns
+        -------
+        The same boxes, with the smear of their height if the camera looks slantwise.
+        """
+        return Appearances(self._parallax.appearances(footprints), np.ones(len(footprints)))
+
+    def areas_m2(self, cells: Cells) -> FloatArray:
+        """Measure groups of cells.
+
+        Parameters
+        ----------
+        cells : n groups.
+
+        Returns
+        -------
+        (n,) square metres of ground.
+        """
+        return np.asarray(cells.sizes * self.raster.grid.side**2)
+
+    def headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
+        """Guess directions of groups without a track: their long axes.
+
+        Parameters
+        ----------
+        cells : n groups.
+
+        Returns
+        -------
+        (n,) direction, front or rear unknown, and (n,) elongation.
+        """
+        return principal_heading(cells)
+
+    def footprints(self, cells: Cells, heading_rad: FloatArray, is_shaded: BoolArray | None) -> Footprints:
+        """Box groups of cells.
+
+        Parameters
+        ----------
+        cells : n groups.
+        heading_rad : (n,) direction of each box's length.
+        is_shaded : (p,) cells that look like road in shadow, None to leave shadows out this time.
+
+        Returns
+        -------
+        Boxes on the ground.
+        """
+        side = self.raster.grid.side
+        extents = measure(cells, heading_rad, side)
+        borders_m = np.full((cells.count, 4), np.nan)
+        if is_shaded is not None:
+            borders_m = measure_shadows(cells, is_shaded, extents.boxes, side)
+        return Footprints(
+            boxes=self._parallax.footprints(extents.boxes),
+            noise=np.broadcast_to(self._noise_m**2 * np.eye(2), (cells.count, 2, 2)),
+            cut=extents.cut,
+            borders_m=borders_m,
+        )
+
+
+class GroundSurface(MapSurface):
+    """The ground that a fixed camera sees, as the plane of detection.
+
+    Parameters
+    ----------
+    view : which ground the camera sees.
+    polygons_m : outlines of the road.
+    image_size_px : (width, height).
+    settings : cell size, margins, noise.
+
+    Raises
+    ------
+    VisionError
+        If no road is in view.
+    """
+
+    raster: RoadRaster
+
+    @property
+    def metres_per_cell(self) -> float:
+        """Side of a cell."""
+        return self.raster.grid.side
+
+    def __init__(
+        self,
+        view: GroundView,
+        polygons_m: Sequence[FloatArray],
+        *,
+        image_size_px: tuple[int, int],
+        settings: VisionSettings,
+    ) -> None:
+        low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
+        grid = Grid.between(low_m, high_m, side=cell_size(view, polygons_m, settings), is_north_up=True)
+        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=settings.road_margin_m)
+        raster = RoadRaster(grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px)
+        super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
+
+
+def _road_in_view(
+    view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float
+) -> tuple[FloatArray, FloatArray]:
+    """Bound the ground to rasterise: a little more than what is seen, so that the edge of the view lies inside."""
+    corners = np.concatenate(list(polygons_m))
+    seen_low, seen_high = view.extent()
+    low = np.maximum(seen_low - 2 * margin_m - 1.0, corners.min(axis=0) - margin_m)
+    high = np.minimum(seen_high + 2 * margin_m + 1.0, corners.max(axis=0) + margin_m)
+    if np.any(high <= low):
+        raise VisionError(
+            f"road raster: expected road within the view, {seen_low.tolist()!r} to {seen_high.tolist()!r} m, "
+            f"got road at {corners.min(axis=0).tolist()!r} to {corners.max(axis=0).tolist()!r} m"
+        )
+    return low, high
+
+
+def _road_cells(
+    grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float
+) -> tuple[BoolArray, BoolArray]:
+    """Find the road cells in view, and those of them at the edge of the view."""
+    road = painted_road(grid, polygons_m, margin_m=margin_m)
+    in_view = np.zeros(grid.shape, np.bool_)
+    for area in cover(road):
+        in_view[area.slices] = view.sees(grid.centres(area))
+    unseen = np.asarray(road & ~in_view, np.uint8)
+    band = np.ones((2 * EDGE_CELLS + 1, 2 * EDGE_CELLS + 1), np.uint8)
+    return road & in_view, road & in_view & (cv2.dilate(unseen, band) > 0)
+
+
+def painted_road(grid: Grid, polygons_m: Sequence[FloatArray], *, margin_m: float) -> BoolArray:
+    """Mark the cells of the road and of a margin around it.
+
+    Parameters
+    ----------
+    grid : of ground.
+    polygons_m : outlines of the road.
+    margin_m : around them.
+
+    Returns
+    -------
+    (rows, columns).
+    """
+    reach = 2 * round(margin_m / grid.side) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+    return np.asarray(cv2.dilate(grid.paint(polygons_m), disc) > 0)
+
+
+def cell_size(view: GroundView, polygons_m: Sequence[FloatArray], settings: VisionSettings) -> float:
+    """Choose the coarsest cell that keeps a car wide enough, and none finer than the camera gives on the road.
+
+    Parameters
+    ----------
+    view : of the camera.
+    polygons_m : outlines of the road.
+    settings : width of a car, in metres and in cells.
+
+    Returns
+    -------
+    Metres.
+    """
+    wanted_m = settings.car_width_m / settings.car_width_cells
+    borders = np.concatenate([_along_border(polygon) for polygon in polygons_m])
+    borders = borders[view.sees(borders)]
+    # Road that fills the view has no border in it.
+    scales = view.metres_per_pixel(borders if len(borders) > 0 else view.seen_ground())
+    return float(max(wanted_m, np.percentile(scales, 10)))
+
+
+def _along_border(polygon_m: FloatArray) -> FloatArray:
+    closed = np.concatenate([polygon_m, polygon_m[:1]])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    places = np.linspace(0.0, along[-1], BORDER_SAMPLES)
+    return np.column_stack([np.interp(places, along, closed[:, 0]), np.interp(places, along, closed[:, 1])])

@@ -1,0 +1,278 @@
+"""How is a road seen from low above it looked at? In the image: only the foot of what moves is put on the ground.
+
+A camera on a bridge sees the rear of a car and little of the road under it. Blobs are compact in the image, so they
+are found and divided there; the lowest row of a blob is where the vehicle meets the road on the side of the camera.
+Length cannot be seen this way: a usual car is assumed. Upright things must be upright in the image.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.blobs import Cells, measure
+from vision.detection.image_feet import find_feet
+from vision.detection.image_lanes import ImageLanes
+from vision.detection.lanes import LaneStrip
+from vision.detection.surface import Appearances, Footprints
+from vision.road.boxes import Boxes
+from vision.road.cover import Rectangle
+from vision.road.grid import Grid
+from vision.road.rectify import RoadRaster
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+from vision.tracking import kalman
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# The image is watched up to this height over the road.
+WATCHED_HEIGHT_M = 2.5
+# Road is watched as far as a car is this wide in the image; cells get coarser than pixels while it keeps this many.
+LEAST_CAR_PX = 8.0
+CAR_CELLS = 16.0
+# The scale of the road is first looked up on a grid this coarse.
+COARSE_PX = 8.0
+# The lowest row of a blob is this uncertain, in cells.
+FOOT_NOISE_CELLS = 1.5
+EDGE_CELLS = 2
+# Feet lie at least this wide side by side; what reaches lower is a speck or a neighbour's cell.
+FOOT_WIDTH_M = 0.15
+# A foot behind the border of the view may be anywhere within this many lengths; behind a nearer vehicle, at a low
+# angle, so far that it says nothing.
+HIDDEN_FOOT_LENGTHS = 2.0
+COVERED_FOOT_LENGTHS = 8.0
+
+
+class ImageSurface:
+    """The image as the plane of detection; see `surface.Surface`. Boxes on the plane are upright.
+
+    Parameters
+    ----------
+    view : of the camera.
+    polygons_m : outlines of the road.
+    image_size_px : (width, height).
+    settings : cell size, the usual car, noise.
+
+    Attributes
+    ----------
+    metres_per_cell : of half of the road, or finer.
+
+    Raises
+    ------
+    VisionError
+        If no road is in view.
+    """
+
+    def __init__(
+        self,
+        view: GroundView,
+        polygons_m: Sequence[FloatArray],
+        *,
+        image_size_px: tuple[int, int],
+        settings: VisionSettings,
+    ) -> None:
+        self._view, self._settings = view, settings
+        low, high = np.full(2, -0.5), np.array(image_size_px) - 0.5
+        coarse = _Watched(Grid.between(low, high, side=COARSE_PX, is_north_up=False), view, polygons_m, settings)
+        side = max(1.0, np.floor(settings.car_width_m / CAR_CELLS / coarse.typical_scale()))
+        grid = Grid.between(low, high, side=side, is_north_up=False)
+        watched = _Watched(grid, view, polygons_m, settings)
+        self._ground = watched.ground
+        self.metres_per_cell = side * watched.median_scale()
+        self.raster = RoadRaster(
+            grid,
+            road=watched.road,
+            view_edge=watched.view_edge(),
+            to_pixels=lambda points: points,
+            image_size_px=image_size_px,
+        )
+
+    def lane_field(self, lanes: Sequence[LaneStrip]) -> ImageLanes:
+        """Lay lanes into the image.
+
+        Parameters
+        ----------
+        lanes : on the ground.
+
+        Returns
+        -------
+        The lanes on this surface's raster.
+        """
+        return ImageLanes(self.raster.grid, lanes, self._view)
+
+    def holds(self, points_m: FloatArray) -> BoolArray:
+        """Tell which ground positions are road in view.
+
+        Parameters
+        ----------
+        points_m : (n, 2).
+
+        Returns
+        -------
+        (n,).
+        """
+        return self.raster.grid.look_up(self._ground, self._view.to_pixels(points_m))
+
+    def appearances(self, footprints: Boxes) -> Appearances:
+        """Predict what is seen of boxes on the ground: upright image boxes around vehicles of usual height.
+
+        Parameters
+        ----------
+        footprints : n boxes.
+
+        Returns
+        -------
+        Boxes in pixels.
+        """
+        corners = self._view.to_pixels(footprints.corners())
+        scale = self._view.sight(footprints.centre_m).across_m
+        first, last = corners.min(axis=1), corners.max(axis=1)
+        first[:, 1] -= self._settings.usual_height_m / scale
+        width, height = (last - first).T
+        return Appearances(Boxes((first + last) / 2, np.zeros(len(footprints)), width, height), scale)
+
+    def areas_m2(self, cells: Cells) -> FloatArray:
+        """Measure groups of cells.
+
+        Parameters
+        ----------
+        cells : n groups.
+
+        Returns
+        -------
+        (n,) square metres of vehicle side.
+        """
+        scale = self._view.sight(self._view.to_ground(self._lowest(cells))[0]).across_m
+        return np.asarray(cells.sizes * (self.raster.grid.side * scale) ** 2)
+
+    def headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
+        """Guess directions of groups without a track: nothing in the image tells.
+
+        Parameters
+        ----------
+        cells : n groups.
+
+        Returns
+        -------
+        (n,) away from the camera, and (n,) ones.
+        """
+        away = self._view.sight(self._view.to_ground(self._lowest(cells))[0]).away
+        return np.arctan2(away[:, 1], away[:, 0]), np.ones(cells.count)
+
+    def footprints(self, cells: Cells, heading_rad: FloatArray, is_shaded: BoolArray | None) -> Footprints:
+        """Put usual cars on the ground behind the feet of groups of cells.
+
+        Parameters
+        ----------
+        cells : n groups.
+        heading_rad : (n,) direction of the vehicles.
+        is_shaded : not used: the shadow at the foot is as good as the foot.
+
+        Returns
+        -------
+        Boxes on the ground.
+        """
+        del is_shaded
+        feet_m, is_touching, is_covered = self._feet(cells)
+        sight = self._view.sight(feet_m)
+        bearing = np.arctan2(sight.away[:, 1], sight.away[:, 0])
+        length_m = np.full(cells.count, self._settings.usual_length_m)
+        width_m = np.full(cells.count, self._settings.usual_width_m)
+        turn = heading_rad - bearing
+        depth_m = np.abs(length_m * np.cos(turn)) + np.abs(width_m * np.sin(turn))
+        blur, least_m = FOOT_NOISE_CELLS * self.raster.grid.side, self._settings.position_noise_m
+        # Where the border hides the foot, the lowest row is another part of the vehicle in every frame: as it comes
+        # into view the row wanders towards the camera, and a track that believed in it would shoot ahead.
+        along_m = np.maximum(blur * sight.along_m, np.where(is_touching, HIDDEN_FOOT_LENGTHS * length_m, least_m))
+        along_m = np.where(is_covered, COVERED_FOOT_LENGTHS * length_m, along_m)
+        is_touching |= is_covered
+        across_m = np.maximum(blur * sight.across_m, np.where(is_touching, width_m, least_m))
+        noise = kalman.oriented_covariance(bearing, along_m, across_m)
+        return Footprints(
+            boxes=Boxes(feet_m + sight.away * depth_m[:, None] / 2, heading_rad, length_m, width_m),
+            noise=noise,
+            cut=is_touching.astype(np.int8),
+            borders_m=np.full((cells.count, 4), np.nan),
+            # Nobody is shown before its foot was seen; a track may begin all the same.
+            weight=np.where(is_touching, 0.0, 1.0),
+        )
+
+    def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray, BoolArray]:
+        """Find where groups meet the ground, of which the view edge may hide the foot, and of which others hide it."""
+        lowest = self._lowest(cells)
+        seen = find_feet(cells, self.raster.grid)
+        seen = seen.select(~seen.is_hidden)
+        scale = self._view.sight(self._view.to_ground(lowest)[0]).across_m
+        count = np.bincount(seen.group, minlength=cells.count)
+        # From the lowest foot upwards, but no farther than to the middle one.
+        skipped = np.rint(FOOT_WIDTH_M / scale / self.raster.grid.side).astype(np.intp) - 1
+        order = np.lexsort((-seen.points[:, 1], seen.group))
+        chosen = np.cumsum(count) - count + np.clip(skipped, 0, np.maximum(count - 1, 0) // 2)
+        is_seen = count > 0
+        lowest[is_seen, 1] = seen.points[order[chosen[is_seen]], 1] + self.raster.grid.side / 2
+        # A roof cut off above leaves the foot where it is.
+        is_low = cells.points[:, 1] >= self._boxes(cells).centre_m[cells.group, 1]
+        is_touching = np.zeros(cells.count, np.bool_)
+        is_touching[cells.group[cells.at_edge & is_low]] = True
+        return self._view.to_ground(lowest)[0], is_touching, ~is_seen
+
+    def _lowest(self, cells: Cells) -> FloatArray:
+        """Find the middle of the lower border of each group: (n, 2) pixels."""
+        boxes = self._boxes(cells)
+        return boxes.centre_m + np.stack([np.zeros(cells.count), boxes.width_m / 2], axis=-1)
+
+    def _boxes(self, cells: Cells) -> Boxes:
+        return measure(cells, np.zeros(cells.count), self.raster.grid.side).boxes
+
+
+class _Watched:
+    """Which cells of an image grid show road, or vehicles on it."""
+
+    def __init__(
+        self, grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], settings: VisionSettings
+    ) -> None:
+        pixels = grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1]))
+        ground_m, is_below = view.to_ground(pixels)
+        on_road = is_below & _inside(ground_m, polygons_m)
+        self._scale = np.full(grid.shape, np.inf)
+        self._scale[on_road] = view.sight(ground_m[on_road]).across_m
+        is_fine = self._scale <= settings.car_width_m / LEAST_CAR_PX
+        self.ground = on_road & is_fine
+        self._too_far = on_road & ~is_fine
+        self.road = self.ground.copy()
+        rows = np.where(self.ground, WATCHED_HEIGHT_M / self._scale / grid.side, 0.0)
+        for up in range(1, min(int(rows.max(initial=0.0)) + 1, grid.shape[0])):
+            self.road[:-up] |= rows[up:] >= up
+
+    def typical_scale(self) -> float:
+        """Metres per pixel that nine tenths of the road are seen with, or finer."""
+        return float(np.percentile(self._scale[self.ground], 90)) if self.ground.any() else np.inf
+
+    def median_scale(self) -> float:
+        """Metres per pixel that half of the road is seen with, or finer."""
+        return float(np.median(self._scale[self.ground])) if self.ground.any() else np.inf
+
+    def view_edge(self) -> BoolArray:
+        """Cells next to the border of the image, or to road too far away."""
+        unseen = np.pad((self._too_far & ~self.road).astype(np.uint8), EDGE_CELLS, constant_values=1)
+        band = np.ones((2 * EDGE_CELLS + 1, 2 * EDGE_CELLS + 1), np.uint8)
+        near = cv2.dilate(unseen, band)[EDGE_CELLS:-EDGE_CELLS, EDGE_CELLS:-EDGE_CELLS] > 0
+        return np.asarray(self.road & near)
+
+
+def _inside(points: FloatArray, polygons: Sequence[FloatArray]) -> BoolArray:
+    """Tell which points lie in any polygon, by counting crossings of a ray to the east."""
+    x, y = points[..., 0], points[..., 1]
+    inside = np.zeros(x.shape, np.bool_)
+    for polygon in polygons:
+        crossings = np.zeros(x.shape, np.bool_)
+        for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+            if y0 != y1:
+                spans = (y0 > y) != (y1 > y)
+                crossings ^= spans & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+        inside |= crossings
+    return inside

@@ -1,0 +1,235 @@
+"""Which lane is a cell in, and which way do people drive there? Parts merged blobs that no track can tell apart.
+
+Two cars that stand side by side, with the shadow of one in the gap, are one blob; if they were there before anything
+was tracked, no prediction divides it. But each fills its lane, and no vehicle fills two. Lanes also give the direction
+of what has never moved. Where lanes overlap, and where there are none (inside junctions), nothing is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.blobs import Cells
+from vision.detection.lane_bodies import TALL_LENGTH_M, is_shadow, part_bodies, turned
+from vision.road.grid import Grid
+from vision.video.frames import ByteArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+# A blob at least this wide across the lanes may be two vehicles; of each, this much area and width is in its lane.
+TWO_VEHICLES_M = 3.4
+LEAST_PART_M2 = 3.0
+LEAST_PART_M = 1.5
+# The part of a lane that is the shadow of the vehicle beside it is evenly dark: so much of it, within so many per cent.
+SHADOW_SHARE, EVEN_PERCENT = 0.8, 10
+# Lines and kerbs lie so far inside and outside the edge of a lane. No vehicle is so wide that it covers the inside.
+BORDER_INSIDE_M, BORDER_OUTSIDE_M = 0.2, 0.6
+# So much of a group is in lanes if it takes their direction.
+LANE_SHARE = 0.6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneStrip:
+    """One lane.
+
+    Attributes
+    ----------
+    centre_line_m : (k, 2) in driving direction. width_m : full width.
+    """
+
+    centre_line_m: FloatArray
+    width_m: float
+
+
+class LaneField:
+    """The lanes on a raster of ground.
+
+    Parameters
+    ----------
+    grid : of ground.
+    lanes : may be none.
+    """
+
+    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip]) -> None:
+        self._grid = grid
+        self._lane = np.zeros(grid.shape, np.int32)
+        self._heading_rad = np.zeros(grid.shape, np.float32)
+        taken = np.zeros(grid.shape, np.uint8)
+        for number, lane in enumerate(lanes, start=1):
+            inside = np.zeros(grid.shape, np.bool_)
+            # Half a cell less on either side, so that lanes side by side share no cell.
+            for quad, heading_rad in _quads(lane, lane.width_m / 2 - grid.side / 2):
+                part = grid.paint([quad]) > 0
+                self._heading_rad[part] = heading_rad
+                inside |= part
+            self._lane[inside] = number
+            taken += inside
+        self._lane[taken > 1] = 0
+        self._numbers = len(lanes) + 1  # of lanes, with 0 for none
+
+    def lanes_at(self, points_m: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Look up points.
+
+        Parameters
+        ----------
+        points_m : (n, 2) inside the grid.
+
+        Returns
+        -------
+        (n,) number of the lane, 0 for none, and (n,) its direction.
+        """
+        column, row = np.rint(self._grid.to_cells(points_m)).astype(np.intp).T
+        place = row * self._grid.shape[1] + column
+        return self._lane.take(place).astype(np.intp), self._heading_rad.take(place).astype(np.float64)
+
+    def parts(
+        self, cells: Cells, light: Callable[[FloatArray], ByteArray], is_whole: BoolArray | None = None
+    ) -> IntArray:
+        """Part groups that fill several lanes.
+
+        Parameters
+        ----------
+        cells : n groups.
+        light : tells how many per cent of the road's light are left at (n, 2) points, 0 where it is no shadow; asked
+            only where there may be something to part.
+        is_whole : (n,) groups that are not to be parted; None for none.
+
+        Returns
+        -------
+        (p,) number of the vehicle in its group that the cell belongs to, -1 for none; 0 in groups that are not parted.
+        """
+        result = np.zeros(len(cells.group), np.intp)
+        if cells.count == 0:
+            return result
+        lane, heading_rad = self.lanes_at(cells.points)
+        least = LEAST_PART_M2 / self._grid.side**2
+        counts = np.bincount(cells.group * self._numbers + lane, minlength=cells.count * self._numbers)
+        is_large = counts.reshape(cells.count, self._numbers)[:, 1:] >= least
+        is_open = is_large.sum(axis=1) > 1
+        for group in np.flatnonzero(is_open if is_whole is None else is_open & ~is_whole):
+            rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
+            result[rows] = self._parted(cells.points[rows], lane[rows], heading_rad[rows], light, cells.points)
+        return result
+
+    def _parted(
+        self,
+        points_m: FloatArray,
+        lane: IntArray,
+        heading_rad: FloatArray,
+        light: Callable[[FloatArray], ByteArray],
+        all_points_m: FloatArray,
+    ) -> IntArray:
+        """Number the vehicles in one group; all 0 if it is one. `all_points_m` are those of all groups."""
+        numbers, is_long = self._filled(points_m, lane, heading_rad)
+        if is_long:
+            is_shade = is_shadow(light(points_m), light(all_points_m))
+            return part_bodies(points_m, lane, heading_rad, is_shade, side=self._grid.side)
+        if len(numbers) > 1:
+            left = light(points_m)
+            numbers = [one for one in numbers if not _is_even(left[lane == one])]
+        return _dealt(points_m, lane, numbers) if len(numbers) > 1 else np.zeros(len(lane), np.intp)
+
+    def _filled(self, points_m: FloatArray, lane: IntArray, heading_rad: FloatArray) -> tuple[list[int], bool]:
+        """List the lanes in which a group is as large as a vehicle, and tell whether it is longer than a car in one.
+
+        None if it is not wide enough for two.
+        """
+        side = self._grid.side
+        least = LEAST_PART_M2 / side**2
+        numbers, is_long = [], False
+        for number in np.unique(lane[lane > 0]).tolist():
+            mine = lane == number
+            along, across = turned(points_m, heading_rad[mine][0])
+            if np.ptp(across) + side < TWO_VEHICLES_M:
+                return [], False
+            is_long |= bool(np.ptp(along[mine]) + side > TALL_LENGTH_M)
+            if np.ptp(across[mine]) + side >= LEAST_PART_M and mine.sum() >= least:
+                numbers.append(number)
+        return numbers, is_long
+
+    def headings(self, cells: Cells) -> tuple[FloatArray, BoolArray]:
+        """Find the direction of the lanes that groups are in.
+
+        Parameters
+        ----------
+        cells : n groups.
+
+        Returns
+        -------
+        (n,) direction, and (n,) whether enough of the group is in lanes.
+        """
+        lane, heading_rad = self.lanes_at(cells.points)
+        is_in = lane > 0
+        # Lanes side by side in opposite directions have one axis: doubled angles add up, and the largest lane decides.
+        sums = [
+            np.add.reduceat(np.where(is_in, part, 0.0), cells.starts) if cells.count else np.zeros(0)
+            for part in (np.cos(2 * heading_rad), np.sin(2 * heading_rad), np.ones(len(lane)))
+        ]
+        axis_rad = np.arctan2(sums[1], sums[0]) / 2
+        ahead = np.where(is_in, np.cos(heading_rad - axis_rad[cells.group]), 0.0)
+        forward = np.add.reduceat(ahead, cells.starts) if cells.count else np.zeros(0)
+        return np.where(forward < 0, axis_rad + np.pi, axis_rad), sums[2] >= LANE_SHARE * cells.sizes
+
+    def walkers(self, cells: Cells, course_rad: FloatArray, is_moving: BoolArray) -> BoolArray:
+        """Find people on foot, (n,); none from above, where they are too small to be seen at all (`image_lanes.py`)."""
+        del course_rad, is_moving
+        return np.zeros(cells.count, np.bool_)
+
+
+def borders_of(lanes: Sequence[LaneStrip], grid: Grid) -> BoolArray:
+    """Mark where lanes end sideways: there are the lines, and the kerbs between carriageways.
+
+    Parameters
+    ----------
+    lanes : may be none.
+    grid : of ground.
+
+    Returns
+    -------
+    (rows, columns).
+
+    Examples
+    --------
+    >>> grid = Grid(np.array([0.0, 0.0]), 0.5, (1, 12), is_north_up=True)
+    >>> north = LaneStrip(np.array([[3.0, -9.0], [3.0, 9.0]]), 3.0)
+    >>> borders_of([north], grid).astype(int).tolist()
+    [[0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 0]]
+    """
+    # Lines are blurred by half a cell, and what is painted covers all cells that it touches.
+    outer, inner = (
+        grid.paint([quad for lane in lanes for quad, _ in _quads(lane, lane.width_m / 2 + reach_m)]) > 0
+        for reach_m in (BORDER_OUTSIDE_M, -BORDER_INSIDE_M - grid.side)
+    )
+    return np.asarray(outer & ~inner)
+
+
+def _quads(lane: LaneStrip, half_m: float) -> list[tuple[FloatArray, float]]:
+    """Outline the straight pieces of a lane, with their directions."""
+    quads = []
+    for start, end in zip(lane.centre_line_m[:-1], lane.centre_line_m[1:], strict=True):
+        heading_rad = float(np.arctan2(*(end - start)[::-1]))
+        left = half_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
+        quads.append((np.array([start + left, start - left, end - left, end + left]), heading_rad))
+    return quads
+
+
+def _is_even(light: ByteArray) -> bool:
+    """Tell whether cells are evenly dark road."""
+    dark = light[light > 0].astype(np.int16)
+    if len(dark) == 0:
+        return False
+    is_even = np.abs(dark - np.median(dark)) <= EVEN_PERCENT
+    return bool(is_even.sum() >= SHADOW_SHARE * len(light))
+
+
+def _dealt(points_m: FloatArray, lane: IntArray, numbers: list[int]) -> IntArray:
+    """Give the cells outside the given lanes to the nearest of the vehicles in them."""
+    middles = np.array([points_m[lane == number].mean(axis=0) for number in numbers])
+    nearest = np.argmin(np.linalg.norm(points_m[:, None] - middles[None], axis=-1), axis=1)
+    return np.where(np.isin(lane, numbers), lane, np.array(numbers, np.intp)[nearest])

@@ -1,0 +1,1 @@
+"""What do others say is in the picture? Trained networks and files of boxes."""

@@ -1,0 +1,341 @@
+"""Where on the ground are the vehicles whose boxes somebody drew into a picture?
+
+A box in the picture holds the projection of a vehicle: its footprint, and above it the same footprint moved away from
+the camera by its height. Near one place that projection is linear, so a box of extents `s` along its two axes is
+
+    s = A (length, width, height),   A = how far each reaches along the axes of the box
+
+Two equations for three unknowns: what is usual for the class fills in, weighted by how well the view can tell. From
+straight above, length and width are measured; from low above the road they are the usual ones, and only the place is
+measured. An upright box has no direction of its own; it is lent that of the track expected there, else the better of
+across and along the picture is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.detector import Detections, Expected
+from vision.networks.box_detector import USUAL_SIZES, GroundBoxes, ImageBoxes
+from vision.road.boxes import Boxes, axis, distance_to_boxes
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# The drawn edges of a box are off by about this much, and by this part of its size.
+EDGE_NOISE_PX = 1.0
+EDGE_NOISE_SHARE = 0.03
+# A box this near to the edge of the picture is taken to go on beyond it.
+CUT_PX = 2.0
+# What is cut may be as short as it likes.
+CUT_SPREAD_M = 30.0
+SMALLEST_M = 0.3
+# A track lends its direction to boxes whose middle is this close to its own box.
+LEND_REACH_M = 1.0
+USUAL_HEIGHT_M = 1.5
+# The place is found by Newton's method; it starts within a vehicle's length of it.
+STEPS = 5
+CLOSE_M = 0.02
+LONGEST_STEP_M = 20.0
+DERIVATIVE_STEP_M = 0.5
+# Squared Mahalanobis distances of two extents: within three sigmas, and better by two.
+WELL_EXPLAINED, CLEARLY_BETTER = 9.0, 4.0
+_USUAL = np.array(
+    [(one.length_m, one.width_m, one.height_m) for one in USUAL_SIZES.values()],
+)
+_SPREAD = np.array(
+    [(one.length_spread_m, one.width_spread_m, one.height_spread_m) for one in USUAL_SIZES.values()],
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Guess:
+    """Vehicles that could be behind boxes; `misfit` (n,) says how badly they explain them."""
+
+    footprint: Boxes
+    noise: FloatArray
+    misfit: FloatArray
+
+    def unless(self, is_other: BoolArray, other: _Guess) -> _Guess:
+        """Take the rows of another guess where that is better."""
+        mine, theirs = self.footprint, other.footprint
+        footprint = Boxes(
+            np.where(is_other[:, None], theirs.centre_m, mine.centre_m),
+            np.where(is_other, theirs.heading_rad, mine.heading_rad),
+            np.where(is_other, theirs.length_m, mine.length_m),
+            np.where(is_other, theirs.width_m, mine.width_m),
+        )
+        noise = np.where(is_other[:, None, None], other.noise, self.noise)
+        return _Guess(footprint, noise, np.where(is_other, other.misfit, self.misfit))
+
+
+def image_detections(
+    boxes: ImageBoxes,
+    view: GroundView,
+    expected: Expected,
+    *,
+    image_size_px: tuple[int, int],
+    settings: VisionSettings,
+) -> Detections:
+    """Put boxes of a picture on the ground.
+
+    Parameters
+    ----------
+    boxes : in pixels.
+    view : of the camera at that picture.
+    expected : where objects must be; their directions are lent to boxes that have none.
+    image_size_px : (width, height).
+    settings : noise, the coarsest ground to look at.
+
+    Returns
+    -------
+    One row for each box on ground that is seen finely enough; the owner is never known.
+    """
+    start_m, is_ground = _start(boxes, view)
+    boxes, start_m = boxes.select(is_ground), start_m[is_ground]
+    if len(boxes) == 0:
+        return Detections.none()
+    out = _outward(boxes, image_size_px)
+    projection = _Projection(boxes, np.asarray(out.any(axis=1), np.bool_), view, settings.position_noise_m)
+    heading, is_lent = _lent(start_m, expected, view)
+    is_clear = is_lent.copy()
+    is_free = ~is_lent
+    if is_free.any():
+        first, is_clear[is_free] = projection.select(is_free).undirected(start_m[is_free])
+        heading[is_free], start_m[is_free] = first.footprint.heading_rad, first.footprint.centre_m
+    heading = _with_own_axis(heading, boxes, start_m, view)
+    guess = projection.directed(start_m, heading)
+    elongation = np.where(boxes.is_oriented | is_clear, _elongation(guess.footprint), 1.0)
+    ahead_px = view.to_pixels(guess.footprint.centre_m + axis(heading)) - view.to_pixels(guess.footprint.centre_m)
+    cut = np.where(projection.is_cut, np.where((ahead_px * out).sum(axis=1) >= 0, 1, -1), 0)
+    detections = _detections(
+        guess.footprint,
+        guess.noise,
+        elongation=elongation,
+        is_directed=is_lent,
+        cut=cut.astype(np.int8),
+        weight=boxes.score,
+    )
+    return detections.select(view.metres_per_pixel(guess.footprint.centre_m) <= settings.max_metres_per_pixel)
+
+
+def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSettings) -> Detections:
+    """Fill in what a file does not say about boxes on the ground.
+
+    Parameters
+    ----------
+    boxes : in metres.
+    expected : where objects must be; their directions are lent to boxes that have none, or the opposite one.
+    settings : noise.
+
+    Returns
+    -------
+    One row for each box.
+    """
+    usual = _USUAL[boxes.class_number]
+    has_heading = np.isfinite(boxes.heading_rad)
+    footprint = Boxes(
+        boxes.centre_m,
+        np.where(has_heading, boxes.heading_rad, 0.0),
+        np.where(np.isfinite(boxes.length_m), boxes.length_m, usual[:, 0]),
+        np.where(np.isfinite(boxes.width_m), boxes.width_m, usual[:, 1]),
+    )
+    lent, is_lent = _lent(footprint.centre_m, expected, None)
+    heading = np.where(has_heading, _front_as(lent, footprint.heading_rad), lent)
+    heading = np.where(is_lent, heading, footprint.heading_rad)
+    footprint = Boxes(footprint.centre_m, heading, footprint.length_m, footprint.width_m)
+    noise = np.broadcast_to(settings.position_noise_m**2 * np.eye(2), (len(boxes), 2, 2)).copy()
+    elongation = np.where(has_heading, _elongation(footprint), 1.0)
+    return _detections(
+        footprint,
+        noise,
+        elongation=elongation,
+        is_directed=is_lent,
+        cut=np.zeros(len(boxes), np.int8),
+        weight=boxes.score,
+    )
+
+
+def _start(boxes: ImageBoxes, view: GroundView) -> tuple[FloatArray, BoolArray]:
+    """Start from the ground in the middle of each box, or at its foot where the middle is above the horizon."""
+    bounds = boxes.bounds_px()
+    foot_px = np.column_stack([boxes.centre_px[:, 0], bounds[:, 3]])
+    middle_m, is_below = view.to_ground(boxes.centre_px)
+    foot_m, has_foot = view.to_ground(foot_px)
+    # In a slanted view the middle of a box lies far behind the vehicle; in a steep one the foot does as well.
+    is_far = np.hypot(*(middle_m - foot_m).T) > LONGEST_STEP_M
+    return np.where((is_below & ~is_far)[:, None], middle_m, foot_m), is_below | has_foot
+
+
+def _outward(boxes: ImageBoxes, image_size_px: tuple[int, int]) -> FloatArray:
+    """Point (n, 2) out of the picture where boxes touch its edge; zero elsewhere."""
+    bounds = boxes.bounds_px()
+    last = np.array(image_size_px) - 0.5 - CUT_PX
+    low, high = bounds[:, :2] <= CUT_PX - 0.5, bounds[:, 2:] >= last
+    return np.asarray(high.astype(np.float64) - low)
+
+
+@dataclass(frozen=True, slots=True)
+class _Projection:
+    """Boxes of a picture, and what is needed to find the vehicles behind them.
+
+    Attributes
+    ----------
+    is_cut : (n,) True where the edge of the picture cuts the box.
+    noise_m : of a detected centre, besides what the drawing of the box adds.
+    """
+
+    boxes: ImageBoxes
+    is_cut: BoolArray
+    view: GroundView
+    noise_m: float
+
+    def select(self, which: BoolArray) -> _Projection:
+        """Take some of the boxes."""
+        return _Projection(self.boxes.select(which), self.is_cut[which], self.view, self.noise_m)
+
+    def undirected(self, start_m: FloatArray) -> tuple[_Guess, BoolArray]:
+        """Guess vehicles along boxes and across them; keep what explains each better, and tell where that is clear."""
+        angles = (self.boxes.angle_rad, self.boxes.angle_rad + np.pi / 2)
+        along, across = (self.directed(start_m, _on_ground(angle, start_m, self.view)) for angle in angles)
+        is_across = across.misfit < along.misfit
+        best = along.unless(is_across, across)
+        is_better = np.abs(along.misfit - across.misfit) > CLEARLY_BETTER
+        return best, (best.misfit < WELL_EXPLAINED) & is_better
+
+    def directed(self, start_m: FloatArray, heading: FloatArray) -> _Guess:
+        """Find the vehicles of given headings: sizes by linear estimation, places by Newton's method."""
+        boxes, view = self.boxes, self.view
+        axes = np.stack([axis(boxes.angle_rad), axis(boxes.angle_rad + np.pi / 2)], axis=1)  # (n, 2, 2) in the picture
+        usual = _USUAL[boxes.class_number]
+        variance = np.where(self.is_cut[:, None], CUT_SPREAD_M, _SPREAD[boxes.class_number]) ** 2
+        edge_px = np.hypot(EDGE_NOISE_PX, EDGE_NOISE_SHARE * boxes.size_px)
+        centre_m = start_m
+        for _ in range(STEPS):
+            derivative, raised = _derivative(view, centre_m), _raised(view, centre_m)
+            reach = np.stack([axis(heading), axis(heading + np.pi / 2), raised], axis=2)  # (n, 2, 3) metres
+            lengths, left, misfit = _sizes(np.abs(axes @ derivative @ reach), boxes.size_px, usual, variance, edge_px)
+            seen_px = _middle(view, centre_m, reach, lengths, axes)
+            step_m = np.linalg.solve(derivative, (boxes.centre_px - seen_px)[:, :, None])[:, :, 0]
+            length_m = np.hypot(step_m[:, 0], step_m[:, 1])
+            centre_m = centre_m + step_m / np.maximum(length_m / LONGEST_STEP_M, 1.0)[:, None]
+            if not (length_m > CLOSE_M).any():
+                break
+        spread_px = axes.transpose(0, 2, 1) * (edge_px**2 / 2)[:, None] @ axes
+        to_ground = np.linalg.inv(derivative)
+        noise = to_ground @ spread_px @ to_ground.transpose(0, 2, 1) + self.noise_m**2 * np.eye(2)
+        # By half of what the height is wrong, the middle of the box is displaced.
+        noise += np.einsum("n,ni,nj->nij", left / 4, raised, raised)
+        sizes = np.maximum(lengths, SMALLEST_M)
+        return _Guess(Boxes(centre_m, heading, sizes[:, 0], sizes[:, 1]), noise, misfit)
+
+
+def _derivative(view: GroundView, points_m: FloatArray) -> FloatArray:
+    """Differentiate pixels by metres, (n, 2, 2), over a length as of a vehicle."""
+    steps = DERIVATIVE_STEP_M * np.eye(2)
+    columns = [view.to_pixels(points_m + step) - view.to_pixels(points_m - step) for step in steps]
+    derivative = np.stack(columns, axis=2) / (2 * DERIVATIVE_STEP_M)
+    # Far out, where nothing is kept, it may vanish: that must not stop the others.
+    is_flat = ~(np.abs(np.linalg.det(derivative)) > 1e-12)
+    derivative[is_flat] = np.eye(2)
+    return derivative
+
+
+def _raised(view: GroundView, points_m: FloatArray) -> FloatArray:
+    """Say by how much ground (n, 2) what is one metre above the ground seems displaced."""
+    sight = view.sight(points_m)
+    return sight.away * sight.smear_m(1.0)[:, None]
+
+
+def _sizes(
+    reach: FloatArray, size_px: FloatArray, usual: FloatArray, variance: FloatArray, edge_px: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Estimate (length, width, height) from extents and what is usual; with the height's variance and the misfit."""
+    gain_left = variance[:, :, None] * reach.transpose(0, 2, 1)
+    total = reach @ gain_left + edge_px[:, :, None] ** 2 * np.eye(2)
+    surprise = size_px - np.einsum("nij,nj->ni", reach, usual)
+    weighted = np.linalg.solve(total, surprise[:, :, None])
+    gain = np.linalg.solve(total, gain_left.transpose(0, 2, 1))  # (n, 2, 3)
+    left = variance[:, 2] - np.einsum("ni,ni->n", gain_left[:, 2], gain[:, :, 2])
+    misfit = np.einsum("ni,ni->n", surprise, weighted[:, :, 0])
+    return usual + (gain_left @ weighted)[:, :, 0], left, misfit
+
+
+def _middle(
+    view: GroundView, centre_m: FloatArray, reach: FloatArray, lengths: FloatArray, axes: FloatArray
+) -> FloatArray:
+    """Predict the middles (n, 2) of the boxes that vehicles have in the picture."""
+    along, across, up = (reach * lengths[:, None]).transpose(2, 0, 1)
+    corners = [centre_m + (i * along + j * across) / 2 + k * up for i in (-1, 1) for j in (-1, 1) for k in (0, 1)]
+    places = np.einsum("nij,cnj->cni", axes, view.to_pixels(np.stack(corners)))
+    return np.asarray(np.einsum("nij,ni->nj", axes, (places.min(axis=0) + places.max(axis=0)) / 2))
+
+
+def _lent(points_m: FloatArray, expected: Expected, view: GroundView | None) -> tuple[FloatArray, BoolArray]:
+    """Give places the direction of the track that they lie on, where there is one; seen by a camera, of its middle."""
+    heading, is_lent = np.zeros(len(points_m)), np.zeros(len(points_m), np.bool_)
+    for tracks in (expected.tentative, expected.known):
+        if len(tracks) == 0:
+            continue
+        middle_m = tracks.centre_m
+        if view is not None:
+            middle_m = middle_m + _raised(view, middle_m) * USUAL_HEIGHT_M / 2
+        seen = Boxes(middle_m, tracks.heading_rad, tracks.length_m, tracks.width_m)
+        distance_m = distance_to_boxes(points_m, seen)
+        nearest = np.argmin(distance_m, axis=1)
+        is_near = distance_m[np.arange(len(points_m)), nearest] <= LEND_REACH_M
+        heading[is_near] = tracks.heading_rad[nearest[is_near]]
+        is_lent |= is_near
+    return heading, is_lent
+
+
+def _with_own_axis(lent: FloatArray, boxes: ImageBoxes, points_m: FloatArray, view: GroundView) -> FloatArray:
+    """Turn lent directions into the axis of oriented boxes: of its two axes, the one that is nearer."""
+    if not boxes.is_oriented.any():
+        return lent
+    own = [_on_ground(boxes.angle_rad + turn_rad, points_m, view) for turn_rad in (0.0, np.pi / 2)]
+    is_first = np.abs(np.cos(own[0] - lent)) >= np.abs(np.cos(own[1] - lent))
+    return np.where(boxes.is_oriented, _front_as(lent, np.where(is_first, *own)), lent)
+
+
+def _front_as(lent: FloatArray, own: FloatArray) -> FloatArray:
+    """Turn axes round where their front would be the rear."""
+    return np.where(np.cos(lent - own) < 0, own + np.pi, own)
+
+
+def _on_ground(angle_rad: FloatArray, points_m: FloatArray, view: GroundView) -> FloatArray:
+    """Project directions in the picture to headings on the ground."""
+    ahead_m = view.to_ground(view.to_pixels(points_m) + axis(angle_rad))[0] - points_m
+    return np.arctan2(ahead_m[:, 1], ahead_m[:, 0])
+
+
+def _elongation(boxes: Boxes) -> FloatArray:
+    return np.asarray(boxes.length_m / boxes.width_m)
+
+
+def _detections(
+    footprint: Boxes,
+    noise: FloatArray,
+    *,
+    elongation: FloatArray,
+    is_directed: BoolArray,
+    cut: NDArray[np.int8],
+    weight: FloatArray,
+) -> Detections:
+    count = len(footprint)
+    return Detections(
+        boxes=footprint,
+        noise=noise,
+        elongation=elongation,
+        owner=np.full(count, -1, np.intp),
+        divided=np.zeros(count, np.bool_),
+        directed=is_directed,
+        cut=cut,
+        borders_m=np.full((count, 4), np.nan),
+        weight=weight,
+    )

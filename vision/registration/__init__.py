@@ -1,0 +1,1 @@
+"""From where was this picture taken? A camera that moves, followed by what stays."""

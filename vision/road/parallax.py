@@ -1,0 +1,97 @@
+"""How far does the height of a vehicle smear it over the road, and to which side? Seen slantwise, it covers ground.
+
+A camera that looks across the road sees the roof of a car project onto road behind it. On the rectified road the car
+is then longer than it is: every point moves away from the camera by its height over the tangent of the viewing angle.
+The near end still stands where the car stands, so a footprint is what remains when the smear is cut off the far end.
+Where the smear is longer than a car, the car's own length cannot be seen, and a usual car is assumed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.road.boxes import Boxes, axis
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+
+FloatArray = NDArray[np.float64]
+
+# What remains of a box at least.
+MIN_LENGTH_M, MIN_WIDTH_M = 2.0, 1.4
+
+
+class Parallax:
+    """The smear of vehicles of usual height, for one camera.
+
+    Parameters
+    ----------
+    view : of the camera.
+    settings : height and size of a usual vehicle.
+    """
+
+    def __init__(self, view: GroundView, settings: VisionSettings) -> None:
+        self._view = view
+        self._settings = settings
+        low, high = view.extent()
+        corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 2)
+        middle = (low + high)[None] / 2
+        self._is_steep = not np.any(view.sight(np.concatenate([corners, middle])).smear_m(1.0) > 0)
+
+    def footprints(self, seen: Boxes) -> Boxes:
+        """Cut the smear off boxes around what is seen.
+
+        Parameters
+        ----------
+        seen : boxes measured on the rectified road.
+
+        Returns
+        -------
+        Boxes on the ground; the side towards the camera stays where it is.
+        """
+        if self._is_steep or len(seen) == 0:
+            return seen
+        # The middle of what is seen lies half the smear behind the footprint's middle.
+        shift_m = self._smear(seen.centre_m) / 2
+        along, across = _turn(self._smear(seen.centre_m - shift_m), seen.heading_rad)
+        length_m = np.maximum(seen.length_m - np.abs(along), MIN_LENGTH_M)
+        is_hidden = np.abs(along) > self._settings.usual_length_m
+        length_m = np.minimum(np.where(is_hidden, self._settings.usual_length_m, length_m), seen.length_m)
+        is_hidden = np.abs(across) > self._settings.usual_width_m
+        width_m = np.maximum(seen.width_m - np.abs(across), MIN_WIDTH_M)
+        width_m = np.minimum(np.where(is_hidden, self._settings.usual_width_m, width_m), seen.width_m)
+        ahead = axis(seen.heading_rad) * (np.sign(along) * (seen.length_m - length_m) / 2)[:, None]
+        left = axis(seen.heading_rad + np.pi / 2) * (np.sign(across) * (seen.width_m - width_m) / 2)[:, None]
+        return Boxes(seen.centre_m - ahead - left, seen.heading_rad, length_m, width_m)
+
+    def appearances(self, footprints: Boxes) -> Boxes:
+        """Predict what is seen of boxes on the ground.
+
+        Parameters
+        ----------
+        footprints : boxes on the ground.
+
+        Returns
+        -------
+        Boxes with their smear.
+        """
+        if self._is_steep or len(footprints) == 0:
+            return footprints
+        smear_m = self._smear(footprints.centre_m)
+        along, across = _turn(smear_m, footprints.heading_rad)
+        return Boxes(
+            footprints.centre_m + smear_m / 2,
+            footprints.heading_rad,
+            footprints.length_m + np.abs(along),
+            footprints.width_m + np.abs(across),
+        )
+
+    def _smear(self, points_m: FloatArray) -> FloatArray:
+        sight = self._view.sight(points_m)
+        return sight.away * sight.smear_m(self._settings.usual_height_m)[:, None]
+
+
+def _turn(vector_m: FloatArray, heading_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Split vectors into their parts along and across headings."""
+    cos, sin = np.cos(heading_rad), np.sin(heading_rad)
+    return vector_m[:, 0] * cos + vector_m[:, 1] * sin, vector_m[:, 1] * cos - vector_m[:, 0] * sin

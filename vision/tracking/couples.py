@@ -1,0 +1,56 @@
+"""Which two tracks are one vehicle? Those that follow each other more closely than anybody drives.
+
+A long vehicle may come into view in pieces: its shadow first, then a dark cab, then a light body. Each piece starts a
+track, and since each track claims its part of the blob, they would go on dividing it for good. Real vehicles in motion
+keep a distance that grows with speed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.road.boxes import Boxes, axis
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# A quarter of a second behind, at one speed, is no driver; nor is anything farther than this the same body.
+CLOSEST_S = 0.25
+FARTHEST_M = 3.0
+# Side by side is no couple: that is an overtake.
+IN_LINE_M = 1.5
+SAME_VELOCITY_MPS = 2.0
+MOVING_MPS = 4.0
+
+
+def find_couples(boxes: Boxes, velocity_mps: FloatArray) -> BoolArray:
+    """Find pairs of boxes that move as one, the front of one at the rear of the other.
+
+    Parameters
+    ----------
+    boxes : of n tracks.
+    velocity_mps : (n, 2).
+
+    Returns
+    -------
+    (n, n), symmetric, False on the diagonal.
+
+    Examples
+    --------
+    >>> cab_and_body = Boxes(np.array([[0.0, 0.0], [6.0, 0.2]]), np.zeros(2), np.array([3.0, 6.5]), np.full(2, 2.4))
+    >>> find_couples(cab_and_body, np.full((2, 2), 13.0)).tolist()
+    [[False, True], [True, False]]
+    """
+    offset_m = boxes.centre_m[None] - boxes.centre_m[:, None]
+    along_m = np.abs(np.einsum("nmk,nk->nm", offset_m, axis(boxes.heading_rad)))
+    across_m = np.abs(np.einsum("nmk,nk->nm", offset_m, axis(boxes.heading_rad + np.pi / 2)))
+    gap_m = along_m - np.add.outer(boxes.length_m, boxes.length_m) / 2
+    speed_mps = np.hypot(velocity_mps[:, 0], velocity_mps[:, 1])
+    slower_mps = np.minimum.outer(speed_mps, speed_mps)
+    change_mps = velocity_mps[None] - velocity_mps[:, None]
+    is_alike = np.hypot(change_mps[..., 0], change_mps[..., 1]) < SAME_VELOCITY_MPS
+    is_near = (gap_m < np.minimum(CLOSEST_S * slower_mps, FARTHEST_M)) & (across_m < IN_LINE_M)
+    is_one = is_near & is_alike & (slower_mps > MOVING_MPS)
+    np.fill_diagonal(is_one, False)
+    return np.asarray(is_one & is_one.T)

@@ -1,0 +1,333 @@
+"""What is known of each tracked object? A table with one row per track, stored by columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.road.boxes import Boxes, axis, distance_to_boxes
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+# Sizes are averages over about this many measurements, so that they go on correcting themselves.
+SIZE_MEMORY = 40
+# One measurement moves the sum behind a size by at most this much: like a median, it forgets outliers.
+SIZE_STEP_M = 0.5
+# Measurements in a row this far off mean that the size is wrong (two cars entered as one), not the measurement.
+SIZE_MISFIT_M = 1.5
+SIZE_MISFITS = 12
+# One that agrees with neither takes back the weight of this many.
+SIZE_OUTLIER = 3
+# Who drives no faster is hidden for longer than anybody waits for him; faster ones come out as they went in.
+DRIVING_MPS = 8.0
+# A size resting on this many whole sightings can be relied on.
+SIZED_COUNT = 10
+# A track that stays within this distance stands.
+REST_RADIUS_M = 0.7
+# Slower than this, a step that is less than this part ahead or back is no driving.
+SIDEWAYS_MPS, SIDEWAYS_SHARE = 3.0, 0.7
+# A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
+SURE_SIGMAS, SURE_MPS = 2.0, 4.0
+
+# Both of two twins have been seen within this time: a vehicle that is hidden beside another is not its twin.
+TWIN_SEEN_US = 400_000
+
+
+@dataclass(slots=True)
+class TrackTable:
+    """All tracks, one row each.
+
+    Attributes
+    ----------
+    number : part of the name; -1 until confirmed.
+    state, covariance : (n, 4) x, y, vx, vy and (n, 4, 4).
+    heading_rad, length_m, width_m : the box.
+    size_count, size_misfits : how many measurements the size rests on, and how many in a row contradict it.
+    odd_m : (n, 4) length, width and offset from the track, east and north, of the first of these.
+    hits : detections so far.
+    evidence : the sum of their weights.
+    born_us, seen_us : time of the first and of the latest detection.
+    born_m, seen_m : (n, 2) position at these times.
+    rest_m, rest_us : (n, 2) where it stands, and since when; both move on with it.
+    is_confirmed : shown to the outside.
+    is_proved : known to be an object and no ghost, because it moved or has an outline of its own.
+    is_observed, is_clipped : of the latest frame.
+    doubled_us : how long it has stood inside an older track.
+    coupled_us : how long it has ridden with an older track as one body (`couples.py`).
+    twin_us : how long it has lain across an older track without both being seen in one frame.
+    borders_m, borders_count : (n, 4) mean width of its dark borders (`shadow.py`), and over how many measurements.
+    """
+
+    number: IntArray
+    state: FloatArray
+    covariance: FloatArray
+    heading_rad: FloatArray
+    length_m: FloatArray
+    width_m: FloatArray
+    size_count: IntArray
+    size_misfits: IntArray
+    odd_m: FloatArray
+    hits: IntArray
+    evidence: FloatArray
+    born_us: IntArray
+    seen_us: IntArray
+    born_m: FloatArray
+    seen_m: FloatArray
+    rest_m: FloatArray
+    rest_us: IntArray
+    is_confirmed: BoolArray
+    is_proved: BoolArray
+    is_observed: BoolArray
+    is_clipped: BoolArray
+    doubled_us: IntArray
+    coupled_us: IntArray
+    twin_us: IntArray
+    borders_m: FloatArray
+    borders_count: IntArray
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+    @classmethod
+    def empty(cls) -> TrackTable:
+        """Make a table without rows."""
+        count, truth, number = np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0)
+        points = np.zeros((0, 2))
+        return cls(
+            number=count,
+            state=np.zeros((0, 4)),
+            covariance=np.zeros((0, 4, 4)),
+            heading_rad=number,
+            length_m=number,
+            width_m=number,
+            size_count=count,
+            size_misfits=count,
+            odd_m=np.zeros((0, 4)),
+            hits=count,
+            evidence=number,
+            born_us=count,
+            seen_us=count,
+            born_m=points,
+            seen_m=points,
+            rest_m=points,
+            rest_us=count,
+            is_confirmed=truth,
+            is_proved=truth,
+            is_observed=truth,
+            is_clipped=truth,
+            doubled_us=count,
+            coupled_us=count,
+            twin_us=count,
+            borders_m=np.zeros((0, 4)),
+            borders_count=count,
+        )
+
+    def select(self, which: BoolArray) -> TrackTable:
+        """Keep some rows.
+
+        Parameters
+        ----------
+        which : (n,).
+
+        Returns
+        -------
+        A table of those rows.
+        """
+        return self if which.all() else TrackTable(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    def append(self, other: TrackTable) -> TrackTable:
+        """Add the rows of another table at the end.
+
+        Parameters
+        ----------
+        other : the rows to add.
+
+        Returns
+        -------
+        A table of both.
+        """
+        columns = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
+        return TrackTable(*(np.concatenate(pair) for pair in columns))
+
+    def boxes(self) -> Boxes:
+        """Box every track at its present position.
+
+        Returns
+        -------
+        One box a row.
+        """
+        return Boxes(self.state[:, :2], self.heading_rad, self.length_m, self.width_m)
+
+    def speed_mps(self) -> FloatArray:
+        """Measure how fast every track moves.
+
+        Returns
+        -------
+        (n,).
+        """
+        return np.hypot(self.state[:, 2], self.state[:, 3])
+
+    def is_sized(self) -> BoolArray:
+        """Tell which tracks have a size that can be relied on.
+
+        Returns
+        -------
+        (n,).
+        """
+        return self.size_count >= SIZED_COUNT
+
+    def is_driving(self) -> BoolArray:
+        """Tell which tracks are vehicles of known size that drive: of them it is known where they are while hidden.
+
+        Returns
+        -------
+        (n,).
+        """
+        return self.is_confirmed & self.is_sized() & (self.speed_mps() >= DRIVING_MPS)
+
+    def turn_ahead(self, min_speed_mps: float) -> None:
+        """Point the heading of moving tracks along their velocity; standing ones keep theirs.
+
+        Parameters
+        ----------
+        min_speed_mps : slower counts as standing: the direction of a small velocity is noise.
+        """
+        spread_mps = np.sqrt(self.covariance[:, 2, 2] + self.covariance[:, 3, 3])
+        sure_mps = np.minimum(SURE_SIGMAS * spread_mps, SURE_MPS)
+        is_moving = self.speed_mps() >= np.maximum(min_speed_mps, sure_mps)
+        ahead = np.arctan2(self.state[:, 3], self.state[:, 2])
+        self.heading_rad = np.where(is_moving, ahead, self.heading_rad)
+
+    def note_rest(self, now_us: int) -> None:
+        """Keep track of how long each track has been standing where it is.
+
+        Parameters
+        ----------
+        now_us : the frame's time.
+        """
+        shift_m = self.state[:, :2] - self.rest_m
+        has_moved = np.hypot(*shift_m.T) > REST_RADIUS_M
+        along_m = np.abs(np.einsum("ni,ni->n", shift_m, axis(self.heading_rad)))
+        # Nobody starts sideways: what is seen there now may be the road that the vehicle has left.
+        is_slow = self.speed_mps() < SIDEWAYS_MPS
+        self.is_proved[has_moved & is_slow & (along_m < SIDEWAYS_SHARE * np.hypot(*shift_m.T))] = False
+        self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
+        self.rest_us = np.where(has_moved, now_us, self.rest_us)
+
+    def learn_size(self, rows: NDArray[np.intp], boxes: Boxes) -> None:
+        """Take measured sizes of whole, undivided boxes into account.
+
+        Parameters
+        ----------
+        rows : (m,) which tracks were measured.
+        boxes : m.
+        """
+        length_m, width_m = boxes.length_m, boxes.width_m
+        error_m = np.maximum(np.abs(length_m - self.length_m[rows]), np.abs(width_m - self.width_m[rows]))
+        is_misfit = error_m > SIZE_MISFIT_M
+        # A body keeps its size and its place on the track. What does not is the part that shows beside a bridge, or
+        # through a hole in the leaves. What stands or creeps cannot be told apart like that.
+        seen_m = np.column_stack([length_m, width_m, boxes.centre_m - self.state[rows, :2]])
+        is_same = np.abs(seen_m - self.odd_m[rows]).max(axis=1) < SIZE_MISFIT_M
+        is_same |= self.speed_mps()[rows] < DRIVING_MPS
+        misfits = self.size_misfits[rows] + np.where(is_same, 1, -SIZE_OUTLIER)
+        is_first = ~is_misfit | (misfits <= 0)
+        self.odd_m[rows] = np.where(is_first[:, None], seen_m, self.odd_m[rows])
+        misfits = np.where(is_misfit, np.maximum(misfits, 1), 0)
+        is_fresh = (misfits >= SIZE_MISFITS) | (self.size_count[rows] == 0)
+        count = np.where(is_fresh, 1, self.size_count[rows] + 1)
+        for size, measured in ((self.length_m, length_m), (self.width_m, width_m)):
+            step = np.clip(measured - size[rows], -SIZE_STEP_M, SIZE_STEP_M)
+            size[rows] = np.where(is_fresh, measured, size[rows] + step / np.minimum(count, SIZE_MEMORY))
+        self.size_count[rows] = count
+        # What stands there is not what was known: perhaps the road that a car uncovered. It has to prove itself again.
+        self.is_proved[rows[misfits >= SIZE_MISFITS]] = False
+        self.size_misfits[rows] = np.where(is_fresh, 0, misfits)
+
+    def grow(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:
+        """Make boxes at least as large as what is in view of them; for objects cut by the view edge.
+
+        Parameters
+        ----------
+        rows : (m,) which tracks were measured.
+        length_m, width_m : (m,) of the part in view.
+        """
+        self.length_m[rows] = np.maximum(self.length_m[rows], length_m)
+        self.width_m[rows] = np.maximum(self.width_m[rows], width_m)
+
+    def learn_borders(self, rows: NDArray[np.intp], borders_m: FloatArray) -> None:
+        """Take measured dark borders into account.
+
+        Parameters
+        ----------
+        rows : (m,) which tracks were measured.
+        borders_m : (m, 4), nan where not measured.
+        """
+        is_measured = ~np.isnan(borders_m[:, 0])
+        rows, borders_m = rows[is_measured], borders_m[is_measured]
+        self.borders_count[rows] += 1
+        weight = 1 / np.minimum(self.borders_count[rows], SIZE_MEMORY)
+        self.borders_m[rows] += (borders_m - self.borders_m[rows]) * weight[:, None]
+
+    def doubles(self, bodies: Boxes, depth_m: float) -> BoolArray:
+        """Find tracks that stand inside a longer-lived one: fragments of it.
+
+        Parameters
+        ----------
+        bodies : of all tracks, without shadows.
+        depth_m : how deep inside the other's box the centre must lie.
+
+        Returns
+        -------
+        (n,).
+        """
+        inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
+        return np.asarray((inside & self.older()).any(axis=1))
+
+    def twins(self, now_us: int) -> BoolArray:
+        """Find tracks that lie across a confirmed older one, both seen of late, but in this frame one of them at most.
+
+        Parameters
+        ----------
+        now_us : the frame's time.
+
+        Returns
+        -------
+        (n,).
+        """
+        rows = np.flatnonzero(now_us - self.seen_us <= TWIN_SEEN_US)
+        east_m, north_m = self.state[rows, 0], self.state[rows, 1]
+        reach_m = self.length_m[rows].max(initial=0.0)
+        is_seen = self.is_observed[rows]
+        # Few pairs are near each other and not both seen: the others are left out before anything costs much.
+        is_near = np.abs(east_m[:, None] - east_m) < reach_m
+        is_near &= np.abs(north_m[:, None] - north_m) < reach_m
+        is_near &= ~(is_seen[:, None] & is_seen) & self.is_confirmed[rows]
+        one, other = (rows[side] for side in np.nonzero(is_near))
+        is_twin = np.zeros(len(self), np.bool_)
+        is_twin[one[self._overlaps(one, other) & self._is_older(other, one)]] = True
+        return is_twin
+
+    def _overlaps(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> BoolArray:
+        """Tell for pairs of rows whether the boxes overlap, both taken to lie along the other's."""
+        offset_m, ahead = self.state[one, :2] - self.state[other, :2], axis(self.heading_rad[other])
+        along_m = np.abs(np.einsum("ni,ni->n", offset_m, ahead))
+        across_m = np.abs(offset_m[:, 1] * ahead[:, 0] - offset_m[:, 0] * ahead[:, 1])
+        is_along = along_m < (self.length_m[one] + self.length_m[other]) / 2
+        return np.asarray(is_along & (across_m < (self.width_m[one] + self.width_m[other]) / 2))
+
+    def _is_older(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> BoolArray:
+        """Tell for pairs of rows whether the first counts as older; of two alike, the one that comes first."""
+        born_us, area_m2 = self.born_us, self.length_m * self.width_m
+        is_larger = (area_m2[one] > area_m2[other]) | ((area_m2[one] == area_m2[other]) & (one < other))
+        return np.asarray((born_us[one] < born_us[other]) | ((born_us[one] == born_us[other]) & is_larger))
+
+    def older(self) -> BoolArray:
+        """Tell which tracks (columns) count as older than which (rows); born at once, the larger box wins."""
+        area = self.length_m * self.width_m
+        is_earlier = self.born_us[None] < self.born_us[:, None]
+        return np.asarray(is_earlier | ((self.born_us[None] == self.born_us[:, None]) & (area[None] > area[:, None])))

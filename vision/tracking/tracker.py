@@ -1,0 +1,346 @@
+"""Which objects are on the road, seen before or new? Prediction, assignment and the life of tracks.
+
+Metres and seconds throughout, every step sized by time stamps, so that dropped frames and other frame rates change
+nothing but the uncertainty. Confirmed tracks choose first; what they leave starts or confirms new ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.detector import Detections, Expected
+from vision.detection.shadow import Sun, without_shadow
+from vision.objects import VisionObjects
+from vision.road.boxes import Boxes, axis, distance_to_boxes, wrap_angle
+from vision.settings import VisionSettings
+from vision.tracking import kalman
+from vision.tracking.association import Sightings, assign, costs, doubt, measured, sight
+from vision.tracking.couples import find_couples
+from vision.tracking.noise_level import NoiseLevel
+from vision.tracking.track import TrackTable
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+# Velocity of a new track, one standard deviation: along a clearly long blob, across it, and for a blob of no shape.
+NEW_ALONG_MPS = 20.0
+NEW_ACROSS_MPS = 4.0
+CLEAR_ELONGATION = 1.8
+# This part of the evidence is enough to confirm what was seen for this long.
+LONG_SEEN_US, LONG_SEEN_SHARE = 300_000, 0.75
+# A track whose centre lies this deep in an older one's box for this long is a fragment of the same object.
+DOUBLE_DEPTH_M = 0.3
+DOUBLE_US = 300_000
+# So is one that overlaps an older one for this long without the two ever being seen in one frame: noisy sightings of
+# one vehicle, dealt out in turns to two names.
+TWIN_US = 500_000
+# So is one that has followed or led an older one, closer than anybody drives, for this long.
+COUPLED_US = 1_200_000
+# A driving vehicle does not vanish on the road: something hides it, and this long it is waited for.
+HIDDEN_US = 3_000_000
+# No tyre changes the speed of a vehicle faster; sightings of which an end is hidden may say so.
+GRIP_MPS2 = 8.0
+
+
+class Tracker:
+    """Tracks over time: per frame `predict`, then `update` with what was detected.
+
+    Parameters
+    ----------
+    settings : noise, gates, life times.
+    is_in_view : tells for (n, 2) ground points which are road in view; tracks that coast out of it end.
+    """
+
+    def __init__(self, settings: VisionSettings, is_in_view: Callable[[FloatArray], BoolArray]) -> None:
+        self._settings = settings
+        self._is_in_view = is_in_view
+        self._tracks = TrackTable.empty()
+        self._now_us: int | None = None
+        self._step_us = 0
+        self._names_used = 0
+        self._sun = Sun()
+        self._noise_level = NoiseLevel()
+
+    def predict(self, t_us: int) -> Expected:
+        """Move all tracks on to a frame's time.
+
+        Parameters
+        ----------
+        t_us : later than at the call before.
+
+        Returns
+        -------
+        Boxes of confirmed tracks (rows are what `Detections.owner` means) and of tentative ones that move.
+        """
+        self._step_us = 0 if self._now_us is None else t_us - self._now_us
+        self._now_us = t_us
+        tracks = self._tracks
+        along = np.full(len(tracks), self._settings.acceleration_along_mps2)
+        across = np.full(len(tracks), self._settings.acceleration_across_mps2)
+        noise = kalman.oriented_covariance(tracks.heading_rad, along, across)
+        dt_s = self._step_us / 1_000_000
+        tracks.state, tracks.covariance = kalman.predict(tracks.state, tracks.covariance, noise, dt_s)
+        boxes = tracks.boxes()
+        has_direction = (tracks.hits > 1) & (tracks.speed_mps() > self._settings.heading_speed_mps)
+        is_coming = ~tracks.is_confirmed & has_direction
+        return Expected(
+            known=boxes.select(tracks.is_confirmed),
+            bodies=self._bodies().select(tracks.is_confirmed),
+            is_sized=tracks.is_sized()[tracks.is_confirmed],
+            tentative=boxes.select(is_coming),
+            is_driving=has_direction[tracks.is_confirmed],
+            course_rad=np.arctan2(tracks.state[is_coming, 3], tracks.state[is_coming, 2]),
+        )
+
+    def update(self, detections: Detections) -> VisionObjects:
+        """Take in what was detected at the time of the latest `predict`.
+
+        Parameters
+        ----------
+        detections : of that frame.
+
+        Returns
+        -------
+        All confirmed tracks.
+        """
+        assert self._now_us is not None
+        tracks = self._tracks
+        known = np.flatnonzero(tracks.is_confirmed)
+        sightings = sight(detections, known, tracks, self._settings, noise_factor=self._noise_level.factor)
+        tracks.is_observed = np.zeros(len(tracks), np.bool_)
+        cost = costs(tracks, sightings, self._now_us, self._settings)
+        is_free = np.ones(len(sightings.owner), np.bool_)
+        for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
+            free = np.flatnonzero(is_free)
+            taken_by, taken = assign(cost[np.ix_(rows, free)])
+            if len(taken) > 0:
+                self._correct(rows[taken_by], free[taken], sightings, detections)
+            is_free[free[taken]] = False
+        tracks.note_rest(self._now_us)
+        self._confirm()
+        self._end()
+        self._start(detections, sightings, is_free)
+        return self._objects()
+
+    def standing(self, min_us: int) -> tuple[IntArray, Boxes]:
+        """List tracks that may be ghosts: seen, but standing for a while.
+
+        Parameters
+        ----------
+        min_us : tracks that have stood for less are left out.
+
+        Returns
+        -------
+        Rows for `prove` and `drop`, and the boxes.
+        """
+        assert self._now_us is not None
+        tracks = self._tracks
+        rows = np.flatnonzero((self._now_us - tracks.rest_us >= min_us) & tracks.is_observed)
+        return rows, tracks.boxes().select(rows)
+
+    def prove(self, rows: IntArray) -> None:
+        """Accept standing tracks as objects.
+
+        Parameters
+        ----------
+        rows : from `standing`.
+        """
+        self._tracks.is_proved[rows] = True
+
+    def drop(self, rows: IntArray) -> None:
+        """Forget tracks that turned out to be ghosts.
+
+        Parameters
+        ----------
+        rows : from `standing`.
+        """
+        kept = np.ones(len(self._tracks), np.bool_)
+        kept[rows] = False
+        self._tracks = self._tracks.select(kept)
+
+    def claims(self) -> tuple[Boxes, BoolArray]:
+        """Say where objects stand, for the background.
+
+        Returns
+        -------
+        Boxes of all tracks, and which of them are known to be objects.
+        """
+        return self._tracks.boxes(), self._tracks.is_proved
+
+    def _correct(self, rows: IntArray, chosen: IntArray, sightings: Sightings, detections: Detections) -> None:
+        """Give sighting `chosen[i]` to track `rows[i]`."""
+        assert self._now_us is not None
+        tracks, settings = self._tracks, self._settings
+        state, covariance = tracks.state[rows], tracks.covariance[rows]
+        (centre_m, room), noise = measured(tracks, sightings, rows, chosen), sightings.noise[chosen]
+        squared = kalman.squared_distance(state, covariance, centre_m, noise)
+        is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & ~detections.divided[chosen]
+        is_gauge &= ~room.any(axis=(1, 2))
+        self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)])
+        noise = noise * doubt(squared, settings)[:, None, None] + room
+        corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
+        tracks.state[rows] = self._inert(rows, state, corrected)
+        tracks.turn_ahead(settings.heading_speed_mps)
+        is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
+        boxes = detections.boxes.select(chosen[is_whole])
+        tracks.learn_size(rows[is_whole], boxes)
+        is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.size_count[rows] == 0)
+        parts = detections.boxes.select(chosen[is_growing])
+        tracks.grow(rows[is_growing], parts.length_m, parts.width_m)
+        borders_m = detections.borders_m[chosen[is_whole]]
+        tracks.learn_borders(rows[is_whole], borders_m)
+        self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
+        tracks.hits[rows] += 1
+        tracks.evidence[rows] += detections.weights()[chosen]
+        tracks.seen_us[rows] = self._now_us
+        tracks.seen_m[rows] = tracks.state[rows, :2]
+        tracks.is_observed[rows] = True
+        tracks.is_clipped[rows] = detections.cut[chosen] != 0
+
+    def _inert(self, rows: IntArray, predicted: FloatArray, corrected: FloatArray) -> FloatArray:
+        """Limit how fast driving vehicles change their speed; returns (n, 4) states."""
+        assert self._now_us is not None
+        tracks = self._tracks
+        ahead = axis(tracks.heading_rad[rows])
+        change_mps = np.einsum("ni,ni->n", corrected[:, 2:] - predicted[:, 2:], ahead)
+        most_mps = GRIP_MPS2 * (self._now_us - tracks.seen_us[rows]) / 1_000_000
+        excess_mps = change_mps - np.clip(change_mps, -most_mps, most_mps)
+        excess_mps[~tracks.is_driving()[rows]] = 0.0
+        return np.column_stack([corrected[:, :2], corrected[:, 2:] - excess_mps[:, None] * ahead])
+
+    def _bodies(self) -> Boxes:
+        """Box all tracks without their shadows."""
+        tracks = self._tracks
+        shadow_m = self._sun.shadows(tracks.heading_rad, tracks.length_m, tracks.borders_m, tracks.borders_count)
+        return without_shadow(tracks.boxes(), shadow_m)
+
+    def _confirm(self) -> None:
+        tracks, settings = self._tracks, self._settings
+        assert self._now_us is not None
+        # Where it was seen counts, not where a guessed velocity carries it.
+        shift_m = np.hypot(*(tracks.seen_m - tracks.born_m).T)
+        noise_m = np.sqrt(tracks.covariance[:, 0, 0] + tracks.covariance[:, 1, 1])
+        has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
+        # Sightings far apart in time agree less easily by chance than those of neighbouring frames.
+        age_us = tracks.seen_us - tracks.born_us
+        is_evident = tracks.evidence >= np.where(age_us >= LONG_SEEN_US, LONG_SEEN_SHARE, 1.0) * settings.confirm_hits
+        tracks.is_proved |= has_moved & is_evident & ~tracks.is_confirmed
+        is_new = ~tracks.is_confirmed & tracks.is_proved & tracks.is_observed & is_evident
+        if is_new.any():
+            # Not where a known vehicle is looked for in vain: this may be it. Two would be seen together soon.
+            is_new &= ~tracks.twins(self._now_us)
+        tracks.number[is_new] = self._names_used + np.arange(1, is_new.sum() + 1)
+        self._names_used += int(is_new.sum())
+        tracks.is_confirmed |= is_new
+
+    def _end(self) -> None:
+        """Remove tracks not seen for too long, gone from view, or being a part of another one."""
+        tracks, settings = self._tracks, self._settings
+        assert self._now_us is not None
+        # What was seen for a moment only is not believed in for longer than that.
+        most_us = np.where(tracks.is_driving(), HIDDEN_US, settings.coast_us)
+        seen_for_us = np.clip(tracks.seen_us - tracks.born_us, settings.tentative_us, most_us)
+        patience_us = np.where(tracks.is_confirmed, seen_for_us, settings.tentative_us)
+        is_lost = self._now_us - tracks.seen_us > patience_us
+        has_left = ~tracks.is_observed & ~self._is_in_view(tracks.state[:, :2])
+        self._tracks = tracks.select(~(is_lost | has_left | self._is_part()))
+
+    def _is_part(self) -> BoolArray:
+        """Find fragments: tracks that stand inside an older one, take turns or ride with it."""
+        tracks = self._tracks
+        assert self._now_us is not None
+        is_double = tracks.doubles(tracks.boxes(), DOUBLE_DEPTH_M)
+        if is_double.any():
+            is_double = tracks.doubles(self._bodies(), DOUBLE_DEPTH_M)
+        tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
+        tracks.twin_us = np.where(tracks.twins(self._now_us), tracks.twin_us + self._step_us, 0)
+        is_twin = tracks.twin_us >= TWIN_US
+        return np.asarray((tracks.doubled_us >= DOUBLE_US) | is_twin | self._join_couples())
+
+    def _join_couples(self) -> BoolArray:
+        """Find tracks that have long ridden with an older one as one body; the older one learns its size anew."""
+        tracks = self._tracks
+        couples = find_couples(tracks.boxes(), tracks.state[:, 2:])
+        couples &= tracks.is_confirmed[:, None] & tracks.is_confirmed[None] & tracks.older()
+        tracks.coupled_us = np.where(couples.any(axis=1), tracks.coupled_us + self._step_us, 0)
+        is_part: BoolArray = tracks.coupled_us >= COUPLED_US
+        tracks.size_count[(couples & is_part[:, None]).any(axis=0)] = 0
+        return is_part
+
+    def _start(self, detections: Detections, sightings: Sightings, is_free: BoolArray) -> None:
+        """Begin a tentative track at every detection that no track took and no confirmed track covers."""
+        boxes, settings = detections.boxes, self._settings
+        is_possible = (boxes.length_m <= settings.max_length_m) & (boxes.width_m <= settings.max_width_m)
+        is_possible &= (boxes.length_m >= settings.min_length_m) | (detections.cut != 0)
+        chosen = np.flatnonzero(is_free & is_possible)
+        if len(chosen) == 0:
+            return
+        known = self._bodies().select(self._tracks.is_confirmed)
+        is_covered = (distance_to_boxes(boxes.centre_m[chosen], known) < 0).any(axis=1)
+        if not is_covered.all():
+            self._tracks = self._tracks.append(self._newborn(detections, sightings, chosen[~is_covered]))
+
+    def _newborn(self, detections: Detections, sightings: Sightings, chosen: IntArray) -> TrackTable:
+        assert self._now_us is not None
+        count, boxes = len(chosen), detections.boxes.select(chosen)
+        is_clear = (detections.elongation[chosen] >= CLEAR_ELONGATION) & (detections.cut[chosen] == 0)
+        centre_m, falses = sightings.centre_m[chosen], np.zeros(count, np.bool_)
+        covariance = np.zeros((count, 4, 4))
+        covariance[:, :2, :2] = sightings.noise[chosen]
+        covariance[:, 2:, 2:] = kalman.oriented_covariance(
+            boxes.heading_rad, np.full(count, NEW_ALONG_MPS), np.where(is_clear, NEW_ACROSS_MPS, NEW_ALONG_MPS)
+        )
+        is_whole = detections.cut[chosen] == 0
+        usual_m = (self._settings.usual_length_m, self._settings.usual_width_m)
+        return TrackTable(
+            number=np.full(count, -1),
+            state=np.column_stack([centre_m, np.zeros((count, 2))]),
+            covariance=covariance,
+            heading_rad=boxes.heading_rad.copy(),
+            length_m=np.where(is_whole, boxes.length_m, np.maximum(boxes.length_m, usual_m[0])),
+            width_m=np.where(is_whole, boxes.width_m, np.maximum(boxes.width_m, usual_m[1])),
+            size_count=is_whole.astype(np.int64),
+            size_misfits=np.zeros(count, np.int64),
+            odd_m=np.zeros((count, 4)),
+            hits=np.ones(count, np.int64),
+            evidence=detections.weights()[chosen],
+            born_us=np.full(count, self._now_us),
+            seen_us=np.full(count, self._now_us),
+            born_m=centre_m.copy(),
+            seen_m=centre_m.copy(),
+            rest_m=centre_m.copy(),
+            rest_us=np.full(count, self._now_us),
+            is_confirmed=falses.copy(),
+            is_proved=falses.copy(),
+            is_observed=~falses,
+            is_clipped=~is_whole,
+            doubled_us=np.zeros(count, np.int64),
+            coupled_us=np.zeros(count, np.int64),
+            twin_us=np.zeros(count, np.int64),
+            borders_m=np.zeros((count, 4)),
+            borders_count=np.zeros(count, np.int64),
+        )
+
+    def _objects(self) -> VisionObjects:
+        assert self._now_us is not None
+        tracks = self._tracks
+        # Who is hidden for longer is waited for, but not shown until it is seen again.
+        shown = tracks.is_confirmed & (self._now_us - tracks.seen_us <= self._settings.coast_us)
+        boxes = self._bodies().select(shown)
+        # The size of an object never seen whole is that of a usual car, without a shadow.
+        is_seen_whole = tracks.size_count[shown] > 0
+        return VisionObjects(
+            t_us=self._now_us,
+            ids=tuple(f"v{number}" for number in tracks.number[shown].tolist()),
+            centre_m=boxes.centre_m,
+            velocity_mps=tracks.state[shown, 2:],
+            heading_rad=wrap_angle(boxes.heading_rad),
+            length_m=np.where(is_seen_whole, boxes.length_m, tracks.length_m[shown]),
+            width_m=np.where(is_seen_whole, boxes.width_m, tracks.width_m[shown]),
+            observed=tracks.is_observed[shown],
+            clipped=tracks.is_clipped[shown],
+        )

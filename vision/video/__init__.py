@@ -1,0 +1,1 @@
+"""Which picture was taken when? Files decoded to timed frames."""

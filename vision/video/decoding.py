@@ -1,0 +1,216 @@
+"""What does the file hold? Header checks and the decoding loop, on PyAV (FFmpeg).
+
+Runs on the reader thread of `frames.VideoSource`. Damage is told apart from a clean end here: a container that
+announces more than it delivers, a packet cut short and a picture the decoder had to invent all count as broken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+
+from vision.errors import VideoBroken, VideoError
+from vision.video.frame import ByteArray, Frame
+
+# FFmpeg plays text files and single pictures as videos; nobody means that.
+NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pipe", "gif_pipe", "webp_pipe"})
+PLANAR_420 = frozenset({"yuv420p", "yuvj420p"})
+# AVI counts frames that it leaves empty; only a file cut short also ends before its announced duration.
+MISSING_TAIL_FRAMES = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class VideoHeader:
+    """What the container says of its first video stream; see `frames.VideoSource`.
+
+    `start_us` is the time stamp that counts as media time 0; recorders cut running streams, so it may be anything.
+    """
+
+    path: str
+    stream_index: int
+    start_us: int
+    width_px: int
+    height_px: int
+    rate_hz: float
+    frame_count: int | None
+    duration_us: int | None
+
+
+def read_header(path: Path | str) -> VideoHeader:
+    """Read what a video file announces about itself.
+
+    Parameters
+    ----------
+    path : the file.
+
+    Returns
+    -------
+    Size, rate, counts of the first video stream.
+
+    Raises
+    ------
+    VideoError
+        If the file is missing, empty, not a video, or without a video stream.
+    """
+    with _open(path) as container:
+        if not _has_moving_pictures(container):
+            raise VideoError(f"video {str(path)!r}: expected a video stream, got {_describe_streams(container)}")
+        stream = _first_video(container)
+        assert stream is not None
+        if stream.codec_context is None or stream.width <= 0 or stream.height <= 0:
+            raise VideoError(
+                f"video {str(path)!r}: expected frames of a known size, got {stream.width!r} x {stream.height!r} px"
+            )
+        return VideoHeader(
+            path=str(path),
+            stream_index=stream.index,
+            start_us=_stream_us(stream, stream.start_time) or 0,
+            width_px=stream.width,
+            height_px=stream.height,
+            rate_hz=float(stream.average_rate or stream.guessed_rate or 0.0),
+            frame_count=stream.frames or None,
+            duration_us=_duration_us(container, stream),
+        )
+
+
+def decode(header: VideoHeader) -> Iterator[Frame | None]:
+    """Decode a video file once.
+
+    Parameters
+    ----------
+    header : of the file, from `read_header`.
+
+    Yields
+    ------
+    Frames with strictly increasing time stamps; None for each picture left out.
+
+    Raises
+    ------
+    VideoBroken
+        Where the file cannot be read on, after the last good frame.
+    """
+    index, last_us = 0, None
+    with _open(header.path) as container:
+        pictures = _pictures(container, header)
+        while True:
+            try:
+                picture = next(pictures)
+            except StopIteration:
+                return
+            except (av.FFmpegError, _Damage) as error:
+                reason = str(error) if isinstance(error, _Damage) else f"decoder error {error.strerror!r}"
+                raise VideoBroken(path=header.path, t_us=last_us or 0, frame_index=index, reason=reason) from error
+            t_us = _time_us(picture, header)
+            # Damage before the first good picture is a stream cut between key frames: it mends itself.
+            is_cut_start = picture.is_corrupt and index == 0
+            if t_us is None or is_cut_start or (last_us is not None and t_us <= last_us):
+                yield None
+                continue
+            yield _frame(picture, index=index, t_us=t_us)
+            index, last_us = index + 1, t_us
+
+
+class _Damage(Exception):  # noqa: N818  (internal signal, turned into VideoBroken)
+    """The stream goes on, but not as the container promised."""
+
+
+def _open(path: Path | str) -> InputContainer:
+    file = Path(path)
+    if not file.is_file():
+        what = "a folder" if file.is_dir() else "no such file"
+        raise VideoError(f"video {str(path)!r}: expected a video file, got {what}")
+    if file.stat().st_size == 0:
+        raise VideoError(f"video {str(path)!r}: expected a video file, got an empty file (0 bytes)")
+    try:
+        return av.open(str(file))
+    except (av.FFmpegError, OSError) as error:
+        raise VideoError(
+            f"video {str(path)!r}: expected a video file, got unreadable content ({error.strerror})"
+        ) from error
+
+
+def _has_moving_pictures(container: InputContainer) -> bool:
+    return _first_video(container) is not None and not NOT_VIDEO_FORMATS & set(container.format.name.split(","))
+
+
+def _first_video(container: InputContainer) -> VideoStream | None:
+    # A cover picture in a sound file is a video stream too.
+    streams = (s for s in container.streams.video if not s.disposition & av.stream.Disposition.attached_pic)
+    return next(streams, None)
+
+
+def _describe_streams(container: InputContainer) -> str:
+    kinds = ", ".join(stream.type for stream in container.streams) or "no stream at all"
+    return f"format {container.format.name!r} with {kinds}"
+
+
+def _duration_us(container: InputContainer, stream: VideoStream) -> int | None:
+    length_us = _stream_us(stream, stream.duration)
+    return container.duration if length_us is None else length_us  # FFmpeg's unit for containers is the microsecond
+
+
+def _stream_us(stream: VideoStream, ticks: int | None) -> int | None:
+    return None if ticks is None or stream.time_base is None else round(ticks * stream.time_base * 1_000_000)
+
+
+def _pictures(container: InputContainer, header: VideoHeader) -> Iterator[VideoFrame]:
+    """Decode pictures in display order; raise `_Damage` where the file stops being what its header says."""
+    stream = container.streams[header.stream_index]
+    assert isinstance(stream, VideoStream)
+    stream.thread_type = "AUTO"
+    packets, last_us, damage, is_started = 0, 0, None, False
+    for packet in container.demux(stream):
+        if packet.is_corrupt:
+            damage = "a packet cut short"
+            break
+        packets += packet.size > 0
+        last_us = max(last_us, (_stream_us(stream, packet.pts) or 0) - header.start_us)
+        for picture in packet.decode():
+            assert isinstance(picture, VideoFrame)
+            if picture.is_corrupt and is_started:
+                raise _Damage("a damaged picture")
+            is_started |= not picture.is_corrupt
+            yield picture
+    if damage is not None:
+        for picture in stream.decode(None):
+            picture.time_base = stream.time_base  # PyAV sets it only on pictures that come out of a packet
+            yield picture
+    elif header.frame_count is not None and packets < header.frame_count and not _reaches_end(last_us, header):
+        damage = f"the end of the file after {packets} of {header.frame_count} announced frames"
+    if damage is not None:
+        raise _Damage(damage)
+
+
+def _reaches_end(last_us: int, header: VideoHeader) -> bool:
+    if header.duration_us is None or header.rate_hz <= 0 or last_us <= 0:
+        return False
+    return last_us >= header.duration_us - MISSING_TAIL_FRAMES * 1_000_000 / header.rate_hz
+
+
+def _time_us(picture: VideoFrame, header: VideoHeader) -> int | None:
+    if picture.pts is None or picture.time_base is None:
+        return None
+    return round(picture.pts * picture.time_base * 1_000_000) - header.start_us
+
+
+def _frame(picture: VideoFrame, *, index: int, t_us: int) -> Frame:
+    if picture.format.name not in PLANAR_420:
+        picture = picture.reformat(format="yuv420p")
+    luma, chroma_u, chroma_v = (_plane(picture, i) for i in range(3))
+    return Frame(index=index, t_us=t_us, luma=luma, chroma_u=chroma_u, chroma_v=chroma_v)
+
+
+def _plane(picture: VideoFrame, index: int) -> ByteArray:
+    """View one plane without copying; the array keeps the decoder's buffer alive."""
+    plane = picture.planes[index]
+    rows: ByteArray = np.frombuffer(memoryview(plane), np.uint8)
+    view = rows[: plane.height * plane.line_size].reshape(plane.height, plane.line_size)[:, : plane.width]
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,156 @@
+"""Which picture was taken when? Frames of a video file with the decoder's own time stamps.
+
+The planes are handed on as the decoder stores them (one full-size luma plane, two half-size chroma planes): turning
+whole frames into BGR would cost more than sampling the road does. Decoding runs ahead of the consumer on its own
+thread; a bounded hand-over keeps it from running away.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vision.video.frame import ByteArray, Frame
+
+if TYPE_CHECKING:
+    from vision.video.decoding import VideoHeader
+
+__all__ = ["ByteArray", "Frame", "VideoSource", "open_video"]
+
+FRAMES_AHEAD = 8
+
+
+class VideoSource:
+    """The frames of one video file; every iteration reads it from the start.
+
+    Attributes
+    ----------
+    path : the file, as given.
+    width_px, height_px : size of a frame.
+    rate_hz : average frame rate by the container; for information only, times come from time stamps.
+    frame_count : number of frames by the container, None where it does not say.
+    duration_us : length by the container, None where it does not say.
+    skipped_frames : frames of the latest iteration left out because they had no time stamp, did not come later than
+        the one before, or came damaged before the first good one.
+    """
+
+    def __init__(self, header: VideoHeader) -> None:
+        self.path = header.path
+        self.width_px = header.width_px
+        self.height_px = header.height_px
+        self.rate_hz = header.rate_hz
+        self.frame_count = header.frame_count
+        self.duration_us = header.duration_us
+        self.skipped_frames = 0
+        self._header = header
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Decode the file once, in order; as `frames` without preparation."""
+        return self.frames()
+
+    def frames(self, prepare: Callable[[Frame], Frame] | None = None) -> Iterator[Frame]:
+        """Decode the file once, in order.
+
+        Parameters
+        ----------
+        prepare : what the decoder's thread does to every frame before it hands it over; work that needs no earlier
+            frame runs beside the consumer's there.
+
+        Yields
+        ------
+        Frames with strictly increasing `t_us`.
+
+        Raises
+        ------
+        VideoBroken
+            After the last good frame, where the rest of the file cannot be read.
+        """
+        hand_over = _HandOver(FRAMES_AHEAD)
+        reader = threading.Thread(target=self._read, args=(hand_over, prepare), name="video-decoder", daemon=True)
+        reader.start()
+        try:
+            while (item := hand_over.take()) is not None:
+                if isinstance(item, BaseException):
+                    raise item
+                yield item
+        finally:
+            # A consumer that stops early closes this generator: the decoder must not wait for room for ever.
+            hand_over.close()
+            reader.join()
+
+    def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None) -> None:
+        from vision.video.decoding import decode
+
+        self.skipped_frames = 0
+        try:
+            for picture in decode(self._header):
+                if picture is None:
+                    self.skipped_frames += 1
+                elif not hand_over.put(picture if prepare is None else prepare(picture)):
+                    return
+        except BaseException as error:  # (handed to the consumer's thread and raised there)
+            hand_over.put(error)
+        else:
+            hand_over.put(None)
+
+
+def open_video(path: Path | str) -> VideoSource:
+    """Open a video file and read its header.
+
+    Parameters
+    ----------
+    path : a file that FFmpeg can read; its first video stream is used.
+
+    Returns
+    -------
+    A source of frames; iterate over it.
+
+    Raises
+    ------
+    VideoError
+        If the file is missing, empty, not a video, or without a video stream.
+    """
+    from vision.video.decoding import read_header
+
+    return VideoSource(read_header(path))
+
+
+class _HandOver:
+    """Bounded queue between the decoder thread and one consumer that may leave at any moment.
+
+    `queue.Queue` has no way to wake a producer that waits for room once nobody takes any more.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        self._items: deque[Frame | BaseException | None] = deque()
+        self._capacity = capacity
+        self._changed = threading.Condition()
+        self._is_closed = False
+
+    def put(self, item: Frame | BaseException | None) -> bool:
+        """Wait for room and add an item; False, at once, when the consumer has left."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_closed or len(self._items) < self._capacity)
+            if self._is_closed:
+                return False
+            self._items.append(item)
+            self._changed.notify_all()
+            return True
+
+    def take(self) -> Frame | BaseException | None:
+        """Wait for an item and remove it."""
+        with self._changed:
+            self._changed.wait_for(lambda: len(self._items) > 0)
+            item = self._items.popleft()
+            self._changed.notify_all()
+            return item
+
+    def close(self) -> None:
+        """Drop what waits and refuse what comes."""
+        with self._changed:
+            self._is_closed = True
+            self._items.clear()
+            self._changed.notify_all()
