@@ -10,14 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from anchoring.bodies import HEADING, NOW, VX, VY, Bodies, X, Y, looks_of
-from anchoring.classes import CLASS_NAMES
-from anchoring.conditions import Verdict
 from anchoring.errors import AnchoringError
-from anchoring.fluents import Fluent, StateTable, measure
-from anchoring.frame import Frame, RoadMap
-from anchoring.hypotheses import Chain, Linkage, Proposal, default_linkages
-from anchoring.linker import assign, fit_costs, keep_order
+from anchoring.hypotheses.conditions import Verdict
+from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, default_linkages
+from anchoring.linking.bodies import HEADING, NOW, VX, VY, Bodies, X, Y, looks_of
+from anchoring.linking.classes import CLASS_NAMES
+from anchoring.linking.fluents import Fluent, StateTable, measure
+from anchoring.linking.frame import Frame, RoadMap
+from anchoring.linking.linker import assign, fit_costs, keep_order
 from anchoring.observations import Cars, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork

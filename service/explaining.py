@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # JSON values
 
-from anchoring.history import LinkHistory, LinkInterval
+from anchoring.hypotheses.history import LinkHistory, LinkInterval
 from anchoring.observations import LinkChange
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Occurrence

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from anchoring.classes import CLASS_NAMES
+from anchoring.linking.classes import CLASS_NAMES
 from dyknow.mtl.kinds import Kind
 from dyknow.mtl.signature import Signature
 from qsr.relations import RELATIONS

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from anchoring.anchorer import Anchorer
-from anchoring.conditions import Verdict
 from anchoring.errors import AnchoringError
-from anchoring.history import LinkHistory
-from anchoring.hypotheses import default_linkages
+from anchoring.hypotheses.conditions import Verdict
+from anchoring.hypotheses.history import LinkHistory
+from anchoring.hypotheses.hypotheses import default_linkages
 from anchoring.settings import AnchoringSettings
 from tests.anchoring.support import BEND_RADIUS_M, Seen, bend, observations, run, straight_road
 

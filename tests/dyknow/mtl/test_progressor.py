@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from anchoring.conditions import Condition
-from anchoring.conditions import Verdict as LinkVerdict
+from anchoring.hypotheses.conditions import Condition
+from anchoring.hypotheses.conditions import Verdict as LinkVerdict
 from dyknow.mtl import automaton
 from dyknow.mtl import formula as model
 from dyknow.mtl.parser import parse_formula

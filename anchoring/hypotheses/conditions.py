@@ -20,7 +20,7 @@ class Verdict(Enum):
 class Condition(Protocol):
     """Take one state after another and say what is known.
 
-    States map the names of fluents to truth values; `anchoring.fluents` lists them.
+    States map the names of fluents to truth values; `anchoring.linking.fluents` lists them.
     """
 
     def progress(self, t_us: int, state: Mapping[str, bool]) -> Verdict:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from anchoring.bodies import ACROSS, ALONG, HEADING, TANGENT, VX, VY, X, Y
-from anchoring.prediction import RoadPaths, predict
+from anchoring.linking.bodies import ACROSS, ALONG, HEADING, TANGENT, VX, VY, X, Y
+from anchoring.linking.prediction import RoadPaths, predict
 from tests.anchoring.support import BEND_RADIUS_M, bend
 
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from anchoring.linker import Looks, assign, fit_costs, keep_order
+from anchoring.linking.linker import Looks, assign, fit_costs, keep_order
 from anchoring.settings import AnchoringSettings
 
 

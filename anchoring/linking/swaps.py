@@ -8,9 +8,9 @@ question is whether it fits another body better: one that is off as well, in exc
 import numpy as np
 from numpy.typing import NDArray
 
-from anchoring.bodies import NOW, OLD, VX, VY, Bodies, X, Y, looks_of
-from anchoring.frame import Frame, RoadMap
-from anchoring.linker import fit_costs
+from anchoring.linking.bodies import NOW, OLD, VX, VY, Bodies, X, Y, looks_of
+from anchoring.linking.frame import Frame, RoadMap
+from anchoring.linking.linker import fit_costs
 from anchoring.settings import AnchoringSettings
 
 BoolArray = NDArray[np.bool_]

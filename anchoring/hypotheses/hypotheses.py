@@ -8,7 +8,7 @@ object), or its *reestablish* condition (an upper object that had lost its lower
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from anchoring.conditions import AllOf, Condition, HeldFor, NotLostLongerThan, Verdict
+from anchoring.hypotheses.conditions import AllOf, Condition, HeldFor, NotLostLongerThan, Verdict
 from anchoring.observations import Level, LinkChange, LinkKind
 from anchoring.settings import AnchoringSettings
 

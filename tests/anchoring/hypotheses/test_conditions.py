@@ -1,6 +1,6 @@
 """Three-valued conditions over time."""
 
-from anchoring.conditions import AllOf, HeldFor, NotLostLongerThan, Verdict
+from anchoring.hypotheses.conditions import AllOf, HeldFor, NotLostLongerThan, Verdict
 
 
 def test_held_for_starts_again_after_a_break() -> None:

@@ -8,9 +8,9 @@ and is what the body goes back to then.
 import numpy as np
 from numpy.typing import NDArray
 
-from anchoring.classes import UNKNOWN_CLASS, classify
-from anchoring.hypotheses import Chain
-from anchoring.linker import Looks
+from anchoring.hypotheses.hypotheses import Chain
+from anchoring.linking.classes import UNKNOWN_CLASS, classify
+from anchoring.linking.linker import Looks
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -11,11 +11,11 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from anchoring.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
-from anchoring.classes import is_plausible_size, is_plausible_speed
-from anchoring.frame import Frame, RoadMap
+from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
+from anchoring.linking.classes import is_plausible_size, is_plausible_speed
+from anchoring.linking.frame import Frame, RoadMap
+from anchoring.linking.swaps import swapped
 from anchoring.settings import AnchoringSettings
-from anchoring.swaps import swapped
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

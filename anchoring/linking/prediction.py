@@ -80,7 +80,7 @@ def predict(
 
     Parameters
     ----------
-    state : (8, n) rows x, y, vx, vy, heading, along, across, tangent, as in `anchoring.bodies`.
+    state : (8, n) rows x, y, vx, vy, heading, along, across, tangent, as in `anchoring.linking.bodies`.
     road : (n,) -1 for none.
     elapsed_s : (n,) seconds since then.
     paths : None if there are no roads.

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anchoring.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y
+from anchoring.linking.prediction import RoadPaths, predict
 from anchoring.observations import Observations, nowhere
-from anchoring.prediction import RoadPaths, predict
 from gis.road_network import RoadNetwork, RoadPositions
 
 FloatArray = NDArray[np.float64]
