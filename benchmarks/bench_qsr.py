@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from qsr.changes import RelationChange
-from qsr.footprints import Footprints
+from qsr.changes.crossings import RelationChange
+from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 from tests.qsr.oracle import Oracle

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from dyknow.sample import Sample
-from qsr.changes import RelationChange
-from qsr.footprints import BoolArray, FloatArray, Footprints, IntArray
+from qsr.changes.crossings import RelationChange
+from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, IntArray
 from qsr.observer import RelationObserver
 
 

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gis.turns import Turn
-from qsr.changes import RelationChange
+from qsr.changes.crossings import RelationChange
+from qsr.changes.object_relations import Quantity, object_relations
+from qsr.changes.pair_kinds import FacingCars, NearCars, ObjectsNow
+from qsr.changes.places import check_places
 from qsr.errors import QsrError
-from qsr.footprints import Footprints
-from qsr.object_relations import Quantity, object_relations
-from qsr.object_table import OBSERVED, object_table
-from qsr.pair_kinds import FacingCars, NearCars, ObjectsNow
-from qsr.places import check_places
+from qsr.measuring.footprints import Footprints
+from qsr.measuring.object_table import OBSERVED, object_table
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
 

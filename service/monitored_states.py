@@ -22,7 +22,7 @@ from dyknow.sample import NO_VALUE, Sample
 from dyknow.synchroniser import State, Synchroniser
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
-from qsr.changes import RelationChange, Value
+from qsr.changes.crossings import RelationChange, Value
 from service.car_states import CarRows
 from service.monitored_features import CAR_FEATURES, PLACE_RELATIONS, CarValue
 from service.records import CarState

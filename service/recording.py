@@ -18,7 +18,7 @@ from dyknow.sample import Sample
 from dyknow.stream import Consumer
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
-from qsr.changes import RelationChange
+from qsr.changes.crossings import RelationChange
 from service.car_states import CarRows
 from service.errors import InputError
 from service.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline

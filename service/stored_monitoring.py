@@ -11,7 +11,7 @@ from anchoring.adapter import TRIAL_US, LinkTrials
 from anchoring.observations import LinkChange
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
-from qsr.changes import RelationChange, Value
+from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.errors import InputError, LogError
 from service.monitor_files import LoadedMonitors, load_monitor_files

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from qsr.changes import RelationChange
-from qsr.footprints import Footprints
+from qsr.changes.crossings import RelationChange
+from qsr.measuring.footprints import Footprints
 from qsr.settings import RelationSettings
 
 

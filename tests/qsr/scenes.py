@@ -12,8 +12,8 @@ from chronicles.recogniser import Recogniser
 from gis.lanes import Lane
 from gis.road_network import RoadNetwork
 from gis.turns import turns
-from qsr.changes import Value
-from qsr.footprints import Footprints
+from qsr.changes.crossings import Value
+from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.relations import RANK
 from qsr.settings import RelationSettings

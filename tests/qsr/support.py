@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import BoolArray, RelationChange, Value
-from qsr.footprints import FloatArray, Footprints
+from qsr.changes.crossings import BoolArray, RelationChange, Value
+from qsr.measuring.footprints import FloatArray, Footprints
 
 
 def footprints(

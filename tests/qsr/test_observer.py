@@ -7,9 +7,9 @@ from collections.abc import Collection
 import numpy as np
 import pytest
 
-from qsr.changes import RelationChange
+from qsr.changes.crossings import RelationChange
 from qsr.errors import QsrError
-from qsr.footprints import Footprints
+from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings

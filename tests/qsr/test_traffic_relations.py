@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gis.turns import Turn
-from qsr.changes import RelationChange, Value
+from qsr.changes.crossings import RelationChange, Value
 from qsr.errors import QsrError
-from qsr.footprints import Footprints
+from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 from tests.qsr.support import changes_of, footprints

@@ -8,8 +8,8 @@ import pytest
 from chronicles import library
 from chronicles.events import Event
 from chronicles.recogniser import Recogniser
-from qsr.changes import RelationChange
-from qsr.footprints import Footprints
+from qsr.changes.crossings import RelationChange
+from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from tests.qsr.support import changes_of, footprints
 

@@ -12,7 +12,7 @@ from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
 from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
-from qsr.changes import RelationChange
+from qsr.changes.crossings import RelationChange
 from service.api.app import create_app
 from service.cli import app
 from service.recording import Recorder

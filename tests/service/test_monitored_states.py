@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 import pytest
 
 from anchoring.adapter import TRIAL_US
-from qsr.changes import RelationChange, Value
+from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.monitored_states import IDLE_US, Hindsight, TrafficState, TrafficStates
 from tests.service.logs import state

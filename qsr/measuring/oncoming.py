@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from qsr.object_table import ALONG, HALF_LENGTH, ROAD, SPEED, TRAVEL, FloatArray
-from qsr.pairs import PairArray, facing_within
+from qsr.measuring.object_table import ALONG, HALF_LENGTH, ROAD, SPEED, TRAVEL, FloatArray
+from qsr.measuring.pairs import PairArray, facing_within
 from qsr.relations import FacingSwitch
 from qsr.settings import RelationSettings
 
@@ -19,7 +19,7 @@ def facing_pairs(table: FloatArray, settings: RelationSettings) -> tuple[PairArr
 
     Returns
     -------
-    As from `qsr.pairs.facing_within`.
+    As from `qsr.measuring.pairs.facing_within`.
     """
     travel = table[TRAVEL]
     return facing_within(

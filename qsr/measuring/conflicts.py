@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.free_space import FreeSpace
-from qsr.object_table import ACROSS, ALONG, COS, HALF_LENGTH, HALF_PATH, SIN, SPEED, TRAVEL, FloatArray
+from qsr.measuring.free_space import FreeSpace
+from qsr.measuring.object_table import ACROSS, ALONG, COS, HALF_LENGTH, HALF_PATH, SIN, SPEED, TRAVEL, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 

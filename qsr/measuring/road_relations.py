@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.conflicts import fill_conflicts
-from qsr.free_space import FreeSpace
-from qsr.headways import fill_headways
-from qsr.object_table import ACROSS, ALONG, HALF_LENGTH, HALF_WIDTH, ROAD, TRAVEL, FloatArray
+from qsr.measuring.conflicts import fill_conflicts
+from qsr.measuring.free_space import FreeSpace
+from qsr.measuring.headways import fill_headways
+from qsr.measuring.object_table import ACROSS, ALONG, HALF_LENGTH, HALF_WIDTH, ROAD, TRAVEL, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 
@@ -46,7 +46,7 @@ def switch_values(
 
     Parameters
     ----------
-    table : (13, n) as made by `qsr.object_table.object_table`.
+    table : (13, n) as made by `qsr.measuring.object_table.object_table`.
     columns : (2, pairs), of a and of b.
     settings : thresholds.
     rows : how many switches are asked for, from the first on.

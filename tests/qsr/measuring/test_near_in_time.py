@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from qsr.changes import RelationChange
+from qsr.changes.crossings import RelationChange
 from qsr.observer import RelationObserver
 from tests.qsr.support import changes_of, footprints
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from qsr.changes import SwitchBank
+from qsr.changes.crossings import SwitchBank
 
 
 def times_of(values: list[float], *, margin: float = 0.5, backdate_us: int = 10_000) -> list[tuple[int, int]]:

@@ -7,7 +7,7 @@ driver keeps the distance to that one, and whoever drives in front of it is its 
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.object_table import HALF_LENGTH, HALF_PATH, SPEED, FloatArray
+from qsr.measuring.object_table import HALF_LENGTH, HALF_PATH, SPEED, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from qsr.object_table import ACROSS, COS, HALF_LENGTH, SIN, SPEED, BoolArray, FloatArray, X, Y
-from qsr.pairs import PairArray, pairs_within
-from qsr.road_relations import is_on_one_road
+from qsr.measuring.object_table import ACROSS, COS, HALF_LENGTH, SIN, SPEED, BoolArray, FloatArray, X, Y
+from qsr.measuring.pairs import PairArray, pairs_within
+from qsr.measuring.road_relations import is_on_one_road
 from qsr.settings import RelationSettings
 
 
@@ -21,13 +21,13 @@ def near_in_time(table: FloatArray, settings: RelationSettings) -> tuple[PairArr
 
     Parameters
     ----------
-    table : (13, n) as made by `qsr.object_table.object_table`.
+    table : (13, n) as made by `qsr.measuring.object_table.object_table`.
     settings : thresholds.
 
     Returns
     -------
     (2, pairs) columns of the table, the lower in the first row, in lexicographic order; (pairs,) distances as from
-    `qsr.pairs.pairs_within`; (pairs,) True for those within the smaller limits.
+    `qsr.measuring.pairs.pairs_within`; (pairs,) True for those within the smaller limits.
     """
     speed_mps = table[SPEED]
     radius_m = max(settings.leave_radius_m, settings.leave_reach_s * float(speed_mps.max(initial=0.0)))

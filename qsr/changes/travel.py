@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import RelationChange, Value
-from qsr.dwell import Dwell
-from qsr.footprints import Footprints, IntArray
+from qsr.changes.crossings import RelationChange, Value
+from qsr.changes.dwell import Dwell
+from qsr.measuring.footprints import Footprints, IntArray
 
 # A state of the dwell: what is known of the relation.
 _VALUES: dict[int, Value] = {-1: None, 0: False, 1: True}

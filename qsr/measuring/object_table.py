@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.footprints import Footprints
+from qsr.measuring.footprints import Footprints
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

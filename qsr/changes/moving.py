@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import RelationChange, SwitchBank
+from qsr.changes.crossings import RelationChange, SwitchBank
 from qsr.settings import RelationSettings
 
 FloatArray = NDArray[np.float64]

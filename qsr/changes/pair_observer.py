@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import RelationChange, SwitchBank
-from qsr.pairs import NearPairs
+from qsr.changes.crossings import RelationChange, SwitchBank
+from qsr.measuring.pairs import NearPairs
 from qsr.relations import PairRelation
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +24,7 @@ class PairObserver:
     Parameters
     ----------
     relations : that are given out.
-    margins : (switches,) as for `qsr.changes.SwitchBank`.
+    margins : (switches,) as for `qsr.changes.crossings.SwitchBank`.
     backdate_us : a change is dated back at most this far.
     """
 

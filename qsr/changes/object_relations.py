@@ -8,12 +8,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import RelationChange
-from qsr.footprints import Footprints
-from qsr.moving import MovingTracker
-from qsr.places import PlaceTracker
+from qsr.changes.crossings import RelationChange
+from qsr.changes.moving import MovingTracker
+from qsr.changes.places import PlaceTracker
+from qsr.changes.travel import TravelTracker, against_traffic_states, forward_states
+from qsr.measuring.footprints import Footprints
 from qsr.settings import RelationSettings
-from qsr.travel import TravelTracker, against_traffic_states, forward_states
 
 # (n,) numbers, whole or not: each tracker is given what was measured for it.
 Quantity = NDArray[Any]

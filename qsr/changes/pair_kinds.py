@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import RelationChange
-from qsr.near_in_time import near_in_time
-from qsr.object_table import HALF_LENGTH, BoolArray, FloatArray, X, Y
-from qsr.oncoming import facing_pairs, oncoming_values
-from qsr.pair_observer import PairObserver
-from qsr.pairs import NearPairs, NearSet, PairArray, pairs_within
+from qsr.changes.crossings import RelationChange
+from qsr.changes.pair_observer import PairObserver
+from qsr.measuring.near_in_time import near_in_time
+from qsr.measuring.object_table import HALF_LENGTH, BoolArray, FloatArray, X, Y
+from qsr.measuring.oncoming import facing_pairs, oncoming_values
+from qsr.measuring.pairs import NearPairs, NearSet, PairArray, pairs_within
+from qsr.measuring.road_relations import switch_margins, switch_values
 from qsr.relations import (
     FACING_RELATIONS,
     NEAR_IN_TIME_RELATIONS,
@@ -24,7 +25,6 @@ from qsr.relations import (
     Switch,
     asked_for,
 )
-from qsr.road_relations import switch_margins, switch_values
 from qsr.settings import RelationSettings
 
 LongArray = NDArray[np.int64]
@@ -39,7 +39,7 @@ class ObjectsNow:
     t_us : time of the frame.
     ids : n names.
     serials : (n,) a number per object, rising, and never used for another object.
-    table : (13, n) as made by `qsr.object_table.object_table`.
+    table : (13, n) as made by `qsr.measuring.object_table.object_table`.
     observed : (n,) which objects are seen in this frame; None if all are.
     """
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from qsr.changes import RelationChange
-from qsr.dwell import Dwell, IntArray
+from qsr.changes.crossings import RelationChange
+from qsr.changes.dwell import Dwell, IntArray
 from qsr.errors import QsrError
 
 

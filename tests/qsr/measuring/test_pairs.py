@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from qsr.pairs import NearSet, facing_within, pairs_within
+from qsr.measuring.pairs import NearSet, facing_within, pairs_within
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 40, 61, 300])

@@ -1,0 +1,1 @@
+"""When did a relation change? Thresholds with hysteresis over what was measured."""

@@ -1,0 +1,1 @@
+"""How do objects lie to each other at one time? Quantities of pairs, as arrays."""
