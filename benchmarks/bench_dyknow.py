@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from dyknow.node import Node
-from dyknow.policy import AnyChange, Approximation, Order, Policy, SampleEvery
-from dyknow.sample import Sample
-from dyknow.stream import StreamGenerator
-from dyknow.synchroniser import Algorithm, Synchroniser
+from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
+from dyknow.policies.synchroniser import Algorithm, Synchroniser
+from dyknow.streams.sample import Sample
+from dyknow.streams.stream import StreamGenerator
 
 PERIOD_US = 1_000
 REPETITIONS = 5

@@ -16,7 +16,7 @@ from itertools import pairwise
 from types import MappingProxyType
 from unicodedata import east_asian_width
 
-from dyknow.stream_report import StreamReport
+from dyknow.streams.stream_report import StreamReport
 
 _CHARACTER_PX, _LINE_PX = 7.3, 16  # of a monospaced font of 12 px; none of the usual ones is wider
 _SMALL_PX, _SMALL_LINE_PX = 6.1, 13  # of one of 10 px

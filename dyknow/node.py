@@ -9,15 +9,15 @@ from contextlib import ExitStack
 from itertools import repeat
 from typing import Any
 
-from dyknow.configuration import Configuration, Wanted
 from dyknow.errors import ProcessError, StreamError
-from dyknow.mediation import Mediation, MediationKind
-from dyknow.policy import Policy
-from dyknow.process import Clock, ComputationalUnit, JoiningUnit, Process, Refinement
-from dyknow.process_order import depends_on, inputs_first
+from dyknow.policies.policy import Policy
 from dyknow.registry import Registry
-from dyknow.stream import EVERYTHING, Consumer, StreamGenerator, Subscription
-from dyknow.stream_report import StreamReport, report_on
+from dyknow.streams.configuration import Configuration, Wanted
+from dyknow.streams.mediation import Mediation, MediationKind
+from dyknow.streams.process import Clock, ComputationalUnit, JoiningUnit, Process, Refinement
+from dyknow.streams.process_order import depends_on, inputs_first
+from dyknow.streams.stream import EVERYTHING, Consumer, StreamGenerator, Subscription
+from dyknow.streams.stream_report import StreamReport, report_on
 
 __all__ = ["Node", "StreamReport"]
 
@@ -36,7 +36,7 @@ class Node:
 
     Examples
     --------
-    >>> from dyknow.sample import Sample
+    >>> from dyknow.streams.sample import Sample
     >>> class Doubling:
     ...     def update(self, sample):
     ...         return [Sample(sample.available_us, sample.valid_us, 2 * sample.value)]

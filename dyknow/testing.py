@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import Any
 
-from dyknow.policy import Policy
-from dyknow.policy_pipeline import PolicyPipeline
-from dyknow.process import ComputationalUnit
-from dyknow.sample import Sample
+from dyknow.policies.policy import Policy
+from dyknow.policies.policy_pipeline import PolicyPipeline
+from dyknow.streams.process import ComputationalUnit
+from dyknow.streams.sample import Sample
 
 
 def samples_of(*rows: tuple[int, int, Any]) -> list[Sample[Any]]:  # Any: a stream may carry any value
@@ -29,7 +29,7 @@ def under(policy: Policy, samples: Iterable[Sample[Any]], *, told_us: int | None
 
     Examples
     --------
-    >>> from dyknow.policy import AnyChange
+    >>> from dyknow.policies.policy import AnyChange
     >>> [one.value for one in under(Policy(AnyChange()), samples_of((0, 0, "a"), (1, 1, "a"), (2, 2, "b")))]
     ['a', 'b']
     """

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.chronicle_set import ChronicleSet
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import RoadNetwork, plain_rings

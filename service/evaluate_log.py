@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from dyknow.diagnostics import suggest
+from dyknow.language.diagnostics import suggest
 from service.chronicle_files import chronicles_of
 from service.errors import TruthError
 from service.evaluate import (

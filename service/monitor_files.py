@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
-from dyknow.diagnostics import Reporter, Span
+from dyknow.language.diagnostics import Reporter, Span
 from dyknow.monitors.features import features_of
 from dyknow.monitors.monitors import version_of
 from dyknow.mtl.errors import FormulaError

@@ -14,8 +14,8 @@ from chronicles.adapter import value_text
 from chronicles.events import Occurrence, OccurrenceKey
 from dyknow.kpl.loader import DeclaredStream
 from dyknow.monitors.monitors import MonitorEvent
-from dyknow.sample import Sample
-from dyknow.stream import Consumer
+from dyknow.streams.sample import Sample
+from dyknow.streams.stream import Consumer
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange

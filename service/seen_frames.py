@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from vision.adapter import Vision, VisionUnit
 from vision.errors import VideoBroken
 from vision.objects import VisionObjects

@@ -10,7 +10,7 @@ from typing import TypeVar
 from anchoring.adapter import TRIAL_US, LinkTrials
 from anchoring.observations import LinkChange
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.errors import InputError, LogError

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from msgspec.structs import asdict
 
-from dyknow.stream_report import StreamReport
+from dyknow.streams.stream_report import StreamReport
 from service.errors import NotInLogError
 from service.pipeline import Pipeline
 from service.records import ProcessRecord, StreamInput, StreamRecord

@@ -8,7 +8,7 @@ view, says that nothing is known from then on; a loss so short that tracks bridg
 from collections.abc import Iterable, Iterator
 from typing import Generic, Protocol, TypeVar
 
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from vision.objects import VisionObjects
 
 FrameT = TypeVar("FrameT")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from graphlib import TopologicalSorter
 
-from dyknow.diagnostics import Diagnostic, Reporter
 from dyknow.kpl import model
 from dyknow.kpl.cycles import take_out_cycles
 from dyknow.kpl.doubts import doubt
@@ -15,6 +14,7 @@ from dyknow.kpl.policies import check_policy
 from dyknow.kpl.terms import policies_of
 from dyknow.kpl.type_checks import check_declarations, check_process, check_term
 from dyknow.kpl.vocabulary import Vocabulary
+from dyknow.language.diagnostics import Diagnostic, Reporter
 
 _LONGEST_CYCLE = 10  # labels that a message names
 

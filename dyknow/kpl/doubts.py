@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from dyknow.diagnostics import Reporter
 from dyknow.kpl import model
 from dyknow.kpl.findings import shown
 from dyknow.kpl.model import ConstraintKind, Name
 from dyknow.kpl.terms import policies_of, terms_of
 from dyknow.kpl.type_checks import types_in
 from dyknow.kpl.vocabulary import Vocabulary, names_in
+from dyknow.language.diagnostics import Reporter
 
 _WITHOUT_EFFECT = (ConstraintKind.MOST_RECENT, ConstraintKind.LINEAR)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dyknow.diagnostics import Diagnostic, TextError
+from dyknow.language.diagnostics import Diagnostic, TextError
 
 _MOST_SHOWN = 50
 _LONGEST_WORD = 60

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from dyknow.diagnostics import Diagnostic, Reporter
 from dyknow.kpl import model
 from dyknow.kpl.checks import Checked, check_kpl
 from dyknow.kpl.findings import KplError, normalised, shown
@@ -21,11 +20,12 @@ from dyknow.kpl.policies import policy_of
 from dyknow.kpl.printer import print_statement
 from dyknow.kpl.terms import terms_of
 from dyknow.kpl.type_checks import types_in
+from dyknow.language.diagnostics import Diagnostic, Reporter
 from dyknow.node import Node
-from dyknow.policy import Policy
-from dyknow.pull_stream import Stream, WhenFull
+from dyknow.policies.policy import Policy
 from dyknow.registry import Registry
-from dyknow.stream import Consumer, StreamGenerator, Subscription
+from dyknow.streams.pull_stream import Stream, WhenFull
+from dyknow.streams.stream import Consumer, StreamGenerator, Subscription
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ def load_kpl(text: str, registry: Registry, node: Node, *, name: str = "kpl") ->
 
     Examples
     --------
-    >>> from dyknow.sample import Sample
+    >>> from dyknow.streams.sample import Sample
     >>> registry = Registry()
     >>> registry.source("thermometer", output="float")
     >>> @registry.unit("is_frost", inputs=("float",), output="bool")

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from dyknow.diagnostics import Span
-from dyknow.mediation import MediationKind
+from dyknow.language.diagnostics import Span
+from dyknow.streams.mediation import MediationKind
 
 _NOWHERE = Span(1, 1, 1, 2)
 

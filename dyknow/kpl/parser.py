@@ -15,11 +15,11 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedToken
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
-from dyknow.diagnostics import Reporter, Span
 from dyknow.kpl import model
 from dyknow.kpl.findings import KplError, normalised
 from dyknow.kpl.syntax_errors import STATEMENT_WORDS, describe_unexpected, hint_on_character
 from dyknow.kpl.tree_builder import TreeBuilder, span_of
+from dyknow.language.diagnostics import Reporter, Span
 
 _STATEMENT_KINDS = frozenset(word.upper() for word in STATEMENT_WORDS)
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dyknow.diagnostics import Reporter
-from dyknow.durations import format_duration
 from dyknow.kpl.findings import KplError, normalised
 from dyknow.kpl.model import Constraint, ConstraintKind
 from dyknow.kpl.parser import read_constraints
-from dyknow.policy import AnyChange, AnyUpdate, Approximation, Cause, Order, Policy, SampleEvery
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import format_duration
+from dyknow.policies.policy import AnyChange, AnyUpdate, Approximation, Cause, Order, Policy, SampleEvery
 
 
 def parse_policy(text: str, *, name: str = "policy") -> Policy:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dyknow.durations import format_duration
 from dyknow.kpl import model
 from dyknow.kpl.model import Constraint, ConstraintKind
+from dyknow.language.durations import format_duration
 
 
 def print_kpl(specification: model.Specification) -> str:

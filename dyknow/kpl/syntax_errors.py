@@ -11,9 +11,9 @@ from types import MappingProxyType
 
 from lark import Token
 
-from dyknow.diagnostics import suggest
-from dyknow.durations import US_PER_UNIT
 from dyknow.kpl.findings import shown
+from dyknow.language.diagnostics import suggest
+from dyknow.language.durations import US_PER_UNIT
 
 STATEMENT_WORDS = ("sort", "object", "feature", "source", "compunit", "configuration", "strmgen", "configure", "stream")
 _CONSTRAINT_WORDS = ("any", "sample", "no", "use", "linear", "max", "from", "to", "oldest", "monotone", "strict")

@@ -7,12 +7,12 @@ from typing import Any  # lark leaves the children of a tree untyped
 
 from lark import Token, Tree
 
-from dyknow.diagnostics import Reporter, Span
-from dyknow.durations import LARGEST_US, US_PER_UNIT, to_us
 from dyknow.kpl import model
 from dyknow.kpl.findings import shown
 from dyknow.kpl.model import Constraint, ConstraintKind
-from dyknow.mediation import MediationKind
+from dyknow.language.diagnostics import Reporter, Span
+from dyknow.language.durations import LARGEST_US, US_PER_UNIT, to_us
+from dyknow.streams.mediation import MediationKind
 
 _Node = Tree[Any]
 _DEEPEST = 20

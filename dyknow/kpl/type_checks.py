@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dyknow.diagnostics import Reporter
 from dyknow.kpl import model
 from dyknow.kpl.findings import shown
 from dyknow.kpl.model import ConstraintKind, Name
 from dyknow.kpl.vocabulary import BASIC_TYPES, Vocabulary, names_in
+from dyknow.language.diagnostics import Reporter
 
 
 def check_declarations(specification: model.Specification, vocabulary: Vocabulary, reporter: Reporter) -> None:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
-from dyknow.diagnostics import Reporter, suggest
 from dyknow.kpl import model
 from dyknow.kpl.findings import shown
 from dyknow.kpl.model import Label, Name
+from dyknow.language.diagnostics import Reporter, suggest
 
 BASIC_TYPES = ("bool", "int", "float", "string", "time", "object")
 _NUMERIC = ("float", "int")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dyknow.diagnostics import TextError
+from dyknow.language.diagnostics import TextError
 
 
 class FormulaError(TextError):

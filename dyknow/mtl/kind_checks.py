@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from dyknow.diagnostics import Reporter, suggest
+from dyknow.language.diagnostics import Reporter, suggest
 from dyknow.mtl.formula import Comparison, Feature, Number, Scaled, Sum, Term, Text, Variable
 from dyknow.mtl.kinds import NUMERIC, Kind, are_comparable, kind_of_unit, units_of, with_article
 from dyknow.mtl.places import Node, operands, span_of

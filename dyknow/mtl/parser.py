@@ -17,7 +17,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedToken
 from lark.lexer import PatternStr
 
-from dyknow.diagnostics import Reporter
+from dyknow.language.diagnostics import Reporter
 from dyknow.mtl.errors import FormulaError
 from dyknow.mtl.formula import Formula, Monitor
 from dyknow.mtl.places import span_of

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias  # Any: lark leaves the children of a tree unt
 
 from lark import Token, Tree
 
-from dyknow.diagnostics import Span
+from dyknow.language.diagnostics import Span
 
 Node: TypeAlias = Any  # a Tree, whose children lark types as trees or anything
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from decimal import Decimal
 
-from dyknow.durations import format_duration
+from dyknow.language.durations import format_duration
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Term
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from lark import Token
 
-from dyknow.diagnostics import Span
+from dyknow.language.diagnostics import Span
 from dyknow.mtl.places import span_of
 from dyknow.mtl.syntax_hints import Misfit, hint_for, round_window
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from lark import Token
 
-from dyknow.diagnostics import suggest
+from dyknow.language.diagnostics import suggest
 from dyknow.mtl.units import UNITS
 
 _OPERATORS = ("and", "or", "implies", "iff", "until")

@@ -14,8 +14,8 @@ from typing import Any, cast  # Any: lark leaves the children of a tree untyped
 
 from lark import Token
 
-from dyknow.diagnostics import Reporter
-from dyknow.durations import LARGEST_US, US_PER_UNIT, format_duration, to_us
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import LARGEST_US, US_PER_UNIT, format_duration, to_us
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.kind_checks import KindChecker, suggest_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from types import MappingProxyType
 
-from dyknow.durations import US_PER_UNIT, to_us
+from dyknow.language.durations import US_PER_UNIT, to_us
 from dyknow.mtl.formula import Number
 
 _SI_PER_UNIT = MappingProxyType(

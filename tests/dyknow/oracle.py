@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import Any
 
-from dyknow.policy import AnyChange, Approximation, Order, Policy, SampleEvery
-from dyknow.sample import NO_VALUE, Sample
+from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
+from dyknow.streams.sample import NO_VALUE, Sample
 
 Samples = Sequence[Sample[Any]]
 Arrived = list[tuple[int, Sample[Any]]]  # the node's time at which each sample came, with the sample

@@ -3,7 +3,7 @@
 import doctest
 from pathlib import Path
 
-from dyknow.policy import Approximation, Order
+from dyknow.policies.policy import Approximation, Order
 
 PAGE = Path(__file__).parents[2] / "docs" / "dyknow.md"
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from dyknow.graph import to_dot, to_svg
-from dyknow.stream_report import StreamReport
+from dyknow.streams.stream_report import StreamReport
 
 SVG = "{http://www.w3.org/2000/svg}"
 Rectangle = tuple[float, float, float, float]  # left, top, right, bottom

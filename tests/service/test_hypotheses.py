@@ -10,7 +10,7 @@ from anchoring.adapter import LinkTrials
 from anchoring.observations import Level, LinkChange, LinkKind
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.api.app import create_app

@@ -7,7 +7,7 @@ import numpy as np
 
 from anchoring.adapter import SETTLE_US
 from chronicles.events import Occurrence
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from service.chronicle_files import load_chronicle_files
 from service.evaluate_views import LostViews, find_lost_views
 from service.pipeline import OCCURRENCE, trajectory_pipeline

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dyknow.sample import Sample
+from dyknow.streams.sample import Sample
 from service.draw_video import draw_picture
 from service.recording import Recorder
 from service.records import SeenObject, ViewRecord

@@ -8,10 +8,10 @@ import pytest
 from dyknow.errors import ProcessError, RegistryError
 from dyknow.kpl.findings import KplError
 from dyknow.kpl.loader import load_kpl
-from dyknow.mediation import Collected
 from dyknow.node import Node
 from dyknow.registry import Registry
-from dyknow.sample import Sample
+from dyknow.streams.mediation import Collected
+from dyknow.streams.sample import Sample
 from dyknow.testing import Recorder
 from tests.dyknow.units import Doubling
 

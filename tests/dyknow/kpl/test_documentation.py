@@ -14,8 +14,8 @@ from dyknow.kpl.findings import KplError
 from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
-from dyknow.policy_pipeline import PolicyPipeline
-from dyknow.sample import Sample
+from dyknow.policies.policy_pipeline import PolicyPipeline
+from dyknow.streams.sample import Sample
 
 PAGE = Path(__file__).parents[3] / "docs" / "kpl.md"
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -6,9 +6,9 @@ from importlib.resources import files
 import pytest
 from lark import Lark
 
-from dyknow.diagnostics import Diagnostic
 from dyknow.kpl.checks import check_kpl
 from dyknow.kpl.findings import KplError
+from dyknow.language.diagnostics import Diagnostic
 from tests.dyknow.kpl.faults_of_meaning import MEANING
 from tests.dyknow.kpl.faults_of_words import HEAD, WORDS, Fault
 

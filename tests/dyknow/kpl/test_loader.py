@@ -8,9 +8,9 @@ import pytest
 from dyknow.kpl.findings import KplError
 from dyknow.kpl.loader import load_kpl
 from dyknow.node import Node
-from dyknow.policy import AnyChange, Order, Policy
+from dyknow.policies.policy import AnyChange, Order, Policy
 from dyknow.registry import Registry
-from dyknow.sample import NO_VALUE, Sample
+from dyknow.streams.sample import NO_VALUE, Sample
 
 HOST = """sort Point = <float, float>;
 source float gps;

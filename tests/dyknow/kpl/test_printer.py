@@ -9,8 +9,8 @@ from dyknow.kpl.model import Constraint, ConstraintKind, Label, Name, Specificat
 from dyknow.kpl.parser import parse_kpl, parse_type
 from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
-from dyknow.mediation import MediationKind
-from dyknow.policy import AnyChange, AnyUpdate, Approximation, Order, Policy, SampleEvery
+from dyknow.policies.policy import AnyChange, AnyUpdate, Approximation, Order, Policy, SampleEvery
+from dyknow.streams.mediation import MediationKind
 
 EVERY_FORM = """sort Frame;
 sort Point = <float, float>;

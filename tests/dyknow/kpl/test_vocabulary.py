@@ -4,11 +4,11 @@ import random
 
 import pytest
 
-from dyknow.diagnostics import Reporter
 from dyknow.kpl import model
 from dyknow.kpl.checks import check_kpl
 from dyknow.kpl.parser import parse_kpl, parse_type
 from dyknow.kpl.vocabulary import Vocabulary
+from dyknow.language.diagnostics import Reporter
 
 
 def vocabulary(text: str) -> Vocabulary:

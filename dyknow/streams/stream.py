@@ -1,0 +1,314 @@
+"""Where do samples come from, and who gets them? A stream generator serves any number of subscribers.
+
+Delivery is a plain function call, in the order of subscription: the order of everything in a node is a function of
+its input, so a run can be repeated to the byte. Who wants to be asked instead of called opens a buffered stream.
+What a consumer raises goes to whoever published; those who come after it do not get that sample.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from dyknow.errors import StreamError
+from dyknow.policies.policy import Policy
+from dyknow.policies.policy_pipeline import PolicyPipeline
+from dyknow.streams.history import History
+from dyknow.streams.pull_stream import Stream, WhenFull
+from dyknow.streams.sample import Sample
+
+Consumer = Callable[[Sample[Any]], object]  # Any: a stream may carry any value; what comes back is not looked at
+
+EVERYTHING = Policy()
+
+
+class Subscription:
+    """Tie one consumer to one generator under one policy, and count what it received.
+
+    Attributes
+    ----------
+    reader : label of the process that reads; None for a reader outside the node.
+    buffer : where the samples of a pulled stream wait.
+    is_open : whether samples are still delivered.
+    """
+
+    __slots__ = ("buffer", "consumer", "delivered", "is_open", "pipeline", "policy", "reader")
+
+    def __init__(
+        self, consumer: Consumer, policy: Policy, *, reader: str | None = None, buffer: Stream | None = None
+    ) -> None:
+        self.consumer = consumer
+        self.policy = policy
+        self.reader = reader
+        self.buffer = buffer
+        self.delivered = 0
+        self.is_open = True
+        # A policy that lets everything pass is not asked: this is the usual hop, and it is quick.
+        self.pipeline = None if policy.delivers_everything else PolicyPipeline(policy)
+
+    def offer(self, sample: Sample[Any]) -> None:
+        """Hand over what the policy makes of a sample."""
+        self._deliver(self.passed(sample))
+
+    def passed(self, sample: Sample[Any]) -> Iterable[Sample[Any]]:
+        """Return what the policy makes of a sample, oldest first; nothing once the subscription has ended."""
+        if not self.is_open:
+            return ()
+        return (sample,) if self.pipeline is None else self.pipeline.offer(sample)
+
+    def advance(self, available_us: int) -> None:
+        """Let time pass, which may release sampled values."""
+        if self.pipeline is not None:
+            self._deliver(self.pipeline.advance(available_us))
+
+    def finish(self) -> None:
+        """Hand over what the policy held back, at the end of the stream."""
+        if self.pipeline is not None:
+            self._deliver(self.pipeline.finish())
+
+    def dropped(self) -> Counter[str]:
+        """Count by cause what this subscriber was offered and did not get."""
+        counts = Counter[str]()
+        if self.pipeline is not None:
+            counts.update(self.pipeline.dropped)
+        if self.buffer is not None:  # an empty one is false
+            counts.update(self.buffer.dropped)
+        return counts
+
+    def _deliver(self, samples: Iterable[Sample[Any]]) -> None:
+        for sample in samples:
+            if not self.is_open:
+                return
+            self.delivered += 1
+            self.consumer(sample)
+
+
+class StreamGenerator:
+    """Publish samples under one label to every subscriber.
+
+    Attributes
+    ----------
+    published : samples published so far.
+    last : the newest of them, if there is one.
+    now_us : the latest available time that was told or published.
+    depth : how many processes a sample can have passed to come here; see `dyknow.streams.relay`.
+    is_open : whether samples are still published: it is neither finished nor closed.
+    is_closed : whether every subscriber was let go.
+    subscriptions : in the order in which they came; a new tuple whenever one joins or leaves.
+
+    Examples
+    --------
+    >>> positions = StreamGenerator("pos[car1]")
+    >>> received = []
+    >>> subscription = positions.subscribe(lambda sample: received.append(sample.value))
+    >>> positions.publish(Sample(0, 0, 1.5))
+    >>> positions.unsubscribe(subscription)
+    >>> positions.publish(Sample(1, 1, 2.5))
+    >>> received, positions.published
+    ([1.5], 2)
+    """
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self.published = 0
+        self.last: Sample[Any] | None = None
+        self.depth = 0
+        self.is_open = True
+        self.is_closed = False
+        self.subscriptions: tuple[Subscription, ...] = ()
+        self._departed_delivered = 0
+        self._departed: Counter[str] = Counter()  # drops of subscriptions that have left
+        self._first_us = 0
+        self._told_us: int | None = None
+        self._history: History | None = None
+        self._is_plain = False  # whether nothing but delivery is to be done for the next sample
+
+    @property
+    def now_us(self) -> int | None:
+        """Return the latest available time that was told or published; None before the first."""
+        published_us = self.last.available_us if self.last else None
+        return max((us for us in (self._told_us, published_us) if us is not None), default=None)
+
+    @property
+    def last_valid_us(self) -> int | None:
+        """Return the valid time of the newest sample; None before the first."""
+        return self.last.valid_us if self.last else None
+
+    @property
+    def rate_hz(self) -> float:
+        """Return how many samples a second became available, on average since the first; 0 before the second."""
+        duration_us = self.last.available_us - self._first_us if self.last else 0
+        return (self.published - 1) * 1e6 / duration_us if duration_us > 0 else 0.0
+
+    @property
+    def delivered(self) -> int:
+        """Return how many samples were handed to subscribers, those that have left included."""
+        return self._departed_delivered + sum(one.delivered for one in self.subscriptions)
+
+    def dropped(self) -> dict[str, int]:
+        """Count by cause what subscribers were offered and did not get, those that have left included."""
+        total = Counter(self._departed)
+        for subscription in self.subscriptions:
+            total.update(subscription.dropped())
+        if self._history is not None and self._history.overflowed:
+            total["history full"] += self._history.overflowed
+        return dict(total)
+
+    def remember(self, duration_us: int, *, capacity: int = 100_000) -> None:
+        """Store the samples of the last ``duration_us`` from now on, for subscribers that ask for the oldest.
+
+        What was stored before is forgotten, and 0 stores nothing. ``capacity`` bounds the store whatever the rate.
+        """
+        self._forget()
+        self._is_plain = False
+        self._history = History(duration_us=duration_us, capacity=capacity) if duration_us else None
+
+    def subscribe(self, consumer: Consumer, policy: Policy = EVERYTHING, *, reader: str | None = None) -> Subscription:
+        """Call ``consumer`` with what ``policy`` makes of every sample from now on.
+
+        A consumer that joins while a sample is delivered gets the next one. With ``oldest_us`` the stored samples of
+        that age come first, before this method returns. Who asks for them before the first sample misses none: from
+        then on they are stored, so that whoever asks as much later is not refused. After the end of the stream there
+        are only stored samples. A consumer that raises before this method returns is not subscribed.
+
+        Raises
+        ------
+        StreamError
+            If the stream is closed, if the policy asks for older samples than are stored, or if ``consumer`` cannot
+            be called or ``policy`` is none.
+        """
+        if not callable(consumer) or not isinstance(policy, Policy):
+            raise StreamError(
+                f"stream {self.label!r}: expected a consumer to call and a policy, got {consumer!r} and {policy!r}"
+            )
+        return self._join(Subscription(consumer, policy, reader=reader))
+
+    def open(
+        self, policy: Policy = EVERYTHING, capacity: int = 1_024, when_full: WhenFull = WhenFull.DROP_OLDEST
+    ) -> Stream:
+        """Open a stream to take samples from, instead of being called; see `subscribe`."""
+        stream = Stream(self.label, capacity, when_full)
+        subscription = self._join(Subscription(stream.accept, policy, buffer=stream))
+        stream.leave_by(lambda: self._leave(subscription))
+        return stream
+
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """Stop delivering to a subscription, at once; what its policy still holds is not delivered.
+
+        Raises
+        ------
+        StreamError
+            If the subscription does not belong to this generator, or has ended.
+        """
+        if subscription not in self.subscriptions:
+            came = "another stream's" if subscription.is_open else "one that has ended"
+            raise StreamError(f"stream {self.label!r}: expected one of its subscriptions, got {came}")
+        self._leave(subscription)
+
+    def publish(self, sample: Sample[Any]) -> None:
+        """Offer a sample to every subscriber, in the order in which they came.
+
+        Raises
+        ------
+        StreamError
+            If the stream is finished or closed.
+        """
+        if not self._is_plain:
+            self._prepare(sample)
+        self.published += 1
+        self.last = sample
+        # Joining and leaving replace the tuple, so this loop serves those who were there when the sample came.
+        for subscription in self.subscriptions:
+            if subscription.pipeline is not None:
+                subscription.offer(sample)
+            elif subscription.is_open:
+                subscription.delivered += 1
+                subscription.consumer(sample)
+
+    def take_in(self, sample: Sample[Any]) -> tuple[Subscription, ...]:
+        """Do what `publish` does, but for the delivery: return those to offer the sample to."""
+        if not self._is_plain:
+            self._prepare(sample)
+        self.published += 1
+        self.last = sample
+        return self.subscriptions
+
+    def _prepare(self, sample: Sample[Any]) -> None:
+        """Do what few samples need: the first one, those that are stored, those that are refused."""
+        if not self.is_open:
+            came = "a closed one" if self.is_closed else "one that was finished"
+            raise StreamError(f"stream {self.label!r}: expected an open stream to publish to, got {came}")
+        if self.published == 0:
+            self._first_us = sample.available_us
+        self._is_plain = self._history is None
+        if self._history is not None:
+            told_us = sample.available_us if self._told_us is None else self._told_us
+            self._history.append(sample, now_us=max(sample.available_us, told_us))
+
+    def advance(self, available_us: int) -> None:
+        """Let time pass: nothing that became available before this time will be published any more."""
+        self._told_us = available_us if self._told_us is None else max(self._told_us, available_us)
+        for subscription in self.subscriptions:
+            subscription.advance(available_us)
+
+    def finish(self) -> None:
+        """Hand over what the policies of the subscribers hold back: nothing can be published any more.
+
+        Doing so again does nothing.
+        """
+        if self.is_open:
+            self.is_open = self._is_plain = False
+            for subscription in self.subscriptions:
+                subscription.finish()
+
+    def close(self) -> None:
+        """Let every subscriber go and refuse what comes after."""
+        self.is_open = self._is_plain = False
+        self.is_closed = True
+        self._forget()
+        for subscription in self.subscriptions:
+            self._leave(subscription)
+
+    def _forget(self) -> None:
+        if self._history is not None and self._history.overflowed:
+            self._departed["history full"] += self._history.overflowed
+        self._history = None
+
+    def _join(self, subscription: Subscription) -> Subscription:
+        if self.is_closed:
+            raise StreamError(f"stream {self.label!r}: expected an open stream to subscribe to, got a closed one")
+        stored = self._stored(subscription.policy.oldest_us)
+        self.subscriptions = (*self.subscriptions, subscription)
+        try:
+            for sample in stored:
+                subscription.offer(sample)
+            if not self.is_open:
+                subscription.finish()
+        except BaseException:  # its caller gets no subscription that could be ended
+            self._leave(subscription)
+            raise
+        return subscription
+
+    def _stored(self, oldest_us: int | None) -> Iterable[Sample[Any]]:
+        """Give the samples that a new subscriber asks for."""
+        if oldest_us is None:
+            return ()
+        kept_us = self._history.duration_us if self._history is not None else 0
+        if self.last is None:
+            # Nothing was missed. Who asks as much later is not refused either: it must not depend on the moment.
+            if kept_us < oldest_us:
+                self.remember(oldest_us)
+            return ()
+        if kept_us < oldest_us:
+            raise StreamError(
+                f"stream {self.label!r}: expected to remember at least {oldest_us!r} us for 'oldest', "
+                f"got {kept_us!r} us"
+            )
+        return self._history.since((self.now_us or 0) - oldest_us) if self._history is not None else ()
+
+    def _leave(self, subscription: Subscription) -> None:
+        if not subscription.is_open:
+            return
+        subscription.is_open = False
+        self.subscriptions = tuple(one for one in self.subscriptions if one is not subscription)
+        self._departed_delivered += subscription.delivered
+        self._departed.update(subscription.dropped())

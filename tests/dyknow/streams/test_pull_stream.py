@@ -1,0 +1,35 @@
+"""Pulled streams: bounded, and every loss counted."""
+
+import pytest
+
+from dyknow.errors import StreamError
+from dyknow.streams.pull_stream import Stream
+from dyknow.streams.sample import Sample
+
+
+def test_take_gives_as_many_as_asked_for() -> None:
+    stream = Stream("s", capacity=5)
+    for t_us in range(4):
+        stream.accept(Sample(t_us, t_us, t_us))
+    assert [sample.value for sample in stream.take(3)] == [0, 1, 2]
+    assert [sample.value for sample in stream.take(3)] == [3]
+    assert stream.take(3) == ()
+
+
+def test_full_stream_can_be_seen_before_it_drops() -> None:
+    stream = Stream("s", capacity=1)
+    assert not stream.is_full
+    stream.accept(Sample(0, 0, 0))
+    assert (stream.is_full, stream.dropped) == (True, {})
+
+
+def test_stream_without_room_is_refused() -> None:
+    with pytest.raises(StreamError, match="stream 's': expected a capacity of at least 1 sample, got 0"):
+        Stream("s", capacity=0)
+
+
+def test_number_to_take_and_word_for_full_must_make_sense() -> None:
+    with pytest.raises(StreamError, match="stream 's': expected to take 0 samples or more, got -1"):
+        Stream("s", capacity=1).take(-1)
+    with pytest.raises(StreamError, match=r"stream 's': expected one of .*, got 'drop oldest'"):
+        Stream("s", 1, "drop oldest")  # type: ignore[arg-type]
