@@ -17,7 +17,7 @@ from types import MappingProxyType
 from data_gen.scenarios.catalogue import SCENARIOS
 from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
 from data_gen.trajectories import TrackFaults
-from data_gen.truth_event import ROLES
+from data_gen.truth.event import ROLES
 from service.evaluate import Evaluation, merge_evaluations
 from service.evaluate_log import evaluate_log_types
 from service.proportions import wilson_interval

@@ -10,25 +10,25 @@ from types import MappingProxyType
 import numpy as np
 import shapely
 
-from data_gen.cameras import CameraKind, CameraPath, camera_path
 from data_gen.degrade import Degradation, PlannedFrame, plan_frames
+from data_gen.drawing.cameras import CameraKind, CameraPath, camera_path
+from data_gen.drawing.ground.junction_marks import junction_marks, parking_bays
+from data_gen.drawing.ground.markings import road_markings
+from data_gen.drawing.occlusion.occluders import OccluderKind, occluder_kinds
+from data_gen.drawing.render import SceneRenderer, World, make_world
+from data_gen.drawing.sensor import NOISE_SIGMA
+from data_gen.drawing.sun import Weather, check_weather
+from data_gen.drawing.thermal import ThermalRenderer, thermal_path
+from data_gen.drawing.video import VideoWriter
 from data_gen.errors import DataGenError
-from data_gen.junction_marks import junction_marks, parking_bays
-from data_gen.markings import road_markings
-from data_gen.occluders import OccluderKind, occluder_kinds
-from data_gen.render import SceneRenderer, World, make_world
 from data_gen.scenario import Scenario
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.sensor import NOISE_SIGMA
-from data_gen.simulate import check_seed, simulate
+from data_gen.simulation.simulate import check_seed, simulate
+from data_gen.simulation.states import VehicleStates
 from data_gen.site_file import write_site
-from data_gen.states import VehicleStates
-from data_gen.sun import Weather, check_weather
-from data_gen.thermal import ThermalRenderer, thermal_path
-from data_gen.truth import write_truth
-from data_gen.truth_clip import clip_events
-from data_gen.truth_event import TruthEvent, write_truth_events
-from data_gen.video import VideoWriter
+from data_gen.truth.clip import clip_events
+from data_gen.truth.event import TruthEvent, write_truth_events
+from data_gen.truth.rows import write_truth
 from gis.camera_pose import write_camera_track
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
@@ -86,7 +86,7 @@ def generate(
     out_dir : made if it is missing; files of an earlier scene in it are replaced.
     width_px, height_px : size of the image, both even, 64 to 8192.
     rate_hz : frames per second, from 10 up, a divisor of 1000, so that a frame lasts whole milliseconds.
-    camera : how the scene is filmed; see `data_gen.cameras.camera_path`.
+    camera : how the scene is filmed; see `data_gen.drawing.cameras.camera_path`.
     poses : tell the site file of the poses of a camera that moves; they are written for every camera that has one.
     thermal : add the video of a thermal camera of half the size.
     weather : "sunny", "clouds" whose shadows drift over the ground, or "overcast" without any shadow.

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from data_gen.cameras import CameraPath
+from data_gen.drawing.cameras import CameraPath
 from gis.camera import GroundCamera
 
 _SITE = """\

@@ -9,11 +9,12 @@ from types import MappingProxyType
 
 import numpy as np
 
+from data_gen.drawing.view import BoolArray, CameraView, camera_over
 from data_gen.errors import DataGenError
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.simulate import check_seed, simulate
+from data_gen.simulation.simulate import check_seed, simulate
+from data_gen.simulation.states import VehicleStates
 from data_gen.site_file import write_site_without_camera
-from data_gen.states import VehicleStates
 from data_gen.trajectories import (
     NoisyTracks,
     TrackFaults,
@@ -23,10 +24,9 @@ from data_gen.trajectories import (
     rows_of_states,
     write_tracks,
 )
-from data_gen.truth import visible_centres, write_truth
-from data_gen.truth_clip import clip_events
-from data_gen.truth_event import TruthEvent, write_truth_events
-from data_gen.view import BoolArray, CameraView, camera_over
+from data_gen.truth.clip import clip_events
+from data_gen.truth.event import TruthEvent, write_truth_events
+from data_gen.truth.rows import visible_centres, write_truth
 from gis.sumo_net import read_sumo_net
 
 _NO_OPTIONS: Mapping[str, str] = MappingProxyType({})

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from data_gen.truth_event import INTERCHANGEABLE, ROLES
+from data_gen.truth.event import INTERCHANGEABLE, ROLES
 from service.errors import TruthError
 from service.proportions import wilson_interval
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class CameraChoice(StrEnum):
-    """How the scene is filmed; the names are those of `data_gen.cameras`, which loads more than help needs."""
+    """How the scene is filmed; the names are those of `data_gen.drawing.cameras`, which loads more than help needs."""
 
     VERTICAL = "vertical"
     OBLIQUE = "oblique"
@@ -22,7 +22,7 @@ class CameraChoice(StrEnum):
 
 
 class WeatherChoice(StrEnum):
-    """The light; the names are those of `data_gen.sun`."""
+    """The light; the names are those of `data_gen.drawing.sun`."""
 
     SUNNY = "sunny"
     CLOUDS = "clouds"

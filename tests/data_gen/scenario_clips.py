@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from data_gen.drawing.view import corners_m
 from data_gen.scenario import Scenario
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.simulate import simulate
-from data_gen.states import FloatArray, VehicleStates
-from data_gen.view import corners_m
+from data_gen.simulation.simulate import simulate
+from data_gen.simulation.states import FloatArray, VehicleStates
 from gis.sumo_net import read_sumo_net
 
 STEP_S = 0.1

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.motion import Motion
-from data_gen.states import FloatArray, VehicleStates
+from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.truth.motion import Motion
 from gis.lanes import Lane
 from gis.road_network import RoadNetwork
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from data_gen.motion import centres_in_view, tabulate
+from data_gen.drawing.view import camera_over
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.simulate import simulate
-from data_gen.truth_events import TruthEvent, find_events
-from data_gen.view import camera_over
+from data_gen.simulation.simulate import simulate
+from data_gen.truth.events import TruthEvent, find_events
+from data_gen.truth.motion import centres_in_view, tabulate
 from gis.sumo_net import read_sumo_net
 
 SCENARIO = scenario_named("rural_overtaking")

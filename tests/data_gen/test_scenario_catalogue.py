@@ -8,7 +8,7 @@ import pytest
 
 from data_gen.errors import DataGenError
 from data_gen.scenarios.catalogue import SCENARIOS, scenario_named
-from data_gen.simulate import simulate
+from data_gen.simulation.simulate import simulate
 
 FOLDER = Path(scenario_named("junction").network_file).parents[1]
 NETWORKS = sorted(FOLDER.glob("*/network.net.xml"))

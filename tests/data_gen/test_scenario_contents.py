@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from data_gen.demand import draw_departures
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.states import VehicleStates
+from data_gen.simulation.demand import draw_departures
+from data_gen.simulation.states import VehicleStates
 from tests.data_gen.scenario_clips import Clip, clip, lane_changes, lane_sequences, moving, order_flips, tracks
 
 ARMS = ("north", "east", "south", "west")

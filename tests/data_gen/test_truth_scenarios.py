@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 import pytest
 
-from data_gen.truth_clip import clip_events
-from data_gen.truth_event import ROLES, TruthEvent
-from data_gen.view import camera_over
+from data_gen.drawing.view import camera_over
+from data_gen.truth.clip import clip_events
+from data_gen.truth.event import ROLES, TruthEvent
 from gis.sumo_net import read_sumo_net
 from tests.data_gen.scenario_clips import clip, lane_sequences
 

@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from data_gen.motion import tabulate
-from data_gen.states import FloatArray, VehicleStates
-from data_gen.truth_tables import TruthTables, truth_tables
+from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.truth.motion import tabulate
+from data_gen.truth.tables import TruthTables, truth_tables
 from gis.lanes import Junction, Lane
 from gis.road_network import RoadNetwork
 

@@ -1,0 +1,1 @@
+"""What does the camera see? Ground, traffic and light as pictures of a video."""

@@ -1,0 +1,1 @@
+"""What does the scene look like when nobody is on it? Painted once."""

@@ -1,0 +1,193 @@
+"""What does the ground look like when nobody is on it? Paints the scene behind the traffic, once.
+
+Road surface and markings come from the road network, the rest from the plan of the scenery.
+"""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.ops import substring
+
+from data_gen.drawing.ground.buildings import paint_buildings
+from data_gen.drawing.ground.mosaic import plane_camera
+from data_gen.drawing.ground.paint import GroundPainter, Picture, lay_over
+from data_gen.drawing.ground.scenery import Parcel, Scenery, Tree, shadow_of
+from data_gen.drawing.sun import Sun
+from data_gen.drawing.view import CameraView
+from gis.lanes import Lane
+from gis.polyline import offset
+from gis.road_network import RoadNetwork
+
+Surface = shapely.Polygon | shapely.MultiPolygon
+
+VERGE_M = 6.0
+"""Width of the strip beside a road that belongs to it."""
+
+_GRAVEL_M = 0.7
+_PAVEMENT_M = 2.4
+_VERGE_COLOUR = (72.0, 122.0, 108.0)
+_GRAVEL_COLOUR = (118.0, 128.0, 134.0)
+_PAVEMENT_COLOUR = (146.0, 150.0, 152.0)
+_KERB_COLOUR = (172.0, 174.0, 174.0)
+_ASPHALT_COLOUR = (108.0, 106.0, 104.0)
+_PAINT_COLOUR = (212.0, 214.0, 214.0)
+_CROWN_COLOUR = (46.0, 84.0, 60.0)
+_CROWN_HEIGHT_M = 3.5
+_SHADOW_COLOUR = (38.0, 44.0, 34.0)
+_WHEEL_TRACK_M = 0.85
+_WHEEL_TRACK_WIDTH_M = 0.6
+
+
+def paint_ground(
+    network: RoadNetwork,
+    scenery: Scenery,
+    view: CameraView,
+    *,
+    marks: Sequence[shapely.Geometry],
+    bays: Sequence[shapely.Geometry],
+    sun: Sun,
+    rng: np.random.Generator,
+) -> NDArray[np.uint8]:
+    """Paint the empty scene.
+
+    Parameters
+    ----------
+    network : gives the road surface.
+    scenery : what lies around it.
+    view : the camera; with a pose, buildings show their walls.
+    marks : painted white on the road.
+    bays : ground beside the lanes that is paved as they are, such as parking bays.
+    sun : shades trees and buildings.
+    rng : source of textures and repairs.
+
+    Returns
+    -------
+    (h, w, 3) blue, green, red.
+    """
+    painter = GroundPainter(view.camera, view.size_px)
+    road = network.surface()
+    picture = _paint_parcels(painter, scenery, rng)
+    if scenery.is_urban:
+        _paint_pavement(picture, painter, road, rng)
+    else:
+        _paint_verge(picture, painter, road, rng)
+    paved = shapely.union_all([road, *bays])
+    _paint_asphalt(picture, painter, paved, network.lanes, rng)
+    _paint_marks(picture, painter, marks, rng)
+    _paint_trees(picture, scenery.trees, view, sun=sun, rng=rng)
+    paint_buildings(picture, painter, scenery.buildings, view, sun)
+    # The lens: without it single pixels are sharper than any camera shows them.
+    seen = cv2.GaussianBlur(picture, (3, 3), 0.45)
+    return np.clip(np.round(seen), 0, 255).astype(np.uint8)
+
+
+def _paint_parcels(painter: GroundPainter, scenery: Scenery, rng: np.random.Generator) -> Picture:
+    width_px, height_px = painter.size_px
+    picture = np.full((height_px, width_px, 3), _VERGE_COLOUR, dtype=np.float32)
+    for parcel in scenery.parcels:
+        _paint_parcel(picture, painter, parcel)
+    picture *= 1 + np.float32(0.06) * painter.texture(rng, largest_m=60, octaves=7)[:, :, None]
+    painter.lay(picture, scenery.hedges, _CROWN_COLOUR, 0.85)
+    return picture
+
+
+def _paint_parcel(picture: Picture, painter: GroundPainter, parcel: Parcel) -> None:
+    for patch in painter.patches([parcel.outline]):
+        colour = np.asarray(parcel.colour, dtype=np.float32)
+        if parcel.furrow_strength == 0:
+            lay_over(picture[patch.window], patch.cover, parcel.colour)
+            continue
+        east_m, north_m = painter.ground_of_pixels(patch.window)
+        across_m = east_m * np.float32(np.cos(parcel.furrow_rad)) + north_m * np.float32(np.sin(parcel.furrow_rad))
+        furrows = np.float32(parcel.furrow_strength) * np.sin(across_m * np.float32(np.pi * 2 / parcel.furrow_m))
+        lay_over(picture[patch.window], patch.cover, colour * (1 + furrows[:, :, None]))
+
+
+def _paint_verge(picture: Picture, painter: GroundPainter, road: Surface, rng: np.random.Generator) -> None:
+    grass = painter.texture(rng, largest_m=14, octaves=5)
+    verge = np.asarray(_VERGE_COLOUR, dtype=np.float32) * (1 + np.float32(0.09) * grass[:, :, None])
+    painter.lay(picture, [road.buffer(VERGE_M)], verge)
+    ditch = road.buffer(VERGE_M * 0.7).difference(road.buffer(VERGE_M * 0.7 - 1.2))
+    painter.lay(picture, [ditch], (45.0, 70.0, 62.0), 0.35)
+    painter.lay(picture, [road.buffer(_GRAVEL_M)], _GRAVEL_COLOUR, 0.8)
+
+
+def _paint_pavement(picture: Picture, painter: GroundPainter, road: Surface, rng: np.random.Generator) -> None:
+    wear = painter.texture(rng, largest_m=6, octaves=5)
+    slabs = np.asarray(_PAVEMENT_COLOUR, dtype=np.float32) * (1 + np.float32(0.03) * wear[:, :, None])
+    painter.lay(picture, [road.buffer(_PAVEMENT_M, join_style="mitre")], slabs)
+    painter.lay(picture, [road.buffer(0.18, join_style="mitre")], _KERB_COLOUR, 0.9)
+
+
+def _paint_asphalt(
+    picture: Picture,
+    painter: GroundPainter,
+    paved: shapely.Geometry,
+    lanes: Sequence[Lane],
+    rng: np.random.Generator,
+) -> None:
+    grain = painter.texture(rng, largest_m=0, octaves=1)
+    stains = painter.texture(rng, largest_m=25, octaves=5)
+    shade = 1 + np.float32(0.018) * grain + np.float32(0.03) * stains
+    painter.lay(picture, [paved], shade[:, :, None] * np.asarray(_ASPHALT_COLOUR, dtype=np.float32))
+    tracks = [
+        _line(lane, side * _WHEEL_TRACK_M).buffer(_WHEEL_TRACK_WIDTH_M / 2, cap_style="flat")
+        for lane in lanes
+        for side in (-1, 1)
+    ]
+    painter.lay(picture, tracks, (96.0, 94.0, 92.0), 0.35)
+    for patch, brightness in _repairs(lanes, rng):
+        painter.lay(picture, [patch], (brightness, brightness, brightness), 0.6)
+
+
+def _repairs(lanes: Sequence[Lane], rng: np.random.Generator) -> list[tuple[shapely.Geometry, float]]:
+    """Draw patches of newer, darker or older, paler asphalt: half a lane wide, 5 to 40 m long, one every 150 m."""
+    patches: list[tuple[shapely.Geometry, float]] = []
+    for lane in lanes:
+        centre = _line(lane, 0.0)
+        for _ in range(rng.poisson(centre.length / 150)):
+            start_m, length_m = rng.uniform(0, centre.length), rng.uniform(5, 40)
+            part = substring(centre, start_m, min(start_m + length_m, centre.length))
+            if part.length > 1:
+                side = float(rng.choice((-1, 1))) * lane.width_m / 4
+                strip = shapely.LineString(offset(np.asarray(part.coords), side))
+                patches.append((strip.buffer(lane.width_m / 4, cap_style="flat"), float(rng.uniform(84, 122))))
+    return patches
+
+
+def _paint_marks(
+    picture: Picture, painter: GroundPainter, marks: Sequence[shapely.Geometry], rng: np.random.Generator
+) -> None:
+    wear = painter.texture(rng, largest_m=8, octaves=4)
+    strength = np.clip(np.float32(0.72) + np.float32(0.2) * wear, 0.15, 0.95).astype(np.float32)
+    painter.lay(picture, marks, _PAINT_COLOUR, strength)
+
+
+def _paint_trees(
+    picture: Picture, trees: Sequence[Tree], view: CameraView, *, sun: Sun, rng: np.random.Generator
+) -> None:
+    """Paint crowns; a camera with a pose sees their dark lower side below the upper one."""
+    painter = GroundPainter(view.camera, view.size_px)
+    leaves = painter.texture(rng, largest_m=2.5, octaves=3)
+    if not sun.is_hidden:
+        shadows = [shadow_of(tree.crown, tree.height_m, sun) for tree in trees]
+        painter.lay(picture, shadows, _SHADOW_COLOUR, 0.6)
+    foliage = np.asarray(_CROWN_COLOUR, dtype=np.float32) * (1 + np.float32(0.16) * leaves[:, :, None])
+    above = painter if view.pose is None else GroundPainter(plane_camera(view, _CROWN_HEIGHT_M), view.size_px)
+    if view.pose is not None:
+        painter.lay(picture, [tree.crown for tree in trees], foliage * np.float32(0.6))
+    above.lay(picture, [tree.crown for tree in trees], foliage)
+    above.lay(picture, [_tip(tree, sun) for tree in trees], foliage * np.float32(1.35), 0.6)
+
+
+def _tip(tree: Tree, sun: Sun) -> shapely.Geometry:
+    """Give the part of a crown that catches the sun."""
+    east_m, north_m = sun.shadow_offset_m(-0.3 * tree.radius_m)
+    return shapely.affinity.translate(shapely.affinity.scale(tree.crown, 0.6, 0.6), east_m, north_m)
+
+
+def _line(lane: Lane, left_m: float) -> shapely.LineString:
+    return shapely.LineString(offset(lane.centre_line_m, left_m))

@@ -1,0 +1,189 @@
+"""How are shapes and textures put onto an image? Anti-aliased coverage of ground polygons, and fractal noise.
+
+Everything here runs once a scene, not once a frame, and works in float32, in the rectangle that a shape needs.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from data_gen.simulation.states import FloatArray
+from gis.camera import GroundCamera
+
+Picture = NDArray[np.float32]
+"""(h, w, 3) blue, green, red in 0 to 255, or (h, w) for a single layer."""
+Colour = tuple[float, float, float]
+
+_SUPERSAMPLING = 4
+_SHIFT_BITS = 4
+_CLIP_MARGIN_M = 50.0
+_GRID_M = 0.001
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """The part of an image that a shape covers."""
+
+    window: tuple[slice, slice]
+    """Rows and columns."""
+    cover: Picture
+    """Part of each pixel that is covered, 0 to 1, of the window's size."""
+
+
+class GroundPainter:
+    """Paints ground shapes onto the image of one camera.
+
+    Parameters
+    ----------
+    camera : maps ground to pixels.
+    size_px : width and height of the image.
+    """
+
+    def __init__(self, camera: GroundCamera, size_px: tuple[int, int]) -> None:
+        self.camera = camera
+        self.size_px = size_px
+        self.view = shapely.Polygon(camera.view_outline(*size_px))
+        self._clip = self.view.buffer(_CLIP_MARGIN_M)
+        centre_m = np.array([[self.view.centroid.x, self.view.centroid.y]])
+        self.metres_per_pixel = float(camera.metres_per_pixel(centre_m)[0])
+
+    def coverage(self, shapes: Iterable[shapely.Geometry]) -> Picture:
+        """Measure which part of each pixel a set of shapes covers.
+
+        Parameters
+        ----------
+        shapes : polygons in the local ground frame; those out of view are skipped, holes are kept.
+
+        Returns
+        -------
+        (h, w) from 0 to 1; where shapes overlap they count once.
+        """
+        width_px, height_px = self.size_px
+        total = np.zeros((height_px, width_px), dtype=np.float32)
+        for patch in self.patches(shapes):
+            total[patch.window] = np.maximum(total[patch.window], patch.cover)
+        return total
+
+    def patches(self, shapes: Iterable[shapely.Geometry]) -> Iterator[Patch]:
+        """Give the covered parts of the image.
+
+        Parameters
+        ----------
+        shapes : as for `coverage`; they are united first.
+
+        Yields
+        ------
+        One patch for each connected area.
+        """
+        # On a grid: without one GEOS was seen to lose a piece whose border nearly met its neighbour's.
+        area = shapely.intersection(shapely.union_all(list(shapes), grid_size=_GRID_M), self._clip, grid_size=_GRID_M)
+        for part in shapely.get_parts(area):
+            if isinstance(part, shapely.Polygon) and not part.is_empty:
+                rings_px = [self.camera.to_pixels(np.asarray(ring.coords)) for ring in (part.exterior, *part.interiors)]
+                patch = cover_of(rings_px, self.size_px)
+                if patch is not None:
+                    yield patch
+
+    def lay(
+        self,
+        picture: Picture,
+        shapes: Iterable[shapely.Geometry],
+        colour: Picture | Colour,
+        strength: float | Picture = 1.0,
+    ) -> None:
+        """Paint shapes in one colour, or with a texture.
+
+        Parameters
+        ----------
+        picture : (h, w, 3), changed.
+        shapes : as for `coverage`.
+        colour : one colour or (h, w, 3).
+        strength : opacity, 0 to 1; one for all or (h, w).
+        """
+        for patch in self.patches(shapes):
+            here = colour[patch.window] if isinstance(colour, np.ndarray) else colour
+            opacity = strength[patch.window] if isinstance(strength, np.ndarray) else np.float32(strength)
+            lay_over(picture[patch.window], patch.cover * opacity, here)
+
+    def texture(self, rng: np.random.Generator, *, largest_m: float, octaves: int) -> Picture:
+        """Draw noise whose largest blotches measure so much in the middle of the view; see `fractal_noise`."""
+        return fractal_noise(rng, self.size_px, largest_px=largest_m / self.metres_per_pixel, octaves=octaves)
+
+    def ground_of_pixels(self, window: tuple[slice, slice]) -> tuple[Picture, Picture]:
+        """Give the ground position of each pixel centre in a window: east and north, each of its shape, in metres."""
+        rows, columns = (np.arange(part.start, part.stop, dtype=np.float64) for part in window)
+        x_px, y_px = np.meshgrid(columns, rows)
+        ground_m = self.camera.to_ground(np.column_stack((x_px.ravel(), y_px.ravel()))).astype(np.float32)
+        return ground_m[:, 0].reshape(x_px.shape), ground_m[:, 1].reshape(x_px.shape)
+
+
+def cover_of(rings_px: list[FloatArray], size_px: tuple[int, int]) -> Patch | None:
+    """Rasterise one polygon with soft edges.
+
+    Parameters
+    ----------
+    rings_px : (n, 2) each, the outline first and then the holes; a pixel's centre has whole numbers.
+    size_px : width and height of the image.
+
+    Returns
+    -------
+    The smallest patch that holds it; None if it lies outside the image.
+    """
+    outline_px = rings_px[0]
+    low, high = np.floor(outline_px.min(axis=0)), np.ceil(outline_px.max(axis=0)) + 1
+    left, top = (max(0, int(edge)) for edge in low)
+    right, bottom = (min(size, int(edge)) for size, edge in zip(size_px, high, strict=True))
+    if left >= right or top >= bottom:
+        return None
+    fine = np.zeros(((bottom - top) * _SUPERSAMPLING, (right - left) * _SUPERSAMPLING), dtype=np.uint8)
+    # A pixel's centre is at a whole number; its _SUPERSAMPLING sub-pixels lie evenly around it.
+    fine_px = [(ring - (left, top) + 0.5) * _SUPERSAMPLING - 0.5 for ring in rings_px]
+    cv2.fillPoly(fine, [np.round(ring * (1 << _SHIFT_BITS)).astype(np.int32) for ring in fine_px], (255,), shift=4)
+    area = cv2.resize(fine, (right - left, bottom - top), interpolation=cv2.INTER_AREA)
+    return Patch((slice(top, bottom), slice(left, right)), area.astype(np.float32) / np.float32(255))
+
+
+def lay_over(picture: Picture, alpha: Picture, colour: Picture | Colour) -> None:
+    """Blend a colour, or another picture, into a picture in place.
+
+    Parameters
+    ----------
+    picture : (h, w, 3), changed.
+    alpha : (h, w) from 0 (keep) to 1 (replace).
+    colour : one colour or (h, w, 3).
+    """
+    picture += alpha[:, :, None] * (np.asarray(colour, dtype=np.float32) - picture)
+
+
+def fractal_noise(
+    rng: np.random.Generator, size_px: tuple[int, int], *, largest_px: float, octaves: int, gain: float = 0.6
+) -> Picture:
+    """Draw a random texture that has detail at several sizes.
+
+    Parameters
+    ----------
+    rng : source of the noise.
+    size_px : width and height.
+    largest_px : size of the largest blotches; each octave halves it.
+    octaves : number of sizes; those under a pixel are left out but for one.
+    gain : strength of each octave relative to the one before.
+
+    Returns
+    -------
+    (h, w), mean 0, standard deviation 1.
+    """
+    width_px, height_px = size_px
+    total = np.zeros((height_px, width_px), dtype=np.float32)
+    for octave in range(octaves):
+        blotch_px = max(1.0, largest_px / 2**octave)
+        cells = (int(height_px / blotch_px) + 3, int(width_px / blotch_px) + 3)
+        grid = rng.standard_normal(cells, dtype=np.float32) * np.float32(gain**octave)
+        total += cv2.resize(grid, size_px, interpolation=cv2.INTER_LINEAR if blotch_px < 4 else cv2.INTER_CUBIC)
+        if blotch_px == 1.0:
+            break
+    total -= total.mean()
+    return np.asarray(total / total.std(), dtype=np.float32)

@@ -1,0 +1,1 @@
+"""What hangs over the road, and what does it hide?"""

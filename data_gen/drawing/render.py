@@ -1,0 +1,229 @@
+"""How does the camera see the scene at each step? Draws the traffic over the ground, as I420 pictures.
+
+Where the camera stands still only the rectangles that hold a vehicle are drawn and converted; the rest is the ground,
+converted once. Where it moves the ground is warped out of one large raster for each frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from data_gen.drawing.cameras import CameraPath
+from data_gen.drawing.clouds import Clouds, darken
+from data_gen.drawing.ground.buildings import hides_ground
+from data_gen.drawing.ground.ground import VERGE_M, paint_ground
+from data_gen.drawing.ground.mosaic import Raster
+from data_gen.drawing.ground.scenery import Scenery, plan_scenery
+from data_gen.drawing.occlusion.occluders import Occluder, OccluderKind, plan_occluders
+from data_gen.drawing.occlusion.overlay import Overlay
+from data_gen.drawing.rectangle import Rectangle
+from data_gen.drawing.sensor import NOISE_SIGMA, Sensor
+from data_gen.drawing.sun import Sun, Weather, draw_sun
+from data_gen.drawing.traffic.solid_painter import SolidPainter
+from data_gen.drawing.traffic.sprite_painter import SpritePainter
+from data_gen.drawing.view import CameraView
+from data_gen.simulation.states import VehicleStates
+from gis.road_network import RoadNetwork
+
+ByteArray = NDArray[np.uint8]
+
+_MARGIN_M = 40.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """Everything on the ground that does not move, and its light: what every camera of a scene films."""
+
+    network: RoadNetwork
+    marks: tuple[shapely.Geometry, ...]
+    """Painted white on the road."""
+    bays: tuple[shapely.Geometry, ...]
+    """Paved ground beside the lanes."""
+    scenery: Scenery
+    sun: Sun
+    clouds: Clouds | None
+    occluders: tuple[Occluder, ...]
+    overlay: Overlay
+    """The occluders as the colour camera sees them."""
+
+
+def make_world(
+    network: RoadNetwork,
+    path: CameraPath,
+    rng: np.random.Generator,
+    *,
+    marks: Sequence[shapely.Geometry] = (),
+    bays: Sequence[shapely.Geometry] = (),
+    weather: Weather = "sunny",
+    occluders: Sequence[OccluderKind] = (),
+) -> World:
+    """Plan the world that a camera films.
+
+    Parameters
+    ----------
+    network : the roads.
+    path : of the camera; all that it may see is planned.
+    rng : source of every choice; sun, scenery, clouds and occluders have a generator of their own each.
+    marks, bays : see `World`.
+    weather : sunny, with drifting clouds, or overcast.
+    occluders : what hangs over the road.
+
+    Returns
+    -------
+    The world.
+    """
+    sun_rng, scenery_rng, cloud_rng, occluder_rng = rng.spawn(4)
+    sun = draw_sun(sun_rng, weather)
+    region = shapely.box(*path.reach_m).buffer(_MARGIN_M, join_style="mitre")
+    seen = shapely.Polygon(path.views[0].camera.view_outline(*path.views[0].size_px))
+    hung = plan_occluders(occluders, network, seen, occluder_rng) if occluders else ()
+    decks = [item.outline() for item in hung]
+    # A little more than the verge: crowns and roofs have no straight edges to line up with it.
+    scenery = plan_scenery(network, region, verge_m=VERGE_M + 2, keep_free=decks, sun=sun, rng=scenery_rng)
+    if not path.is_moving:
+        # The renderer draws traffic over buildings: none may stand in front of a road.
+        road, view = network.surface(), path.views[0]
+        clear = tuple(item for item in scenery.buildings if not hides_ground(item, road, view))
+        scenery = replace(scenery, buildings=clear)
+    return World(
+        network=network,
+        marks=tuple(marks),
+        bays=tuple(bays),
+        scenery=scenery,
+        sun=sun,
+        clouds=Clouds(cloud_rng) if weather == "clouds" else None,
+        occluders=hung,
+        overlay=Overlay(hung, pixel_m=path.finest_pixel_m, sun=sun, rng=occluder_rng),
+    )
+
+
+class SceneRenderer:
+    """Draws one scene, frame by frame.
+
+    Parameters
+    ----------
+    world : to film.
+    path : of the camera; its image size is even both ways.
+    rng : source of textures and noise; consumed further by each frame.
+    noise_sigma : of the sensor, in steps of luma.
+    """
+
+    def __init__(
+        self, world: World, path: CameraPath, rng: np.random.Generator, *, noise_sigma: float = NOISE_SIGMA
+    ) -> None:
+        size_px = path.views[0].size_px
+        self._world = world
+        self._path = path
+        self._height_px = size_px[1]
+        self._scene: _FixedScene | _MovingScene = (
+            _MovingScene(world, path, rng) if path.is_moving else _FixedScene(world, path, rng)
+        )
+        self._sensor = Sensor(size_px, noise_sigma=noise_sigma, rng=rng)
+
+    def frame(self, states: VehicleStates, number: int = 0) -> ByteArray:
+        """Draw one frame.
+
+        Parameters
+        ----------
+        states : vehicles at the frame's time; those out of view cost nothing.
+        number : of the frame on the camera's path; any of them where the camera stands still.
+
+        Returns
+        -------
+        (h * 3 / 2, w): luma, then both chroma planes at half size, packed as I420. A new array each time.
+        """
+        view = self._path.views[number]
+        picture = self._scene.picture(states, view)
+        luma = picture[: self._height_px]
+        if self._world.clouds is not None:
+            darken(picture, self._world.clouds.light(view, states.t_us))
+        self._sensor.expose(luma, gain=self._world.sun.gain(states.t_us), blur_px=self._path.blur_px[number])
+        return picture
+
+
+def _painter(view: CameraView, sun: Sun) -> SpritePainter | SolidPainter:
+    if view.pose is None:
+        return SpritePainter(view.size_px, sun)
+    return SolidPainter(view.size_px, sun)
+
+
+class GroundPicture:
+    """The empty scene as a camera sees it: painted once, and warped for each frame if the camera moves.
+
+    Parameters
+    ----------
+    world : to film.
+    path : of the camera.
+    rng : source of textures and repairs.
+    """
+
+    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
+        self._raster = Raster(path.reach_m, path.finest_pixel_m) if path.is_moving else None
+        painted_from = path.views[0] if self._raster is None else CameraView(self._raster.camera, self._raster.size_px)
+        self._picture = paint_ground(
+            world.network, world.scenery, painted_from, marks=world.marks, bays=world.bays, sun=world.sun, rng=rng
+        )
+
+    def seen(self, view: CameraView) -> ByteArray:
+        """Give the ground in a view of the path, (h, w, 3); of a fixed camera always the same array."""
+        return self._picture if self._raster is None else self._raster.seen_by(self._picture, view)
+
+
+class _FixedScene:
+    """The scene of a camera that stands still: the ground is painted and converted once."""
+
+    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
+        view = path.views[0]
+        self._size_px = view.size_px
+        self._overlay = world.overlay
+        self._painter = _painter(view, world.sun)
+        self._ground = GroundPicture(world, path, rng).seen(view)
+        self._canvas = self._ground.copy()
+        empty = self._ground.copy()
+        self._overlay.apply(empty, Rectangle(0, 0, *view.size_px), view)
+        self._empty_i420 = cv2.cvtColor(empty, cv2.COLOR_BGR2YUV_I420).astype(np.uint8)
+
+    def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
+        """Draw a frame without light and noise: I420 planes."""
+        picture = self._empty_i420.copy()
+        touched = self._painter.draw(self._canvas, states, view)
+        for part in touched:
+            seen = self._canvas[part.window]
+            if self._overlay.touches(part, view):
+                seen = seen.copy()
+                self._overlay.apply(seen, part, view)
+            self._convert(seen, picture, part)
+        for part in touched:
+            self._canvas[part.window] = self._ground[part.window]
+        return picture
+
+    def _convert(self, seen: ByteArray, picture: ByteArray, part: Rectangle) -> None:
+        """Copy a part of the scene into the I420 picture."""
+        width_px, height_px = self._size_px
+        columns, rows = part.size_px
+        converted = cv2.cvtColor(seen, cv2.COLOR_BGR2YUV_I420)
+        picture[part.top : part.bottom, part.left : part.right] = converted[:rows]
+        chroma = picture[height_px:].reshape(2, height_px // 2, width_px // 2)
+        chroma[:, part.top // 2 : part.bottom // 2, part.left // 2 : part.right // 2] = converted[rows:].reshape(
+            2, rows // 2, columns // 2
+        )
+
+
+class _MovingScene:
+    """The scene of a moving camera: the whole ground is painted once and warped for each frame."""
+
+    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
+        self._overlay = world.overlay
+        self._painter = _painter(path.views[0], world.sun)
+        self._ground = GroundPicture(world, path, rng)
+
+    def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
+        """Draw a frame without light and noise: I420 planes."""
+        canvas = self._ground.seen(view)
+        self._painter.draw(canvas, states, view)
+        self._overlay.apply(canvas, Rectangle(0, 0, *view.size_px), view)
+        return np.asarray(cv2.cvtColor(canvas, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)

@@ -1,0 +1,101 @@
+"""What does the camera of a scenario see at one instant?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_gen.scenario import View
+from data_gen.simulation.states import FloatArray, VehicleStates
+from gis.camera import GroundCamera
+from gis.camera_pose import CameraPose
+
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraView:
+    """A camera at one instant and its image size."""
+
+    camera: GroundCamera
+    size_px: tuple[int, int]
+    """Width and height."""
+    pose: CameraPose | None = None
+    """Where the camera is; None for one that looks straight down from infinitely high, where heights do not show."""
+
+    def contains(self, points_m: FloatArray) -> BoolArray:
+        """Tell which ground points lie in the image.
+
+        Parameters
+        ----------
+        points_m : (n, 2), local east/north frame.
+
+        Returns
+        -------
+        (n,); a point on the image border is inside.
+        """
+        points_px = self.camera.to_pixels(points_m)
+        # Pixel centres have whole numbers: the image reaches half a pixel further.
+        inside = (points_px >= -0.5) & (points_px <= np.array(self.size_px) - 0.5)
+        return np.asarray(inside.all(axis=1), dtype=np.bool_)
+
+    def touches(self, states: VehicleStates) -> BoolArray:
+        """Tell which vehicles have at least one corner of the body, or the centre, in the image.
+
+        Parameters
+        ----------
+        states : n vehicles.
+
+        Returns
+        -------
+        (n,).
+        """
+        points_m = np.concatenate((corners_m(states), states.centre_m[:, None, :]), axis=1)
+        return np.asarray(self.contains(points_m.reshape(-1, 2)).reshape(-1, 5).any(axis=1), dtype=np.bool_)
+
+
+def camera_over(view: View, size_px: tuple[int, int]) -> CameraView:
+    """Hang a camera that looks straight down over a view, north up.
+
+    Parameters
+    ----------
+    view : ground to cover; its width fills the image width.
+    size_px : width and height.
+
+    Returns
+    -------
+    The camera.
+
+    Examples
+    --------
+    >>> seen = camera_over(View(centre_m=(500.0, 0.0), width_m=600.0), (1280, 720))
+    >>> seen.camera.to_ground(np.array([[-0.5, 359.5], [1279.5, 359.5]])).round(6).tolist()
+    [[200.0, 0.0], [800.0, 0.0]]
+    """
+    width_px, height_px = size_px
+    pixel_m = view.width_m / width_px
+    east_m, north_m = view.centre_m
+    ground_from_pixel = [
+        [pixel_m, 0.0, east_m - pixel_m * (width_px - 1) / 2],
+        [0.0, -pixel_m, north_m + pixel_m * (height_px - 1) / 2],
+        [0.0, 0.0, 1.0],
+    ]
+    return CameraView(GroundCamera.from_homography(ground_from_pixel), size_px)
+
+
+def corners_m(states: VehicleStates) -> FloatArray:
+    """Give the corners of each body.
+
+    Parameters
+    ----------
+    states : n vehicles.
+
+    Returns
+    -------
+    (n, 4, 2), local east/north frame, counter-clockwise from rear right.
+    """
+    forward = np.column_stack((np.cos(states.heading_rad), np.sin(states.heading_rad)))
+    left = np.column_stack((-forward[:, 1], forward[:, 0]))
+    along = np.array([-0.5, 0.5, 0.5, -0.5])[None, :, None] * (states.length_m[:, None] * forward)[:, None, :]
+    across = np.array([-0.5, -0.5, 0.5, 0.5])[None, :, None] * (states.width_m[:, None] * left)[:, None, :]
+    return np.asarray(states.centre_m[:, None, :] + along + across, dtype=np.float64)

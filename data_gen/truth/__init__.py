@@ -1,0 +1,1 @@
+"""What really happened? Events told from the simulator's state alone."""
