@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from data_gen.generate import generate
-from service.runs import RunRequest, RunSummary, process
+from service.runs.processing import RunRequest, RunSummary, process
 from vision.video.frames import open_video
 
 SECONDS = 60

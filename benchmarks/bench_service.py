@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from service.queries import MAX_LIMIT, EventFilter, find_events
+from service.questions.queries import MAX_LIMIT, EventFilter, find_events
 from service.records import CarState, ChronicleRef, EventDraft, Place, RunRecord, SubEvent
 from service.store.log import EventLog, open_log
 from service.times import TimePoint

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
 from data_gen.trajectories import TrackFaults
-from service.evaluate import Evaluation, merge_evaluations
-from service.evaluate_log import evaluate_log
-from service.proportions import wilson_interval
-from service.runs import RunRequest, process
+from service.runs.processing import RunRequest, process
+from service.scoring.evaluate import Evaluation, merge_evaluations
+from service.scoring.evaluate_log import evaluate_log
+from service.scoring.proportions import wilson_interval
 
 SEEDS = (1, 2, 3, 4, 5)
 SECONDS = 60

@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from data_gen.generate import generate
-from service.evaluate import Evaluation, merge_evaluations
-from service.evaluate_log import evaluate_log
-from service.pipeline import VIDEO, shipped_kpl
-from service.proportions import wilson_interval
-from service.runs import RunRequest, process
+from service.runs.pipeline import VIDEO, shipped_kpl
+from service.runs.processing import RunRequest, process
+from service.scoring.evaluate import Evaluation, merge_evaluations
+from service.scoring.evaluate_log import evaluate_log
+from service.scoring.proportions import wilson_interval
 from service.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
 
 TYPE = "overtake"

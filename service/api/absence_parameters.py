@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from service.api.parameters import ROLE_PREFIX, JsonObject, Pairs
 from service.errors import QueryError
-from service.explaining import MAX_NEAR_MISSES, AbsenceQuestion
-from service.queries import MAX_ROLES
+from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
+from service.questions.queries import MAX_ROLES
 from service.times import parse_media_us
 
 _TEXT: JsonObject = {"type": "string"}

@@ -65,6 +65,6 @@ def software_version() -> str:
 
 
 def _library() -> Sequence[ChronicleRecord]:
-    from service.chronicle_files import load_chronicle_files
+    from service.texts.chronicle_files import load_chronicle_files
 
     return load_chronicle_files(()).records

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, get_args  # Any: JSON schemas
 from msgspec import Struct
 
 from service.errors import QueryError
-from service.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
 from service.records import EventStatus
 from service.times import TimePoint, parse_time
 

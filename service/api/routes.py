@@ -20,12 +20,12 @@ from service.api.absence_parameters import describe_absence_parameters, read_abs
 from service.api.bodies import ChronicleList, ChronicleUse, EventExplanation, EventList, Index
 from service.api.openapi import EXPLANATION, FINDINGS, answers
 from service.api.parameters import Pairs, describe_parameters, read_question
-from service.chronicle_checks import check_chronicles
 from service.errors import QueryError
-from service.explaining import Explainer
-from service.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
+from service.questions.explaining import Explainer
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import EventLog
+from service.texts.chronicle_checks import check_chronicles
 
 JSON: Final = "application/json"
 

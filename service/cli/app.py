@@ -14,22 +14,22 @@ from typing import Annotated
 import typer
 
 from service.cli import exit_codes
-from service.cli.check import check
-from service.cli.demo import demo
-from service.cli.draw import draw
-from service.cli.evaluate import evaluate
-from service.cli.events import events
-from service.cli.explain import explain, why_not
-from service.cli.generate import generate
-from service.cli.layout import format_files
-from service.cli.monitor import monitor
-from service.cli.process import process
-from service.cli.recognise import recognise
-from service.cli.run_examples import run_examples
-from service.cli.serve import serve
-from service.cli.streams import streams
-from service.cli.tracks import tracks
-from service.cli.trajectories import trajectories
+from service.cli.asking.draw import draw
+from service.cli.asking.evaluate import evaluate
+from service.cli.asking.events import events
+from service.cli.asking.explain import explain, why_not
+from service.cli.asking.monitor import monitor
+from service.cli.asking.recognise import recognise
+from service.cli.asking.serve import serve
+from service.cli.asking.streams import streams
+from service.cli.asking.tracks import tracks
+from service.cli.making.demo import demo
+from service.cli.making.generate import generate
+from service.cli.making.process import process
+from service.cli.making.trajectories import trajectories
+from service.cli.texts.check import check
+from service.cli.texts.layout import format_files
+from service.cli.texts.run_examples import run_examples
 from service.errors import QueryError, RunBusyError
 
 # A new command: write its function in its own module and add it here; the order is that of `dyknow --help`.

@@ -49,7 +49,7 @@ def tracks_table(scores: Mapping[str, "TrackScore"]) -> str:
 
 
 def _share_row(name: str, part: int, whole: int) -> list[str]:
-    from service.proportions import wilson_interval
+    from service.scoring.proportions import wilson_interval
 
     if not whole:
         return [name, NONE, NONE, NONE]

@@ -11,7 +11,7 @@ from typing import TextIO
 import msgspec
 
 from service.errors import ExportError
-from service.queries import decode_event
+from service.questions.queries import decode_event
 from service.records import ChronicleRef, EventRecord, Place, SubEvent
 
 ROLE_PREFIX = "role."

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from service.errors import InputError
 from service.records import CarState, RunRecord, SeenObject
+from service.runs.inputs.trajectories import Trajectories, load_trajectories
 from service.scoring.object_rows import ObjectRows
 from service.scoring.scene_view import SceneView
 from service.store.log import EventLog
-from service.trajectories import Trajectories, load_trajectories
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from service.proportions import wilson_interval
 from service.scoring.object_rows import ObjectRows
 from service.scoring.pairs import Pairs, assign, box_pairs, ground_pairs
+from service.scoring.proportions import wilson_interval
 from service.scoring.tracks import TrackScore, score_tracks
 
 FloatArray = NDArray[np.float64]

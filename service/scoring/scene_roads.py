@@ -7,8 +7,8 @@ from pathlib import Path
 
 import shapely
 
+from service.runs.inputs.site import load_site
 from service.scoring.object_rows import ObjectRows
-from service.site import load_site
 
 
 def load_scene_roads(folder: Path) -> shapely.Geometry | None:

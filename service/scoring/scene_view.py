@@ -12,8 +12,8 @@ from gis.camera_pose import CameraTrack, read_camera_track
 from gis.errors import GisError
 from service.errors import TruthError
 from service.records import CameraRecord
+from service.runs.inputs.site import load_site
 from service.scoring.object_rows import ObjectRows
-from service.site import load_site
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

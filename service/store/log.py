@@ -12,7 +12,7 @@
         for run in log.runs(): ...
         for state in log.states("r1"): ...
 
-Questions about events are in `service.queries`.
+Questions about events are in `service.questions.queries`.
 """
 
 import re

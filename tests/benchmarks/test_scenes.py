@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.evaluate_scenes import KINDS, Measured, _figure, _overtake_row, _scene_name, _seen_row, _thinned
 from data_gen.scenarios.catalogue import SCENARIOS
-from service.evaluate import evaluate_events, positions_from_rows
-from service.pipeline import VIDEO, shipped_kpl
+from service.runs.pipeline import VIDEO, shipped_kpl
+from service.scoring.evaluate import evaluate_events, positions_from_rows
 from service.scoring.scene_scores import CARS, OBJECTS, Compared
 from tests.service.scoring.support import rows
 

@@ -11,7 +11,7 @@ import pytest
 from data_gen.errors import DataGenError
 from data_gen.track_scene import make_track_scene, write_folder_tracks, write_scenario_tracks
 from data_gen.trajectories import SWAP_REACH_M, TrackFaults, TrueRows, disturb, read_truth_rows
-from service.trajectories import load_trajectories
+from service.runs.inputs.trajectories import load_trajectories
 
 STEP_US = 100_000
 

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from chronicles.recognition import recognise
-from service.chronicle_files import chronicles_of
-from service.queries import EventFilter, decode_event, iterate_events
-from service.runs import RunRequest, process
+from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.stored_events import stored_events
+from service.runs.processing import RunRequest, process
 from service.store.log import open_log
-from service.stored_events import stored_events
+from service.texts.chronicle_files import chronicles_of
 from tests.service.tracks import HEADER
 
 MET = """\

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from service.evaluate import Evaluation
-from service.evaluate_log import evaluate_log
-from service.runs import RunRequest, RunSummary, process
+from service.runs.processing import RunRequest, RunSummary, process
+from service.scoring.evaluate import Evaluation
+from service.scoring.evaluate_log import evaluate_log
 from service.store.log import open_log
 
 
@@ -49,7 +49,7 @@ def test_every_frame_reached_every_stage(summary: RunSummary) -> None:
 
 
 def test_event_says_where_and_from_which_sub_events(log: str, evaluation: Evaluation) -> None:
-    from service.queries import decode_event, find_event
+    from service.questions.queries import decode_event, find_event
 
     with open_log(log) as opened:
         text = find_event(opened, evaluation.right[0].recognised.id)
@@ -63,7 +63,7 @@ def test_event_says_where_and_from_which_sub_events(log: str, evaluation: Evalua
 
 
 def test_one_car_symbol_for_one_vehicle(scene: Path, log: str, summary: RunSummary) -> None:
-    from service.evaluate import load_truth
+    from service.scoring.evaluate import load_truth
 
     _, vehicles = load_truth(scene)
     with open_log(log) as opened:

@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from chronicles.recognition import recognise
-from service.chronicle_files import chronicles_of
 from service.cli.app import run
-from service.explaining import AbsenceQuestion, Explainer
-from service.queries import EventFilter, decode_event, iterate_events
+from service.questions.explaining import AbsenceQuestion, Explainer
+from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.stored_events import stored_events
 from service.records import EventRecord
-from service.runs import RunRequest, process
+from service.runs.processing import RunRequest, process
 from service.store.log import open_log
-from service.stored_events import stored_events
+from service.texts.chronicle_files import chronicles_of
 
 LIBRARY = Path(__file__).parents[2] / "chronicles" / "library"
 

@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
 
-from service.queries import EventFilter, decode_event, iterate_events
+from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import (
     CameraRecord,
     CarState,

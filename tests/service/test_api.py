@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from service.api.app import create_app
 from service.api.bodies import ChronicleList, EventList, Index, Problem
 from service.errors import LogError
-from service.queries import EventFilter, iterate_events
+from service.questions.queries import EventFilter, iterate_events
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import open_log
 from tests.service.http import Client

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from tests.service.test_monitoring import run_race
+from tests.service.monitoring.test_stream_processes import run_race
 
 CAR = "t_us,id,x_m,y_m\n0,a,0,0\n"
 FAR = json.dumps(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from tests.service.test_monitoring import APART, LIMIT, run_race, write_race, written
+from tests.service.monitoring.test_stream_processes import APART, LIMIT, run_race, write_race, written
 
 
 def test_verdicts_are_listed_and_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

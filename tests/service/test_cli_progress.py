@@ -2,9 +2,9 @@
 
 import pytest
 
-from service.cli import process
-from service.cli.process import progress_bar
-from service.runs import Progress
+from service.cli.making import process
+from service.cli.making.process import progress_bar
+from service.runs.processing import Progress
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.draw_video import draw_picture
 from service.errors import InputError
+from service.export.draw_video import draw_picture
 
 
 def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 import pytest
 
 from service.cli.app import run
-from service.pipeline import TRAJECTORIES, shipped_kpl
-from service.runs import RunRequest, process
+from service.runs.pipeline import TRAJECTORIES, shipped_kpl
+from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.logs import write_small_log
-from tests.service.test_monitoring import run_race, write_race
+from tests.service.monitoring.test_stream_processes import run_race, write_race
 
 LABELS = ["vision_objects", "cars", "relations", "states", "verdicts", "occurrences"]
 SVG_TEXT = "{http://www.w3.org/2000/svg}text"

@@ -6,7 +6,7 @@ import tomllib
 from dataclasses import fields
 from pathlib import Path
 
-from service.site import FIELDS
+from service.runs.inputs.site import FIELDS
 from vision.networks.box_detector import CLASS_NAMES
 from vision.networks.detection_files import KNOWN_COLUMNS
 from vision.networks.onnx_settings import OnnxSettings, read_onnx_settings

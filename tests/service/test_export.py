@@ -10,7 +10,7 @@ import pytest
 from service.errors import ExportError
 from service.export.events import read_events_csv, read_events_jsonl, write_events_csv, write_events_jsonl
 from service.export.tracks import MotReport, footprint_corners, write_tracks_csv, write_tracks_mot
-from service.queries import EventFilter, find_role_names, iterate_events
+from service.questions.queries import EventFilter, find_role_names, iterate_events
 from service.records import CameraRecord, CarState, ViewRecord
 from service.store.log import open_log
 from tests.service.logs import CAMERA, overtake, random_drafts, read_all, state, write_log

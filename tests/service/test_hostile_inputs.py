@@ -64,7 +64,7 @@ def test_an_input_that_may_not_be_read(
         raise PermissionError(13, "Permission denied", str(path))
 
     tracks = write_tracks(tmp_path / "t.csv", frames=2)
-    monkeypatch.setattr("service.runs.content_digest", forbidden)
+    monkeypatch.setattr("service.runs.processing.content_digest", forbidden)
     message = refused(capsys, "process", tracks, "--log", tmp_path / "a.db")
     assert "t.csv: expected a path that can be used, got 'Permission denied'" in message
 

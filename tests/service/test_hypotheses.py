@@ -15,7 +15,7 @@ from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.api.app import create_app
 from service.cli import app
-from service.recording import Recorder
+from service.runs.recording import Recorder
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, read_all, read_rows, run
@@ -172,7 +172,7 @@ def test_a_confirmed_event_is_a_new_row_that_names_the_tentative_one(tmp_path: P
 
 
 def test_a_retracted_event_is_listed_only_when_asked_for(tmp_path: Path) -> None:
-    from service.queries import EventFilter
+    from service.questions.queries import EventFilter
 
     path = tmp_path / "a.db"
     recorder = record(path, occurrence("tentative"), occurrence("retracted"), occurrence("recognised", "car9"))

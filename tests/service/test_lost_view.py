@@ -8,12 +8,12 @@ import numpy as np
 from anchoring.adapter import SETTLE_US
 from chronicles.events import Occurrence
 from dyknow.streams.sample import Sample
-from service.chronicle_files import load_chronicle_files
-from service.evaluate_views import LostViews, find_lost_views
-from service.pipeline import OCCURRENCE, trajectory_pipeline
 from service.records import ViewRecord
+from service.runs.inputs.trajectories import TrajectoryObjects
+from service.runs.pipeline import OCCURRENCE, trajectory_pipeline
+from service.scoring.evaluate_views import LostViews, find_lost_views
 from service.store.log import open_log
-from service.trajectories import TrajectoryObjects
+from service.texts.chronicle_files import load_chronicle_files
 from tests.service.logs import overtake, run, write_small_log
 
 STEP_US = 40_000

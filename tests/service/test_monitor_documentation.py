@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from chronicles.chronicle_set import load_texts
-from service.chronicle_files import with_relations
-from service.monitor_files import load_monitor_files
-from service.monitored_features import CAR_FEATURES
+from service.monitoring.monitor_files import load_monitor_files
+from service.monitoring.monitored_features import CAR_FEATURES
+from service.texts.chronicle_files import with_relations
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "monitors.md"

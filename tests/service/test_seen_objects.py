@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from dyknow.streams.sample import Sample
-from service.draw_video import draw_picture
-from service.recording import Recorder
+from service.export.draw_video import draw_picture
 from service.records import SeenObject, ViewRecord
+from service.runs.recording import Recorder
 from service.store.log import EventLog, open_log
 from tests.service.logs import CAMERA, run, state
 from tests.vision.support import write_video

@@ -1,0 +1,1 @@
+"""Commands that ask an event log."""

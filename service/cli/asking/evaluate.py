@@ -1,0 +1,181 @@
+"""`dyknow evaluate`: how good is what was seen, followed and recognised, against the truth of a generated scene?"""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import exit_codes
+
+if TYPE_CHECKING:
+    from service.scoring.evaluate import Evaluation
+    from service.scoring.evaluate_views import LostViews
+    from service.scoring.scene_scores import SceneScore
+
+DETECTION, TRACKS, EVENTS = "detection", "tracks", "events"
+PARTS = (DETECTION, TRACKS, EVENTS)
+
+
+def evaluate(
+    log: Annotated[str | None, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")] = None,
+    folder: Annotated[Path | None, typer.Argument(metavar="TRUTH", help="The same as --truth.")] = None,
+    truth: Annotated[
+        Path | None, typer.Option("--truth", help="Folder of the scene, with truth.csv and truth_events.jsonl.")
+    ] = None,
+    tracks: Annotated[
+        Path | None, typer.Option("--tracks", help="Score a file of tracks instead of a log: CSV, or MOT text (.txt).")
+    ] = None,
+    what: Annotated[
+        str | None,
+        typer.Option("--what", help="Some of detection,tracks,events; default: events, with --tracks the other two."),
+    ] = None,
+    event_type: Annotated[str, typer.Option("--type", help="Event type to score.")] = "overtake",
+    run: Annotated[str | None, typer.Option("--run", help="Run to score, if the log holds several.")] = None,
+    min_f1: Annotated[
+        float | None, typer.Option("--min-f1", min=0.0, max=1.0, help="Exit with 5 below this F1 of events.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""
+    import msgspec
+
+    parts = _parts(what, has_log=_is_log(log, tracks))
+    if min_f1 is not None and EVENTS not in parts:
+        raise typer.BadParameter(f"expected {EVENTS} among --what, got {','.join(parts)}", param_hint="--min-f1")
+    scene = _truth_folder(folder, truth)
+    evaluation = _score_events(log, scene, event_type, run) if EVENTS in parts else None
+    scores = _score_scene(log, tracks, scene, run) if {DETECTION, TRACKS} & set(parts) else None
+    lost = _doubt(log, scene, run) if log is not None else None
+    if as_json:
+        record = _record(parts, evaluation, scores, is_flat=what is None)
+        print(msgspec.json.encode(record if lost is None else record | {"lost_view": lost.as_record()}).decode())
+    else:
+        print("\n\n".join([*_texts(parts, evaluation, scores), *(() if lost is None else [describe_lost_views(lost)])]))
+    if min_f1 is not None and evaluation is not None:
+        _hold_to(evaluation, min_f1)
+
+
+def _doubt(log: str, scene: Path, run: str | None) -> "LostViews | None":
+    """Warn if the truth seems to be that of another scene; give what was told while the view was lost."""
+    from service.scoring.evaluate_scene import scene_doubts
+    from service.scoring.evaluate_views import find_lost_views
+
+    for doubt in scene_doubts(log, scene, run=run):
+        print(f"warning: {doubt}", file=sys.stderr)
+    return find_lost_views(log, run=run)
+
+
+def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:
+    """Leave with an error if the events are not good enough, or nobody can say how good they are."""
+    from service.errors import TruthError
+
+    if not evaluation.has_truth:
+        raise TruthError(f"--min-f1: expected a type that the truth tells of, got {evaluation.type!r}")
+    f1 = evaluation.f1  # None: nothing to find and nothing claimed
+    if f1 is not None and f1 < min_f1:
+        print(f"error: {evaluation.type}: expected F1 >= {min_f1}, got {f1:.3f}", file=sys.stderr)
+        raise typer.Exit(exit_codes.BELOW_THRESHOLD)
+
+
+def _is_log(log: str | None, tracks: Path | None) -> bool:
+    """Tell whether a log is to be scored, and not a file of tracks."""
+    if (log is None) == (tracks is None):
+        came = "neither" if log is None else "both"
+        raise typer.BadParameter(f"expected either a log or --tracks, got {came}", param_hint="LOG")
+    return log is not None
+
+
+def _truth_folder(folder: Path | None, truth: Path | None) -> Path:
+    given = [one for one in (folder, truth) if one is not None]
+    if len(given) != 1:
+        came = "none" if not given else f"{given[0]} and {given[1]}"
+        raise typer.BadParameter(f"expected one folder with the truth, got {came}", param_hint="--truth")
+    return given[0]
+
+
+def _parts(what: str | None, *, has_log: bool) -> tuple[str, ...]:
+    """Read which parts to score, in the order in which they are printed."""
+    if what is None:
+        return (EVENTS,) if has_log else (DETECTION, TRACKS)
+    names = [name.strip() for name in what.split(",")]
+    known = PARTS if has_log else (DETECTION, TRACKS)
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise typer.BadParameter(f"expected some of {','.join(known)}, got {unknown[0]!r}", param_hint="--what")
+    return tuple(part for part in PARTS if part in names)
+
+
+def _score_events(log: str | None, scene: Path, event_type: str, run: str | None) -> "Evaluation":
+    from service.scoring.evaluate_log import evaluate_log
+
+    assert log is not None  # `_parts` allows events with a log only
+    return evaluate_log(log, scene, event_type=event_type, run=run)
+
+
+def _score_scene(log: str | None, tracks: Path | None, scene: Path, run: str | None) -> "SceneScore":
+    from service.scoring.scene_scores import compare_log, compare_tracks, score_scenes
+
+    if tracks is not None:
+        return score_scenes(compare_tracks(tracks, scene))
+    assert log is not None
+    return score_scenes(compare_log(log, scene, run=run))
+
+
+def _record(
+    parts: Sequence[str], evaluation: "Evaluation | None", scores: "SceneScore | None", *, is_flat: bool
+) -> dict[str, object]:
+    """Give the figures by part; those of events alone stand at the top where no part was asked for by name."""
+    record = {} if scores is None else {part: one for part, one in scores.as_record().items() if part in parts}
+    if evaluation is None:
+        return record
+    return evaluation.as_record() if is_flat else record | {EVENTS: evaluation.as_record()}
+
+
+def _texts(parts: Sequence[str], evaluation: "Evaluation | None", scores: "SceneScore | None") -> list[str]:
+    from service.cli.score_tables import detection_table, tracks_table
+
+    texts = []
+    if scores is not None and DETECTION in parts:
+        texts.append(detection_table(scores.detection, scores.seen_by).rstrip("\n"))
+    if scores is not None and TRACKS in parts:
+        texts.append(tracks_table(scores.tracks).rstrip("\n"))
+    if evaluation is not None:
+        texts.append(describe(evaluation))
+    return texts
+
+
+def describe(evaluation: "Evaluation") -> str:
+    """Write a score for people."""
+    if not evaluation.has_truth:
+        return f"{evaluation.type}: {len(evaluation.unjudged)} recognised; the truth does not tell of this type"
+    right, wrong, missed = len(evaluation.right), len(evaluation.wrong), len(evaluation.missed)
+    counts = f"{right} right, {wrong} wrong, {missed} missed, {len(evaluation.border)} at the border"
+    none = "" if evaluation.in_truth else "0 in the truth, "
+    lines = [
+        f"{evaluation.type}: {none}{counts}",
+        f"precision {_share(evaluation.precision, right, right + wrong)}",
+        f"recall    {_share(evaluation.recall, right, right + missed)}",
+    ]
+    if right:
+        lines.append(
+            f"mean absolute time error: start {evaluation.mean_start_error_s:.3f} s, "
+            f"end {evaluation.mean_end_error_s:.3f} s"
+        )
+    return "\n".join(lines)
+
+
+def describe_lost_views(lost: "LostViews") -> str:
+    """Write for people what was told of times in which the view was lost."""
+    counted = f"{len(lost.losses_us)} {'loss' if len(lost.losses_us) == 1 else 'losses'}, {lost.lost_s:.2f} s"
+    return f"lost view ({counted}): {len(lost.told)} of {lost.events} events told of that time; there should be none"
+
+
+def _share(value: float | None, successes: int, trials: int) -> str:
+    from service.scoring.proportions import wilson_interval
+
+    if value is None:
+        return "-"
+    low, high = wilson_interval(successes, trials)
+    return f"{value:.3f}  (95 %: {low:.3f} to {high:.3f})"

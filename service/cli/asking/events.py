@@ -1,0 +1,186 @@
+"""`dyknow events`: which events are in a log?"""
+
+import sys
+from contextlib import ExitStack
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import exit_codes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from service.questions.queries import EventFilter
+    from service.records import EventRecord
+    from service.store.log import EventLog
+    from service.times import TimePoint
+
+TABLE_LIMIT = 100
+
+
+class EventFormat(StrEnum):
+    """How to print events."""
+
+    table = "table"
+    jsonl = "jsonl"
+    csv = "csv"
+
+
+class Match(StrEnum):
+    """How an event must lie to the window."""
+
+    overlap = "overlap"
+    start = "start"
+    end = "end"
+    inside = "inside"
+
+
+class Status(StrEnum):
+    """What is known of an event; without a choice, everything but retracted ones."""
+
+    recognised = "recognised"
+    tentative = "tentative"
+    confirmed = "confirmed"
+    retracted = "retracted"
+
+
+class Order(StrEnum):
+    """By start, earliest or latest first."""
+
+    start = "start"
+    latest = "-start"
+
+
+Logs = Annotated[list[str] | None, typer.Argument(metavar="LOG...", help="Event logs: sqlite:///PATH or PATH.db.")]
+Texts = list[str] | None
+
+
+def events(
+    logs: Logs = None,
+    more_logs: Annotated[Texts, typer.Option("--log", help="An event log; the same as LOG.")] = None,
+    types: Annotated[Texts, typer.Option("--type", help="Event type; repeat for alternatives.")] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", help="Start of the window: 12.5s, 01:23, 12500000 (us) or RFC 3339.")
+    ] = None,
+    end: Annotated[str | None, typer.Option("--to", help="End of the window, excluded.")] = None,
+    match: Annotated[Match, typer.Option(help="How an event must lie to the window.")] = Match.overlap,
+    actors: Annotated[Texts, typer.Option("--actor", help="Object in any role; repeat for alternatives.")] = None,
+    roles: Annotated[Texts, typer.Option("--role", metavar="NAME=ID", help="Object in this role.")] = None,
+    roads: Annotated[Texts, typer.Option("--road", help="Road on which the event began.")] = None,
+    sources: Annotated[Texts, typer.Option("--source", help="Name of the input.")] = None,
+    runs: Annotated[Texts, typer.Option("--run", help="Identifier of a run.")] = None,
+    statuses: Annotated[
+        list[Status] | None, typer.Option("--status", help="Status; without it, all but retracted events.")
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
+    ] = None,
+    order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = Order.start,
+    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl or csv.")] = EventFormat.table,
+    fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
+) -> None:
+    """List recognised events of one or more logs."""
+    from service.questions.queries import EventFilter
+
+    wanted = EventFilter(
+        types=tuple(types or ()),
+        from_=_time(start, "--from"),
+        to=_time(end, "--to"),
+        match=match.value,
+        actors=tuple(actors or ()),
+        roles=read_roles(roles or ()),
+        roads=tuple(roads or ()),
+        sources=tuple(sources or ()),
+        runs=tuple(runs or ()),
+        statuses=tuple(status.value for status in statuses or ()),
+        order=order.value,
+    )
+    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, output, limit)
+    if fail_empty and count == 0:
+        print("nothing found", file=sys.stderr)
+        raise typer.Exit(exit_codes.NOTHING_FOUND)
+
+
+def read_roles(texts: "Sequence[str]") -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Read `NAME=ID` texts; the same name again adds an alternative.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a text is not of this form.
+
+    Examples
+    --------
+    >>> read_roles(["overtaker=car7", "overtaken=car3", "overtaker=car9"])
+    (('overtaken', ('car3',)), ('overtaker', ('car7', 'car9')))
+    """
+    roles: dict[str, list[str]] = {}
+    for text in texts:
+        name, equals, actor = text.partition("=")
+        if not (name and equals and actor):
+            raise typer.BadParameter(f"expected NAME=ID, such as overtaker=car7, got {text!r}", param_hint="--role")
+        roles.setdefault(name, []).append(actor)
+    return tuple((name, tuple(actors)) for name, actors in sorted(roles.items()))
+
+
+def _time(text: str | None, parameter: str) -> "TimePoint | None":
+    from service.times import parse_time
+
+    return None if text is None else parse_time(text, parameter=parameter)
+
+
+def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
+    """Print the events of some logs; return how many."""
+    from service.export.events import write_events_csv, write_events_jsonl
+    from service.questions.queries import find_role_names
+    from service.store.log import open_log
+
+    if not urls:
+        raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")
+    with ExitStack() as stack:
+        logs = [stack.enter_context(open_log(url)) for url in urls]
+        if output is EventFormat.table:
+            return _print_table(logs, wanted, limit or TABLE_LIMIT)
+        texts = merged_events(logs, wanted, limit=limit)
+        if output is EventFormat.jsonl:
+            return write_events_jsonl(texts, sys.stdout)
+        role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
+        return write_events_csv(texts, role_names, sys.stdout)
+
+
+def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: int | None) -> "Iterator[str]":
+    """Stream the events of several logs in one order, as JSON text."""
+    import heapq
+    from itertools import islice
+
+    from service.questions.queries import decode_event, iterate_events
+
+    streams = [iterate_events(log, wanted, limit=limit) for log in logs]
+    if len(streams) == 1:
+        return streams[0]
+    is_descending = wanted.order == "-start"
+    merged = heapq.merge(*streams, key=lambda text: decode_event(text).start_us, reverse=is_descending)
+    return islice(merged, limit)
+
+
+def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) -> int:
+    from service.cli.tables import format_table
+    from service.questions.queries import decode_event
+
+    found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
+    titles = ["start", "end", "type", "roles", "road", "status", "source", "id"]
+    print(format_table(titles, [_row(event) for event in found[:limit]]), end="")
+    if len(found) > limit:
+        print(f"the first {limit} of more; --limit N shows others, --format jsonl all", file=sys.stderr)
+    return len(found)
+
+
+def _row(event: "EventRecord") -> list[str]:
+    from service.times import format_media
+
+    roles = " ".join(f"{role}={actor}" for role, actor in event.roles.items())
+    road = event.place.road if event.place else ""
+    start, end = format_media(event.start_us), format_media(event.end_us)
+    return [start, end, event.type, roles, road, event.status, event.source, event.id]

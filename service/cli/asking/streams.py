@@ -1,0 +1,125 @@
+"""`dyknow streams`: which streams ran in a run, or are declared to run, and what did they carry?"""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from service.records import ProcessRecord, StreamInput
+    from service.runs.stored_streams import RanStream, StoredStreams
+    from service.texts.declared_streams import DeclaredStreams
+
+GRAPHS = (".svg", ".dot")
+
+
+def streams(
+    log: Annotated[
+        str | None,
+        typer.Argument(metavar="[LOG]", help="Event log: sqlite:///PATH or PATH.db. Without: what is declared."),
+    ] = None,
+    run: Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")] = None,
+    kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
+    graph: Annotated[Path | None, typer.Option("--graph", help="Draw it too, into a file .svg or .dot.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """List the processes of a run and what their streams carried; without a log, what is declared."""
+    _check_options(log, run=run, kpl=kpl, graph=graph)
+    if log is None:
+        from service.texts.declared_streams import read_declared_streams
+
+        declared = read_declared_streams(kpl)
+        _draw(graph, declared.processes, has_run=False)
+        _print_declared(declared, as_json=as_json)
+    else:
+        from service.runs.stored_streams import read_streams
+
+        stored = read_streams(log, run=run)
+        _draw(graph, stored.streams, has_run=True)
+        _print_stored(stored, as_json=as_json)
+
+
+def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph: Path | None) -> None:
+    from service.errors import InputError
+
+    if log is None and run is not None:
+        raise typer.BadParameter(f"expected a LOG that holds the run, got none with {run!r}", param_hint="--run")
+    if log is not None and kpl is not None:
+        raise typer.BadParameter(f"expected no LOG beside a text, got {log!r}", param_hint="--kpl")
+    if graph is not None and graph.suffix.lower() not in GRAPHS:
+        raise InputError(f"--graph: expected a path ending in .svg or .dot, got {str(graph)!r}")
+
+
+def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: bool) -> None:
+    if path is None:
+        return
+    from dyknow.graph import to_dot, to_svg
+    from service.runs.stored_streams import as_reports
+
+    write = to_svg if path.suffix.lower() == ".svg" else to_dot
+    made_of = {one.label: one.made_of for one in processes if one.made_of}
+    drawn = write(as_reports(processes), made_of=made_of, has_counts=has_run)
+    path.write_text(drawn, encoding="utf-8")
+    print(f"graph: {path}", file=sys.stderr)
+
+
+def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
+    from service.cli.tables import format_table
+
+    if as_json:
+        _print_json(stored)
+        return
+    titles = ["label", "made of", "reads", "published", "dropped", "queued", "rate", "lag", "cost"]
+    titles += ["last time", "last value"]
+    print(format_table(titles, [_stored_row(one) for one in stored.streams]), end="")
+
+
+def _stored_row(stream: "RanStream") -> list[str]:
+    from service.times import format_media
+
+    return [
+        stream.label,
+        stream.made_of,
+        _reads(stream.inputs) + (f"; waits for {', '.join(stream.waiting_for)}" if stream.waiting_for else ""),
+        str(stream.published),
+        ", ".join(f"{count} ({cause})" for cause, count in stream.dropped.items()) or "0",
+        ", ".join(map(str, stream.queued)) or "0",
+        f"{stream.rate_hz:.1f}/s",
+        "" if stream.lag_us is None else f"{stream.lag_us / 1000:.0f} ms",
+        _cost(stream),
+        "" if stream.last_valid_us is None else format_media(stream.last_valid_us),
+        stream.last_value or "",
+    ]
+
+
+def _cost(stream: "RanStream") -> str:
+    """Say how long the code of the process took, in all and each time; empty for a source, which has none."""
+    if stream.busy_us is None or not stream.updates:
+        return ""
+    return f"{stream.busy_us / 1e6:.2f} s, {stream.busy_us / 1e3 / stream.updates:.2f} ms each"
+
+
+def _print_declared(declared: "DeclaredStreams", *, as_json: bool) -> None:
+    from service.cli.tables import format_table
+
+    for warning in declared.warnings:
+        print(warning, file=sys.stderr)
+    if as_json:
+        _print_json(declared)
+        return
+    processes = [[one.label, one.kind, one.made_of, one.type, _reads(one.inputs)] for one in declared.processes]
+    handed_out = [[one.name, "stream", "", "", f"{one.label} with {one.policy}"] for one in declared.streams]
+    print(format_table(["label", "kind", "made of", "type", "reads"], [*processes, *handed_out]), end="")
+
+
+def _reads(inputs: "Sequence[StreamInput]") -> str:
+    return "; ".join(f"{one.label} with {one.policy}" for one in inputs)
+
+
+def _print_json(found: object) -> None:
+    import msgspec
+
+    print(msgspec.json.encode(found).decode())

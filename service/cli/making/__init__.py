@@ -1,0 +1,1 @@
+"""Commands that make something: scenes, tracks and event logs."""

@@ -1,0 +1,108 @@
+"""`dyknow demo`: does it work here? A scene is made, processed and compared with its truth."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from service.runs.processing import RunSummary
+    from service.scoring.evaluate import Evaluation, Match, RecognisedEvent, TrueEvent
+
+SCENARIO = "rural_overtaking"
+PORT = 8420
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for everything the demo makes.")] = Path("out/demo"),
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Another seed, other traffic.")] = 3,
+    seconds: Annotated[float, typer.Option("--seconds", min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
+) -> None:
+    """Make a scene, process it, and show recognised overtakes beside the truth."""
+    from data_gen.generate import generate
+    from service.cli.making.generate import drawing_bar
+    from service.cli.making.process import progress_bar
+    from service.runs.processing import RunRequest, process
+    from service.scoring.evaluate_log import evaluate_log
+
+    scene, log = out / "scene", str(out / "log.db")
+    out.mkdir(parents=True, exist_ok=True)
+    # The demo shows one run: another seed before would leave its run in the log.
+    for old in out.glob("log.db*"):
+        old.unlink()
+    print(
+        f"1. A road with {seconds:.0f} s of simulated traffic ({SCENARIO}, seed {seed}), drawn as video ...", flush=True
+    )
+    with drawing_bar("drawing") as on_frame:
+        generate(SCENARIO, seed=seed, duration_us=round(seconds * 1e6), out_dir=scene, progress=on_frame)
+    print("2. The video goes through vision, anchoring, relations and chronicles ...", flush=True)
+    request = RunRequest(scene / "video.mp4", scene / "site.toml", log)
+    with progress_bar("processing") as on_progress:
+        summary = process(request, on_progress=on_progress)
+    evaluation = evaluate_log(log, scene, event_type="overtake", run=summary.run)
+    print("3. Overtakes, recognised from the video alone, beside what really happened:\n")
+    _print_table(evaluation)
+    _print_figures(evaluation, summary)
+    _print_next_steps(out, scene, log)
+
+
+def _print_table(evaluation: "Evaluation") -> None:
+    from service.cli.tables import format_table
+
+    titles = ("recognised", "from", "to", "truth", "from", "to", "")
+    print(format_table(titles, [row[1:] for row in sorted(_rows(evaluation))]), end="")
+
+
+def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
+    for verdict, matches in (("right", evaluation.right), ("border", evaluation.border)):
+        for match in matches:
+            yield _matched(match, verdict)
+    for claim in evaluation.wrong:
+        yield (f"{claim.start_us:015d}", *_cells(claim), "", "", "", "wrong")
+    for fact in evaluation.missed:
+        yield (f"{fact.start_us:015d}", "", "", "", *_cells(fact), "missed")
+
+
+def _matched(match: "Match", verdict: str) -> tuple[str, ...]:
+    return (f"{match.recognised.start_us:015d}", *_cells(match.recognised), *_cells(match.true), verdict)
+
+
+def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
+    from service.times import format_media
+
+    pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"
+    return pair, format_media(event.start_us), format_media(event.end_us)
+
+
+def _print_figures(evaluation: "Evaluation", summary: "RunSummary") -> None:
+    from service.cli.asking.evaluate import describe
+
+    progress = summary.progress
+    print()
+    print(describe(evaluation))
+    print(f"speed     {progress.real_time_factor:.1f} x real time ({progress.frames_per_s:.0f} frames/s)")
+
+
+def _print_next_steps(out: Path, scene: Path, log: str) -> None:
+    dyknow = _command()
+    print(f"""
+Ask for them:
+  {dyknow} events {log} --type overtake
+  {dyknow} serve {log} --port {PORT} &
+  curl 'http://127.0.0.1:{PORT}/api/v1/events?type=overtake&limit=3'
+See them:
+  {dyknow} draw {scene / "video.mp4"} {log} --out {out / "drawn.mp4"}
+Files:
+  {log}  event log
+  {scene / "video.mp4"}  video
+  {scene / "site.toml"}  roads and camera
+  {scene / "truth.csv"}  what really happened""")
+
+
+def _command() -> str:
+    """Return how the user started us, so that the lines printed can be pasted."""
+    import sys
+
+    return sys.argv[0] if Path(sys.argv[0]).name == "dyknow" else "dyknow"

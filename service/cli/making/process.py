@@ -1,0 +1,279 @@
+"""`dyknow process`: how does a video or a trajectory file become an event log?"""
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli import exit_codes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from service.runs.processing import Progress, RunSummary
+
+REPORT_EVERY_S = 1.0
+
+
+def process(
+    *,
+    input_file: Annotated[
+        Path | None, typer.Argument(metavar="[INPUT]", help="A video, or a trajectory file (.csv).")
+    ] = None,
+    log: Annotated[str, typer.Option("--log", help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
+    site: Annotated[Path | None, typer.Option("--site", help="Site file: roads, camera, start time.")] = None,
+    chronicles: Annotated[
+        list[Path] | None,
+        typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
+    ] = None,
+    monitors: Annotated[
+        list[Path] | None,
+        typer.Option("--monitors", help="File of monitors, formulas to watch over; repeat for several."),
+    ] = None,
+    kpl: Annotated[
+        Path | None, typer.Option("--kpl", help="KPL file: the streams and policies instead of the shipped ones.")
+    ] = None,
+    columns: Annotated[
+        str | None, typer.Option("--columns", help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")
+    ] = None,
+    detector: Annotated[
+        str | None,
+        typer.Option("--detector", help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH."),
+    ] = None,
+    detections: Annotated[
+        Path | None,
+        typer.Option("--detections", help="File of detections (.txt, .csv), for a video or, without INPUT, alone."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
+    ] = False,
+) -> None:
+    """Process a video, a trajectory file or a file of detections into an event log."""
+    from service.runs.processing import RunRequest
+    from service.runs.processing import process as run
+
+    source, looks = chosen_input(input_file, detector, detections)
+    request = RunRequest(
+        input=source,
+        site=site,
+        log_url=log,
+        chronicle_files=tuple(chronicles or ()),
+        columns=parse_columns(columns),
+        monitor_files=tuple(monitors or ()),
+        kpl_file=kpl,
+        detector=looks,
+    )
+    if as_json:
+        summary = run(request, on_progress=_json_reporter())
+        print(_summary_json(summary), flush=True)
+    else:
+        with progress_bar(source.name) as on_progress:
+            summary = run(request, on_progress=on_progress)
+        print_summary(summary, log)
+    if summary.status != "finished":
+        print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
+        raise typer.Exit(exit_codes.INTERRUPTED if summary.status == "interrupted" else exit_codes.INVALID)
+
+
+def chosen_input(input_file: Path | None, detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
+    """Tell what to process and with which detector.
+
+    Raises
+    ------
+    typer.BadParameter
+        If there is nothing to process, or two detectors.
+
+    Examples
+    --------
+    >>> chosen_input(None, None, Path("found.csv"))
+    (PosixPath('found.csv'), 'file:found.csv')
+    """
+    if detections is not None and detector is not None:
+        raise typer.BadParameter(f"expected one of --detector and --detections, got {detector!r} and {detections!s}")
+    looks = detector if detections is None else f"file:{detections}"
+    source = input_file or detections
+    if source is None:
+        raise typer.BadParameter("expected INPUT, or --detections alone; got neither")
+    return source, looks
+
+
+def parse_columns(text: str | None) -> dict[str, str] | None:
+    """Read a column map as given on the command line.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a part is not ``ours=theirs``.
+
+    Examples
+    --------
+    >>> parse_columns("t_s=t, x_m=x")
+    {'t_s': 't', 'x_m': 'x'}
+    """
+    if text is None:
+        return None
+    pairs = [part.strip().partition("=") for part in text.split(",")]
+    for ours, equals, theirs in pairs:
+        if not (ours and equals and theirs):
+            raise typer.BadParameter(f"--columns: expected NAME=COLUMN parts, got {ours + equals + theirs!r}")
+    return {ours.strip(): theirs.strip() for ours, _, theirs in pairs}
+
+
+class progress_bar:  # noqa: N801 - used as a context manager, like contextlib's
+    """Show a run's progress on a terminal, or a line a second elsewhere; yields the callback for the run."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._bar: _Bar | None = None
+
+    def __enter__(self) -> "Callable[[Progress], None]":
+        if not sys.stderr.isatty():
+            return _line_reporter()
+        self._bar = _Bar(self._title)
+        return self._bar.show
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar:
+            self._bar.close()
+
+
+class _Bar:
+    def __init__(self, title: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as RichProgress
+
+        self._progress = RichProgress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TextColumn("{task.fields[rates]}"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+        self._progress.start()
+        self._task = self._progress.add_task(title, total=None, rates="")
+        self._is_due = _every(REPORT_EVERY_S / 5)
+
+    def show(self, progress: "Progress") -> None:
+        """Move the bar on, if it is time to."""
+        if self._is_due():
+            self._progress.update(
+                self._task, completed=progress.frames, total=progress.frame_count, rates=_rates(progress)
+            )
+
+    def close(self) -> None:
+        self._progress.stop()
+
+
+def _line_reporter() -> "Callable[[Progress], None]":
+    is_due = _every(REPORT_EVERY_S)
+
+    def report(progress: "Progress") -> None:
+        """Print a line on how far the run has come, if it is time to."""
+        if is_due():
+            left = progress.seconds_left
+            rest = f", {left:.0f} s left" if left is not None else ""
+            print(f"{progress.frames} frames, {_rates(progress)}{rest}", file=sys.stderr, flush=True)
+
+    return report
+
+
+def _json_reporter() -> "Callable[[Progress], None]":
+    is_due = _every(REPORT_EVERY_S)
+
+    def report(progress: "Progress") -> None:
+        if is_due():
+            print(_progress_json(progress), flush=True)
+
+    return report
+
+
+def _every(period_s: float) -> "Callable[[], bool]":
+    """Return a function that is true once a period."""
+    due_s = time.monotonic() + period_s
+
+    def is_due() -> bool:
+        """Tell whether a period has passed since the last time it had."""
+        nonlocal due_s
+        now_s = time.monotonic()
+        if now_s < due_s:
+            return False
+        due_s = now_s + period_s
+        return True
+
+    return is_due
+
+
+def _rates(progress: "Progress") -> str:
+    if progress.frames == 0:  # vision holds the first frames until it knows the road
+        return "learning the road"
+    return f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, {_found(progress)}"
+
+
+def _found(progress: "Progress") -> str:
+    """Say what was found; that nothing was is not known of what a text of streams does not record."""
+    counts = (("cars", progress.cars), ("events", progress.events))
+    return ", ".join(f"{name} not recorded" if count is None else f"{count} {name}" for name, count in counts)
+
+
+def _progress_record(progress: "Progress") -> dict[str, object]:
+    left = progress.seconds_left
+    return {
+        "frames": progress.frames,
+        "frame_count": progress.frame_count,
+        "media_us": progress.media_us,
+        "elapsed_s": round(progress.elapsed_s, 3),
+        "frames_per_s": round(progress.frames_per_s, 1),
+        "real_time_factor": round(progress.real_time_factor, 2),
+        "seconds_left": None if left is None else round(left, 1),
+        "cars": progress.cars,
+        "events": progress.events,
+    }
+
+
+def _progress_json(progress: "Progress") -> str:
+    import msgspec
+
+    return msgspec.json.encode({"type": "progress", **_progress_record(progress)}).decode()
+
+
+def _summary_json(summary: "RunSummary") -> str:
+    import msgspec
+
+    record = {
+        "type": "summary",
+        "run": summary.run,
+        "status": summary.status,
+        "reason": summary.reason,
+        "warnings": summary.warnings,
+        **_progress_record(summary.progress),
+        "streams": [
+            {"label": one.label, "published": one.published, "dropped": one.dropped, "busy_ms": one.busy_ns / 1e6}
+            for one in summary.streams
+        ],
+    }
+    return msgspec.json.encode(record).decode()
+
+
+def print_summary(summary: "RunSummary", log: str) -> None:
+    """Print what a run did and what to ask next."""
+    progress = summary.progress
+    for warning in summary.warnings:  # those of a text of streams say so themselves
+        print(warning if warning.startswith("warning[") else f"warning: {warning}", file=sys.stderr)
+    print(
+        f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
+        f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"
+    )
+    if progress.frames:
+        print(f"cost per frame: {', '.join(_costs(summary))}")
+    print(f"ask for them:   dyknow events {log}")
+
+
+def _costs(summary: "RunSummary") -> "Iterator[str]":
+    frames = max(1, summary.progress.frames)
+    for stream in summary.streams:
+        if stream.updates:
+            yield f"{stream.label} {stream.busy_ns / 1e6 / frames:.2f} ms"

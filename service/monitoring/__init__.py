@@ -1,0 +1,1 @@
+"""Who breaks the rules? Monitors over the cars and relations of a run."""

@@ -1,0 +1,125 @@
+"""Which monitors does a user want? Texts of monitors, checked against what the pipeline knows of traffic."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from chronicles.chronicle_set import ChronicleSet
+from dyknow.language.diagnostics import Reporter, Span
+from dyknow.monitors.features import features_of
+from dyknow.monitors.monitors import version_of
+from dyknow.mtl.errors import FormulaError
+from dyknow.mtl.formula import Monitor
+from dyknow.mtl.parser import parse_monitors
+from dyknow.mtl.printer import print_monitors
+from qsr.relations import RANK
+from service.errors import InputError
+from service.monitoring.monitor_messages import Messages, messages_of
+from service.monitoring.monitored_features import NEED_ROADS, SIGNATURE
+from service.records import MonitorRecord
+from service.texts.chronicle_files import read_text
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedMonitors:
+    """Hold checked monitors, in the order of their files.
+
+    Attributes
+    ----------
+    features : what the monitors look at, relations among it.
+    """
+
+    definitions: tuple[Monitor, ...] = ()
+    features: frozenset[str] = frozenset()
+
+    @property
+    def relations(self) -> frozenset[str]:
+        """Return the relations that the monitors look at."""
+        return self.features & RANK.keys()
+
+    @property
+    def records(self) -> tuple[MonitorRecord, ...]:
+        """Return the monitors as the log lists them."""
+        return tuple(
+            MonitorRecord(one.name, version_of(one), print_monitors([one]).strip()) for one in self.definitions
+        )
+
+    @property
+    def messages(self) -> Messages:
+        """Return the messages that the monitors give to chronicles."""
+        return messages_of(self.definitions)
+
+    def check_roads(self, where: str, *, has_roads: bool) -> None:
+        """Refuse monitors that ask for roads where there are none.
+
+        Raises
+        ------
+        InputError
+            If there is such a monitor.
+        """
+        asked = sorted(self.features & NEED_ROADS)
+        if asked and not has_roads:
+            raise InputError(f"{where}: expected roads, which the monitors need for {', '.join(asked)}, got none")
+
+    def check_names(self, chronicles: ChronicleSet) -> None:
+        """Refuse chronicles that cannot be told from these monitors in a log.
+
+        Raises
+        ------
+        InputError
+            If a chronicle has the name of a monitor, or gives what is a message of one.
+        """
+        for one in self.definitions:
+            if one.name in chronicles.names:
+                raise InputError(f"monitor {one.name!r}: expected a name that no chronicle has, got that of one")
+        for plan in chronicles.plans:
+            taken = sorted(self.messages.keys() & {plan.name, *plan.produces})
+            if taken:
+                raise InputError(
+                    f"chronicle {plan.name!r}: expected names of events that no monitor gives, got {taken[0]!r}"
+                )
+
+
+NO_MONITORS = LoadedMonitors()
+
+
+def load_monitor_files(paths: Sequence[Path]) -> LoadedMonitors:
+    """Read and check files of monitors, all in one name space.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or has no monitor.
+    FormulaError
+        If a text is malformed, names what there is not, compares what cannot be compared, or has a monitor with the
+        name of another one.
+    """
+    definitions: list[Monitor] = []
+    file_of: dict[str, Path] = {}
+    for path in paths:
+        text = read_text(path)
+        found = parse_monitors(text, name=str(path), signature=SIGNATURE)
+        if not found:
+            raise InputError(f"{path}: expected at least one monitor, got none")
+        _refuse_known_names(text, path, found, file_of)
+        file_of |= dict.fromkeys((one.name for one in found), path)
+        definitions += found
+    return LoadedMonitors(tuple(definitions), features_of(definitions))
+
+
+def _refuse_known_names(text: str, path: Path, found: Sequence[Monitor], file_of: Mapping[str, Path]) -> None:
+    reporter = Reporter(text, str(path), FormulaError)
+    for one in found:
+        if one.name in file_of:
+            message = f"expected a new name of a monitor, got {one.name!r} as in {file_of[one.name]}"
+            reporter.error("F0206", message, _place_of(one.name, text))
+    reporter.raise_if_any()
+
+
+def _place_of(name: str, text: str) -> Span:
+    """Find where a monitor gets its name: the word before it is reserved, and a comment ends with its line."""
+    found = re.search(rf"^[^#\n]*?\bmonitor(?:\s|#.*)+({name})\b", text, re.MULTILINE)
+    start = found.start(1) if found else 0
+    line, column = text.count("\n", 0, start) + 1, start - text.rfind("\n", 0, start)
+    return Span(line, column, line, column + len(name))

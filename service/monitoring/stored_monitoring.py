@@ -1,0 +1,135 @@
+"""Would other monitors have been violated in what was stored? Monitors over the cars and relations of a log."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
+from pathlib import Path
+from typing import TypeVar
+
+from anchoring.adapter import TRIAL_US, LinkTrials
+from anchoring.observations import LinkChange
+from dyknow.monitors.monitors import MonitorEvent, MonitorReport
+from dyknow.streams.sample import Sample
+from qsr.changes.crossings import RelationChange, Value
+from qsr.settings import RelationSettings
+from service.errors import InputError, LogError
+from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
+from service.monitoring.monitored_states import TrafficState, TrafficStates
+from service.monitoring.stream_processes import MonitoringUnit
+from service.records import CarState, LinkRecord, RelationRecord, RunRecord
+from service.store.log import EventLog, open_log
+
+_Row = TypeVar("_Row", LinkRecord, RelationRecord)
+_States = list[tuple[int, TrafficState]]
+
+_VALUES: Mapping[str, Value] = {"true": True, "false": False, "unknown": None}
+
+
+@dataclass(frozen=True, slots=True)
+class Monitored:
+    """Hold what monitors told of a run, in the order in which it was certain, and what became of each monitor."""
+
+    run: str
+    events: tuple[MonitorEvent, ...]
+    report: tuple[MonitorReport, ...]
+
+
+def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = None) -> Monitored:
+    """Run monitors over a run of a log; they tell what they would have told while it was processed.
+
+    Parameters
+    ----------
+    run : which run; may be left out when there is only one.
+
+    Raises
+    ------
+    LogError, InputError, DyKnowError
+        If the log or the monitors cannot be used, or the run did not watch a relation that the monitors look at.
+    """
+    monitors = load_monitor_files(monitor_files)
+    with open_log(url) as log:
+        record = log.run(run)
+        _check_complete(record)
+        monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
+        _check_watched(record, monitors)
+        lag_us = RelationSettings().backdate_us
+        states, unit = TrafficStates(monitors.features, lag_us=lag_us), MonitoringUnit(monitors, lag_us=lag_us)
+        events = [one.value for one in _told(states, unit, _replay(log, record.id, states))]
+    return Monitored(record.id, tuple(events), unit.report())
+
+
+def _check_complete(run: RunRecord) -> None:
+    """Refuse a run whose log may lack what monitors saw: cars that are sampled seem to come and go."""
+    if run.kpl:
+        raise InputError(
+            f"run {run.id!r}: expected one of the shipped pipeline, got one whose streams a text of its own declares; "
+            "run the monitors while processing, with --monitors"
+        )
+
+
+def _check_watched(run: RunRecord, monitors: LoadedMonitors) -> None:
+    """Refuse relations that the run did not watch: they would be unknown, and nothing could be violated."""
+    missing = sorted(monitors.relations.difference(run.relations))
+    if missing:
+        raise LogError(
+            f"run {run.id!r}: expected one that watched {', '.join(missing)}, got one that watched "
+            f"{', '.join(run.relations) or 'none'}; process the input again with these monitors"
+        )
+
+
+def _told(
+    states: TrafficStates, unit: MonitoringUnit, frames: Iterable[tuple[int, _States]]
+) -> Iterator[Sample[MonitorEvent]]:
+    """Give what monitors tell frame by frame, and at the end, which comes as it does in a run.
+
+    There the time of the last frame is told before the end. After a gap this makes deadlines pass that lie before the
+    last frame, so what is told of them has the time at which it was certain in the run.
+    """
+    now_us = 0
+    for now_us, here in frames:
+        yield from _update(unit, now_us, here)
+    yield from _update(unit, now_us, states.advance(now_us))
+    yield from unit.advance(now_us)
+    yield from _update(unit, now_us, states.finish())
+    yield from unit.finish()
+
+
+def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Sample[MonitorEvent]]:
+    for t_us, state in states:
+        yield from unit.update(Sample(now_us, t_us, state))
+
+
+def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, _States]]:
+    """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
+    trials = LinkTrials(TRIAL_US)
+    links = _by_frame(log.links(run_id), "t_us")
+    changes = _by_frame(log.relations(run_id), "decided_us")
+    frames = groupby(log.states(run_id), key=attrgetter("t_us"))
+    cars_us, cars = next(frames, (None, iter(())))
+    for _, t_us in log.frames(run_id):
+        _, refuted = trials.judge(t_us, map(_link_change, links.get(t_us, ())))
+        decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
+        past = states.take_relations(t_us, decided, refuted)
+        here: tuple[CarState, ...] = ()
+        if cars_us == t_us:
+            here = tuple(cars)
+            cars_us, cars = next(frames, (None, iter(())))
+        yield t_us, past + states.take_cars(t_us, here, dict(trials.hypotheses()))
+
+
+def _by_frame(rows: Iterable[_Row], time: str) -> dict[int, list[_Row]]:
+    """Sort rows by the frame that decided them, those of one frame in their order."""
+    found: dict[int, list[_Row]] = {}
+    for row in rows:
+        found.setdefault(getattr(row, time), []).append(row)
+    return found
+
+
+def _link_change(link: LinkRecord) -> LinkChange:
+    return LinkChange(link.t_us, link.kind, link.level, link.lower, link.upper, link.reason)
+
+
+def _relation_change(record: RelationRecord) -> RelationChange:
+    old, new = (_VALUES.get(text, text) for text in (record.old, record.new))
+    return RelationChange(record.name, record.args, record.t_us, record.decided_us, old, new)

@@ -1,0 +1,94 @@
+"""Who breaks the rules while the pipeline runs? Monitors as processes of the stream graph.
+
+::
+
+    cars ──────┐
+               ├── states ── monitors ──> verdicts ──┐
+    relations ─┤                                     ├── chronicles ──> occurrences
+               └─────────────────────────────────────┘
+
+A verdict speaks of a time that lies back by the dating back of relations, just as far as the recogniser waits for them.
+So it is not late, as the monitors get each frame's relations before the chronicles: a process that reads another one is
+made after it.
+"""
+
+from collections.abc import Iterable
+
+from chronicles.adapter import RecognitionUnit
+from chronicles.events import Event, Occurrence
+from chronicles.recogniser import Recogniser
+from dyknow.monitors.monitors import MonitorEvent, MonitorReport, Monitors
+from dyknow.streams.sample import Sample
+from qsr.adapter import FrameRelations
+from service.monitoring.monitor_files import LoadedMonitors
+from service.monitoring.monitored_states import IDLE_US, TrafficState
+
+# Speeds of a video wobble about a limit; what is back within a second was no new deed.
+CALM_US = 1_000_000
+
+
+def traffic_monitors(loaded: LoadedMonitors) -> Monitors:
+    """Set monitors up for traffic, live or out of a log."""
+    return Monitors(loaded.definitions, calm_us=CALM_US)
+
+
+class MonitoringUnit:
+    """Run monitors as a computational unit: traffic states in, monitor events out.
+
+    Parameters
+    ----------
+    lag_us : how long after its time a state is complete; the idle time of the synchroniser comes on top.
+    """
+
+    def __init__(self, loaded: LoadedMonitors, *, lag_us: int) -> None:
+        self._monitors = traffic_monitors(loaded)
+        self._wait_us = lag_us + IDLE_US
+        self._now_us = 0
+
+    def update(self, sample: Sample[TrafficState]) -> Iterable[Sample[MonitorEvent]]:
+        """Give the verdicts on the next state."""
+        self._now_us = sample.available_us
+        return self._samples(self._monitors.update(sample.valid_us, sample.value))
+
+    def advance(self, available_us: int) -> Iterable[Sample[MonitorEvent]]:
+        """Give the verdicts on deadlines that have passed without a state: the synchroniser lets none wait longer."""
+        self._now_us = available_us
+        return self._samples(self._monitors.advance(available_us - self._wait_us))
+
+    def finish(self) -> Iterable[Sample[MonitorEvent]]:
+        """Give the verdicts on what has passed by now, and end every instance; what is still open is no event."""
+        events = self._samples(self._monitors.advance(self._now_us))
+        self._monitors.finish()
+        return events
+
+    def report(self) -> tuple[MonitorReport, ...]:
+        """Count the events and instances of each monitor so far."""
+        return self._monitors.report()
+
+    def _samples(self, events: Iterable[MonitorEvent]) -> list[Sample[MonitorEvent]]:
+        return [Sample(self._now_us, event.t_us, event) for event in events]
+
+
+class MonitoredRecognitionUnit:
+    """Run a recogniser over relations (input 0) and monitor events (input 1), which are messages to it.
+
+    Parameters
+    ----------
+    horizon_us : as for `RecognitionUnit`.
+    """
+
+    def __init__(self, recogniser: Recogniser, *, horizon_us: int) -> None:
+        self._recogniser = recogniser
+        self._recognition = RecognitionUnit(recogniser, horizon_us=horizon_us)
+
+    def update(self, index: int, sample: Sample[FrameRelations] | Sample[MonitorEvent]) -> Iterable[Sample[Occurrence]]:
+        """Take one frame's relations, or one message such as ``careful_violated[car7]``."""
+        value = sample.value
+        if isinstance(value, FrameRelations):
+            return self._recognition.update(Sample(sample.available_us, sample.valid_us, value))
+        found = self._recogniser.observe(Event(value.name, value.objects, value.t_us))
+        return [Sample(sample.available_us, occurrence.end_us, occurrence) for occurrence in found]
+
+    def finish(self) -> Iterable[Sample[Occurrence]]:
+        """Conclude what the end of the input allows."""
+        return self._recognition.finish()

@@ -1,0 +1,255 @@
+"""Why is this event in the log, and why is another one not? Answers from what the log holds, by looking again.
+
+The relation changes of the run are read back and handed to `chronicles.explanation`. What the chronicles cannot know
+is added here: by which links each car was taken for the one it is.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any  # JSON values
+
+from anchoring.hypotheses.history import LinkHistory, LinkInterval
+from anchoring.observations import LinkChange
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.events import Occurrence
+from chronicles.explanation.explanations import Explanation, WhyNot
+from chronicles.explanation.json_form import to_json
+from chronicles.explanation.rendering import render
+from chronicles.explanation.why import why
+from chronicles.explanation.why_not import why_not
+from chronicles.language.diagnostics import suggest
+from service.errors import FilterError, NotInLogError, QueryError
+from service.questions.queries import decode_event, find_event
+from service.questions.stored_events import StoredEvents, check_watched, stored_events
+from service.records import EventRecord, RunRecord
+from service.store.log import EventLog
+from service.texts.chronicle_files import chronicles_of, load_chronicle_files
+from service.times import format_media
+
+Json = dict[str, Any]  # Any: a JSON object
+
+MAX_NEAR_MISSES = 50
+
+
+@dataclass(frozen=True, slots=True)
+class EventExplanation:
+    """Hold why an event was recognised.
+
+    Attributes
+    ----------
+    identities : for each role that a car fills, the links below that car up to the end of the event, oldest first.
+    """
+
+    event: EventRecord
+    explanation: Explanation
+    identities: Mapping[str, tuple[LinkInterval, ...]]
+
+    def as_record(self) -> Json:
+        """Return it as plain data, for JSON."""
+        return {
+            "event": self.event.id,
+            "explanation": to_json(self.explanation),
+            "identities": {role: [_link_record(one) for one in links] for role, links in self.identities.items()},
+        }
+
+    def render(self) -> str:
+        """Write it for people, every line ended by a newline."""
+        lines = ["", "identities"]
+        for role, links in self.identities.items():
+            lines.append(f"  {role} {self.event.roles[role]}")
+            lines += [f"    {_link_line(one)}" for one in links]
+        return render(self.explanation) + "".join(f"{line}\n" for line in lines)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbsenceQuestion:
+    """Ask why a chronicle was not recognised.
+
+    Attributes
+    ----------
+    run : which run; None for the only one of the log.
+    roles : values of some roles, to ask about these things only.
+    start_us, end_us : asks for the instances that overlap [start_us, end_us); None is open.
+    limit : how many near misses are wanted at most.
+    """
+
+    chronicle: str
+    run: str | None = None
+    roles: Mapping[str, str]
+    start_us: int | None = None
+    end_us: int | None = None
+    limit: int = 5
+
+
+class Explainer:
+    """Answer questions about one log; the chronicles of a run are compiled once.
+
+    Parameters
+    ----------
+    log : open while questions are asked.
+    """
+
+    def __init__(self, log: EventLog) -> None:
+        self._log = log
+        self._compiled: dict[str, ChronicleSet] = {}
+
+    def explain_event(self, event_id: str) -> EventExplanation | None:
+        """Explain an event; None if the log has no such event.
+
+        Raises
+        ------
+        ChronicleError
+            If the stored relation changes do not hold what the event was recognised from.
+        """
+        text = find_event(self._log, event_id)
+        if text is None:
+            return None
+        event = decode_event(text)
+        run = self._log.run(event.run)
+        if event.chronicle.name in (one.name for one in run.monitors):
+            came = f"one of the monitor {event.chronicle.name!r}"
+            raise NotInLogError(f"event {event_id!r}: expected one of a chronicle, got {came}")
+        # An event that was taken back rests on refuted links: it is explained by what was believed then.
+        stored = stored_events(self._log, event.run, believed=event.hypotheses)
+        explanation = why(self._chronicles(run), _occurrence(event), stored.events)
+        return EventExplanation(event, explanation, _identities(self._log, event))
+
+    def explain_absence(self, question: AbsenceQuestion, chronicle_files: Sequence[Path] = ()) -> WhyNot:
+        """Say why a chronicle was not recognised in a run.
+
+        Parameters
+        ----------
+        chronicle_files : texts with the chronicle; none means those of the run.
+
+        Raises
+        ------
+        QueryError, FilterError
+            If there is no such role or the limit is out of range; if the window is empty.
+        NotInLogError
+            If there is no such run or chronicle.
+        LogError, InputError, ChronicleError
+            If the run did not watch what the chronicle looks at, or a text cannot be used.
+        """
+        run = self._log.run(question.run)
+        chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
+        name = _asked_chronicle(question.chronicle, run, chronicles)
+        _check(question, run, chronicles, name)
+        stored = stored_events(self._log, run.id)
+        self._check_occur(question, run, stored)
+        return why_not(
+            chronicles,
+            name,
+            stored.events,
+            roles=question.roles,
+            start_us=question.start_us,
+            end_us=question.end_us,
+            until_us=stored.until_us,
+            limit=question.limit,
+        )
+
+    def _check_occur(self, question: AbsenceQuestion, run: RunRecord, stored: StoredEvents) -> None:
+        """Refuse things that the run has never heard of: why nothing happened to them is no question."""
+        known = {one.car for one in self._log.cars(run.id)}
+        for event in stored.events:
+            known.update(event.args, (event.old or "", event.new or ""))
+        for role, value in question.roles.items():
+            if value not in known:
+                expected = f"run {run.id!r}: expected something that occurs in it as role {role!r}, got {value!r}"
+                raise NotInLogError(f"{expected}{_hinted(value, known)}")
+
+    def _chronicles(self, run: RunRecord) -> ChronicleSet:
+        # A run's identifier is a digest of its texts, so what was compiled for it stays right.
+        if run.id not in self._compiled:
+            self._compiled[run.id] = chronicles_of(run)
+        return self._compiled[run.id]
+
+
+def _asked_chronicle(name: str, run: RunRecord, chronicles: ChronicleSet) -> str:
+    """Find the chronicle of a name; the name of an event that one chronicle alone emits will do."""
+    if name in chronicles.names:
+        return name
+    emitters = [plan.name for plan in chronicles.plans if name in plan.produces]
+    if len(emitters) == 1:
+        return emitters[0]
+    if emitters:
+        wanted = f"{', '.join(emitters)}, which emit {name!r}"
+        raise NotInLogError(f"run {run.id!r}: expected one of {wanted}, got {name!r}")
+    raise NotInLogError(
+        f"run {run.id!r}: expected one of its chronicles, got {name!r}{_hinted(name, chronicles.names)}"
+    )
+
+
+def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> None:
+    check_watched(run, chronicles)
+    roles = [role for role, _ in chronicles.plan(name).roles]
+    for role in question.roles:
+        if role not in roles:
+            message = f"role: expected one of {', '.join(roles)}, got {role!r}"
+            raise QueryError(message, parameter=f"role.{role}")
+    start_us, end_us = question.start_us, question.end_us
+    if start_us is not None and end_us is not None and start_us >= end_us:
+        raise FilterError(f"from: expected a time before 'to' ({end_us} us), got {start_us} us", parameter="from")
+    if not 1 <= question.limit <= MAX_NEAR_MISSES:
+        raise QueryError(f"limit: expected 1 to {MAX_NEAR_MISSES}, got {question.limit!r}", parameter="limit")
+
+
+def _hinted(name: str, known: Iterable[str]) -> str:
+    """Say which known name is nearest, or which there are when they are few."""
+    hint = suggest(name, sorted(known)).text
+    return f"; {hint}" if hint else ""
+
+
+def _occurrence(event: EventRecord) -> Occurrence:
+    """Turn an event of the log back into what the recogniser gave, as far as an explanation needs it."""
+    return Occurrence(
+        chronicle=event.chronicle.name,
+        version=event.chronicle.version,
+        roles=event.roles,
+        start_us=event.start_us,
+        end_us=event.end_us,
+        sub_events=tuple((part.label, part.t_us) for part in event.sub_events),
+        events=(),
+        emitted=(),
+        reports=(),
+        recognised_us=event.recognised_us,
+        hypotheses=event.hypotheses,
+        status=event.status,
+    )
+
+
+def _identities(log: EventLog, event: EventRecord) -> dict[str, tuple[LinkInterval, ...]]:
+    history = LinkHistory()
+    history.record(
+        LinkChange(one.t_us, one.kind, one.level, one.lower, one.upper, one.reason) for one in log.links(event.run)
+    )
+    chains = {role: _chain(history, symbol, event.end_us) for role, symbol in event.roles.items()}
+    return {role: links for role, links in chains.items() if links}
+
+
+def _chain(history: LinkHistory, car: str, until_us: int) -> tuple[LinkInterval, ...]:
+    found: list[LinkInterval] = []
+    pending = [car]
+    while pending:
+        links = [one for one in history.links_of(pending.pop()) if one.start_us <= until_us]
+        found += links
+        pending += sorted({one.lower for one in links})
+    order = ("world", "on_road", "car")
+    return tuple(sorted(found, key=lambda one: (one.start_us, order.index(one.level), one.upper)))
+
+
+def _link_record(link: LinkInterval) -> Json:
+    return {
+        "level": link.level,
+        "lower": link.lower,
+        "upper": link.upper,
+        "start_us": link.start_us,
+        "end_us": link.end_us,
+        "reason": link.reason,
+    }
+
+
+def _link_line(link: LinkInterval) -> str:
+    end = "the end" if link.end_us is None else format_media(link.end_us)
+    reason = f", {link.reason}" if link.reason else ""
+    return f"{link.lower} -> {link.upper}  {format_media(link.start_us)} to {end}{reason}"

@@ -1,0 +1,123 @@
+"""Do other chronicles occur in what was stored? Recognition over the events of a log or a file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.events import Event, Occurrence
+from chronicles.recogniser import Recogniser
+from chronicles.recognition import recognise
+from service.errors import QueryError
+from service.monitoring.monitor_messages import NO_MESSAGES, Messages, messages_of_run
+from service.questions.event_files import load_events
+from service.questions.stored_events import check_watched, stored_events
+from service.store.location import is_log_name
+from service.store.log import open_log
+from service.texts.chronicle_files import load_chronicle_files
+from service.texts.idle_chronicles import idle_in_file, idle_in_stream
+from service.texts.text_streams import Stream
+
+
+@dataclass(frozen=True, slots=True)
+class StoredInput:
+    """Hold events in the order in which they came, and the time up to which they are complete.
+
+    `warnings` say what the chronicles look for in vain.
+    """
+
+    events: Sequence[Event]
+    until_us: int
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """Hold what was recognised, how many events came too late to take part, and doubts about the question.
+
+    `stream` is what the texts were taken to be about.
+    """
+
+    occurrences: Sequence[Occurrence]
+    late_count: int
+    warnings: tuple[str, ...]
+    stream: Stream
+
+
+def recognise_stored(
+    source: str,
+    chronicle_files: Sequence[Path],
+    *,
+    run: str | None = None,
+    executor: str | None = None,
+    lateness_us: int | None = None,
+    stream: Stream | None = None,
+    until_us: int | None = None,
+) -> Recognised:
+    """Recognise chronicles in stored events.
+
+    Parameters
+    ----------
+    source : an event log, or a file of events.
+    chronicle_files : their texts; none means the shipped library.
+    run : which run of a log; may be left out when there is only one.
+    executor : who finds them; all find the same. None is "backfill", or "eager" with a lateness.
+    lateness_us : None takes the events as complete and sorts them. A number takes them as they come, one by one in the
+        order of the source, as if they happened now; those later than that are left out and counted.
+    stream : what the texts are about, for a file of events; None leaves it to them. A log has DyKnow's relations.
+    until_us : how far time goes on in a file of events; None: to its last event. A log says so itself.
+
+    Raises
+    ------
+    QueryError
+        If something is asked of a file of events that only a log has, or the other way round.
+    LogError, InputError, ChronicleError
+        If the source or the chronicles cannot be used, or the executor cannot take events one by one.
+    """
+    is_log = is_log_name(source)
+    if is_log:
+        _refuse("a file of events", "a log", stream=stream, until=until_us)
+    else:
+        _refuse("a log", "a file of events", run=run)
+    messages = _messages(source, run) if is_log else NO_MESSAGES
+    loaded = load_chronicle_files(chronicle_files, "traffic" if is_log else stream, messages)
+    chronicles = loaded.merged
+    stored = _read_log(source, chronicles, run) if is_log else _read_file(source, chronicles, until_us)
+    if lateness_us is None:
+        found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor or "backfill")
+        return Recognised(found, 0, stored.warnings, loaded.stream)
+    recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
+    live = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
+    live += recogniser.advance(stored.until_us + lateness_us)
+    return Recognised(live, recogniser.late_count, stored.warnings, loaded.stream)
+
+
+def _refuse(expected: str, came: str, **options: object) -> None:
+    """Refuse options that would change nothing."""
+    for name, value in options.items():
+        if value is not None:
+            raise QueryError(f"--{name}: expected {expected} to go with it, got {came}", parameter=name)
+
+
+def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> StoredInput:
+    events = load_events(Path(source))
+    latest_us = max((event.t_us for event in events), default=0)
+    end_us = latest_us if until_us is None else until_us
+    if end_us < latest_us:
+        expected = f"expected a time not before the last event ({latest_us} us)"
+        raise QueryError(f"--until: {expected}, got {end_us} us", parameter="until")
+    return StoredInput(events, end_us, idle_in_file(source, chronicles, events))
+
+
+def _read_log(source: str, chronicles: ChronicleSet, run: str | None) -> StoredInput:
+    with open_log(source) as log:
+        record = log.run(run)
+        check_watched(record, chronicles)
+        stored = stored_events(log, record.id)
+    warnings = idle_in_stream(source, chronicles, messages_of_run(record))
+    return StoredInput(stored.events, stored.until_us, warnings)
+
+
+def _messages(source: str, run: str | None) -> Messages:
+    with open_log(source) as log:
+        return messages_of_run(log.run(run))

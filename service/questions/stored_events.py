@@ -1,0 +1,89 @@
+"""What did the recogniser of a run see? Stored relation changes and events of monitors, to be looked at again.
+
+Changes that rest on a refuted link are left out: what was recognised from them was retracted, and the run ended as if
+they had never come.
+"""
+
+import heapq
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from operator import itemgetter
+
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.events import Event
+from dyknow.kpl.model import StreamDeclaration
+from dyknow.kpl.parser import parse_kpl
+from qsr.relations import RANK
+from qsr.settings import RelationSettings
+from service.errors import LogError
+from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.records import RunRecord
+from service.store.log import EventLog
+
+
+@dataclass(frozen=True, slots=True)
+class StoredEvents:
+    """Hold the events of a run, in the order in which they were decided.
+
+    Attributes
+    ----------
+    until_us : the time up to which they are complete.
+    """
+
+    events: tuple[Event, ...]
+    until_us: int
+
+
+def stored_events(log: EventLog, run_id: str, *, believed: Collection[str] = ()) -> StoredEvents:
+    """Read the events of a run.
+
+    Parameters
+    ----------
+    believed : labels of refuted links whose changes are wanted all the same.
+    """
+    refuted = {one.label for one in log.hypotheses(run_id) if one.verdict == "refuted"}.difference(believed)
+    changes = (
+        (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new))
+        for one in log.relations(run_id)
+        if refuted.isdisjoint(one.hypotheses)
+    )
+    # At equal times merge gives the first first: verdicts came before what was decided at the same frame.
+    merged = heapq.merge(_messages(log, run_id), changes, key=itemgetter(0))
+    return StoredEvents(tuple(event for _, event in merged), log.last_us(run_id))
+
+
+def _messages(log: EventLog, run_id: str) -> Iterator[tuple[int, Event]]:
+    """Give the events of the run's monitors as the messages they were to its chronicles, and when their states came."""
+    monitors = {(one.name, one.version) for one in log.run(run_id).monitors}
+    if not monitors:
+        return
+    lag_us = RelationSettings().backdate_us
+    for event in map(decode_event, iterate_events(log, EventFilter(runs=(run_id,)))):
+        if (event.chronicle.name, event.chronicle.version) in monitors:
+            message = Event(event.type, tuple(event.roles.values()), event.start_us)
+            yield event.start_us + lag_us, message
+
+
+def check_watched(run: RunRecord, chronicles: ChronicleSet) -> None:
+    """Refuse chronicles that look at relations which the run did not watch: their absence would say nothing.
+
+    Raises
+    ------
+    LogError
+        If there is such a relation, or if the run recorded only some of the changes.
+    """
+    consumed: frozenset[str] = frozenset().union(*(plan.consumes for plan in chronicles.plans))
+    missing = sorted((consumed & RANK.keys()) - set(run.relations))
+    if missing:
+        raise LogError(
+            f"run {run.id!r}: expected one that watched {', '.join(missing)}, got one that watched "
+            f"{', '.join(run.relations) or 'none'}; process the input again with these chronicles"
+        )
+    if run.kpl and not _records_relations(run.kpl):
+        raise LogError(f"run {run.id!r}: expected all relation changes in the log, got a text in KPL that thins them")
+
+
+def _records_relations(kpl: str) -> bool:
+    """Say whether a text hands all relation changes to the log."""
+    streams = [one for one in parse_kpl(kpl).statements if isinstance(one, StreamDeclaration)]
+    return any(one.name.text == "recorded_relations" and not one.term.constraints for one in streams)

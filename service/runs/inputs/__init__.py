@@ -1,0 +1,1 @@
+"""What can be processed? Sites, videos, detections and trajectories, checked before anything runs."""

@@ -1,0 +1,161 @@
+"""What if all there is are detections? A file of them with a site, and the tracking of its boxes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chronicles.chronicle_set import ChronicleSet
+from dyknow.streams.sample import Sample
+from gis.camera import GroundCamera
+from gis.errors import GisError
+from gis.road_network import RoadNetwork, plain_rings
+from service.errors import InputError
+from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
+from service.records import CameraRecord, InputKind
+from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
+from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
+from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.watched_area import watched_area
+from service.runs.pipeline import Feed, KplText, video_pipeline
+from vision.detection_camera import DetectionVision, Standing
+from vision.errors import VisionError
+from vision.networks.box_detector import Instant
+from vision.networks.stored_detections import StoredDetections
+
+FloatArray = NDArray[np.float64]
+
+NO_PICTURE = (0, 0)
+
+
+@dataclass(slots=True)
+class DetectionInput:
+    """Read a file of detections that stands alone.
+
+    Attributes
+    ----------
+    ground_camera : of all moments, of the first one where the camera moves; None if the file is in metres.
+    area_m : rings (k, 2) of ground; what is detected elsewhere is left out.
+    size_px : width and height of the picture; `NO_PICTURE` without a camera.
+    rate_hz : frames a second, for a file by frame.
+    """
+
+    path: Path
+    stored: StoredDetections
+    ground_camera: GroundCamera | None
+    network: RoadNetwork | None
+    area_m: tuple[FloatArray, ...]
+    size_px: tuple[int, int]
+    rate_hz: float | None
+    motion: Motion | None
+    detector: str
+    warnings: tuple[str, ...] = ()
+    detector_files: tuple[Path, ...] = ()
+    kind: InputKind = "detections"
+
+    @property
+    def frame_count(self) -> int | None:
+        """Return the number of frames, for a file by frame."""
+        return self.stored.last_key + 1 if self.stored.is_by_frame else None
+
+    @property
+    def camera(self) -> CameraRecord | None:
+        """Return how the ground maps to the picture, for the log."""
+        if self.ground_camera is None:
+            return None
+        return CameraRecord(tuple(self.ground_camera.pixel_from_ground.ravel().tolist()), *self.size_px)
+
+    def feed(
+        self,
+        chronicle_set: ChronicleSet,
+        monitors: LoadedMonitors = NO_MONITORS,
+        *,
+        kpl: KplText | None = None,
+        clock: Callable[[], int],
+    ) -> Feed:
+        """Run tracking in front of the reasoning, on the moments of the file."""
+        is_moving = self.motion is not None
+        follow: StoredPoses | Standing | None = None
+        if self.motion is not None and self.motion.poses is not None:
+            follow = StoredPoses(self.motion.poses, self.size_px)
+        elif self.ground_camera is not None:
+            follow = Standing(self.ground_camera.pixel_from_ground)
+        try:
+            vision: DetectionVision[Instant] = DetectionVision(
+                self.stored, follow, self.area_m, self.size_px, is_moving=is_moving
+            )
+        except VisionError as error:
+            raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
+        instants = self.stored.instants(self.rate_hz)
+        samples = (Sample(instant.t_us, instant.t_us, instant) for instant in instants)
+        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
+
+
+def open_detections(path: Path, choice: FileChoice, site: Site | None) -> DetectionInput:
+    """Open a file of detections that stands alone.
+
+    Raises
+    ------
+    InputError
+        If the site does not say where the boxes are: a camera and the picture's size for boxes in pixels, roads or
+        a camera for those in metres.
+    VisionError
+        If the file cannot be read.
+    """
+    stored = choice.open()
+    if len(stored) == 0:
+        raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
+    details = (site.detector if site else None) or DetectionDetails()
+    camera, size_px = _camera(path, stored, site, details)
+    if stored.is_by_frame and details.rate_hz is None:
+        raise InputError(f"{path}: expected rate_hz in [detector] for detections by frame without a video, got none")
+    return DetectionInput(
+        path=path,
+        stored=stored,
+        ground_camera=camera,
+        network=site.network if site else None,
+        area_m=_area(path, camera, site, size_px),
+        size_px=size_px,
+        rate_hz=details.rate_hz,
+        motion=site.motion if site and camera is not None else None,
+        detector=describe(choice),
+    )
+
+
+def _camera(
+    path: Path, stored: StoredDetections, site: Site | None, details: DetectionDetails
+) -> tuple[GroundCamera | None, tuple[int, int]]:
+    """Find the camera of the first moment; detections in metres do without one."""
+    is_known = site is not None and (site.camera is not None or site.motion is not None)
+    if stored.is_on_ground and (not is_known or details.size_px is None):
+        return None, NO_PICTURE
+    if site is None or not is_known:
+        raise InputError(f"{path}: expected a [camera] in the site file for boxes in pixels, got none")
+    size_px = alone_size(details, path)
+    if site.motion is None:
+        return site.camera, size_px
+    if site.motion.poses is None:
+        raise InputError(f"{path}: expected poses of the moving camera for detections without a video, got none")
+    try:
+        return first_camera(site.camera, site.motion, size_px), size_px
+    except GisError as error:
+        raise InputError(f"{site.path}: for {path.name}: {error}") from error
+
+
+def _area(
+    path: Path, camera: GroundCamera | None, site: Site | None, size_px: tuple[int, int]
+) -> tuple[FloatArray, ...]:
+    """Outline the ground on which detections are believed."""
+    if site is None or (camera is None and site.network is None):
+        raise InputError(f"{path}: expected a site file with a [network] or a [camera], got none")
+    if camera is None:
+        assert site.network is not None
+        return plain_rings(site.network.surface())
+    try:
+        if site.motion is not None:
+            return moving_area(camera, site.motion, site.network, size_px)
+        return watched_area(camera, site.network, site.road_mask, size_px)
+    except GisError as error:
+        raise InputError(f"{site.path}: for {path.name}: {error}") from error

@@ -1,0 +1,116 @@
+"""How does vision follow a camera that moves? By its poses where the site file has them, else by the pictures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from gis.camera import GroundCamera
+from gis.camera_pose import CameraTrack
+from gis.errors import GisError
+from gis.road_network import RoadNetwork, plain_rings
+from service.runs.inputs.site import Motion
+from vision.moving_camera import MovingCameraVision
+from vision.networks.box_detector import Instant
+from vision.registration.registration import CameraMotion, Registration
+
+FloatArray = NDArray[np.float64]
+
+# How far the camera may come to look, as a part of the diagonal of its first view: less where there is no network,
+# since all ground in reach is road then.
+REACH_SHARE, REACH_SHARE_WITHOUT_ROADS = 0.5, 0.25
+
+
+class StoredPoses:
+    """The motion of a camera whose poses are known.
+
+    Parameters
+    ----------
+    track : the poses.
+    size_px : width and height of the frames.
+    """
+
+    def __init__(self, track: CameraTrack, size_px: tuple[int, int]) -> None:
+        self._track = track
+        self._size_px = size_px
+
+    def locate(self, frame: Instant, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
+        """Look up the map of a frame; None where no pose is near enough in time."""
+        try:
+            return self._track.at(frame.t_us).camera(*self._size_px).pixel_from_ground
+        except GisError:
+            return None
+
+
+def first_camera(camera: GroundCamera | None, motion: Motion, size_px: tuple[int, int]) -> GroundCamera:
+    """Give the camera of the first frame: that of the poses where there are any.
+
+    Raises
+    ------
+    GisError
+        If the first pose sees no ground.
+    """
+    if motion.poses is not None:
+        return motion.poses.poses[0].camera(*size_px)
+    assert camera is not None, "a site with a moving camera has its first map or its poses"
+    return camera
+
+
+def reach_m(camera: GroundCamera, motion: Motion, size_px: tuple[int, int], *, has_roads: bool) -> float:
+    """Tell how far beyond the first view the camera may come to look, in metres.
+
+    Raises
+    ------
+    GisError
+        If a pose sees no ground.
+    """
+    if motion.reach_m is not None:
+        return motion.reach_m
+    first = camera.view_outline(*size_px)
+    low, high = first.min(axis=0), first.max(axis=0)
+    if motion.poses is None:
+        share = REACH_SHARE if has_roads else REACH_SHARE_WITHOUT_ROADS
+        return share * float(np.hypot(*(high - low)))
+    seen = np.concatenate([pose.camera(*size_px).view_outline(*size_px) for pose in motion.poses.poses])
+    return float(max((low - seen.min(axis=0)).max(), (seen.max(axis=0) - high).max(), 0.0))
+
+
+def moving_area(
+    camera: GroundCamera, motion: Motion, network: RoadNetwork | None, size_px: tuple[int, int]
+) -> tuple[FloatArray, ...]:
+    """Outline the ground that vision may come to look at: the roads, or all ground in reach where none are known.
+
+    Returns
+    -------
+    Rings (k, 2) in metres.
+
+    Raises
+    ------
+    GisError
+        If the camera sees no ground.
+    """
+    if network is not None:
+        return plain_rings(network.surface())
+    around_m = reach_m(camera, motion, size_px, has_roads=False)
+    return plain_rings(shapely.Polygon(camera.view_outline(*size_px)).buffer(around_m, join_style="mitre"))
+
+
+def moving_vision(
+    camera: GroundCamera, motion: Motion, area_m: Sequence[FloatArray], size_px: tuple[int, int], *, has_roads: bool
+) -> MovingCameraVision:
+    """Make the vision of a moving camera.
+
+    Raises
+    ------
+    VisionError
+        If no road is in reach, or the geometry is unusable.
+    GisError
+        If a pose sees no ground.
+    """
+    first = camera.pixel_from_ground
+    follow: CameraMotion = Registration(first, size_px)
+    if motion.poses is not None:
+        follow = StoredPoses(motion.poses, size_px)
+    around_m = reach_m(camera, motion, size_px, has_roads=has_roads)
+    return MovingCameraVision(first, area_m, size_px, follow, reach_m=around_m)

@@ -1,0 +1,208 @@
+"""How do the engines hang together? Which streams there are is declared in KPL; here its names are bound to engines.
+
+::
+
+    frames ── vision ──> vision_objects ─┐
+                                         ├── anchoring ──> cars ── qsr ──> relations ── chronicles ──> occurrences
+    trajectories ────────────────────────┘                   │           ├──> states ──> verdicts ──┘
+                                                             └───────────┘
+
+`traffic.kpl` declares this for video, `trajectories.kpl` for the objects of somebody else's tracker; a user may give
+another text. A sample carries a whole frame, so the middleware costs a few function calls a frame.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, NamedTuple  # a sample carries whatever its stream was declared to carry
+
+from anchoring.adapter import AnchoringUnit
+from anchoring.anchorer import Anchorer
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.recogniser import Recogniser
+from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
+from dyknow.node import Node
+from dyknow.registry import Registry
+from dyknow.streams.sample import Sample
+from gis.road_network import RoadNetwork
+from gis.turns import turns
+from qsr.adapter import RelationUnit
+from qsr.observer import RelationObserver
+from qsr.relations import RANK
+from qsr.settings import RelationSettings
+from service.errors import InputError
+from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
+from service.monitoring.monitored_states import SynchronisationUnit
+from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit
+from service.runs.seen_frames import SeenVisionUnit
+from vision.adapter import Vision, VisionUnit
+
+VIDEO, TRAJECTORIES = "video", "trajectories"
+OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
+VERDICT, OCCURRENCE = "Verdict", "Occurrence"
+
+
+@dataclass(frozen=True, slots=True)
+class KplText:
+    """Hold a text in KPL with the name that messages call it."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Pipeline:
+    """Hold what a KPL text has created in a node, ready to be fed.
+
+    Attributes
+    ----------
+    source : name of the registered source that the host feeds.
+    output_of : the type that each source and unit gives, by name.
+    """
+
+    kpl: KplText
+    deployment: Deployment
+    source: str
+    output_of: dict[str, str]
+
+    @property
+    def is_shipped(self) -> bool:
+        """Whether the streams are those that come with the package."""
+        return self.kpl == shipped_kpl(self.source)
+
+    @property
+    def node(self) -> Node:
+        """Return the node that runs the pipeline."""
+        return self.deployment.node
+
+    def publish(self, sample: Sample[Any]) -> None:
+        """Feed one frame to every stream that is made of the source."""
+        for stream in self.deployment.publishers(self.source):
+            stream.publish(sample)
+
+    def stream(self, name: str, value_type: str) -> DeclaredStream | None:
+        """Give a declared stream that carries values of a type; None if the text declares no stream of the name.
+
+        Raises
+        ------
+        InputError
+            If it carries something else.
+        """
+        stream = self.deployment.streams.get(name)
+        if stream is None:
+            return None
+        made_of = self.deployment.made_of[stream.label]
+        found = self.output_of.get(made_of, self.deployment.types[stream.label])  # a mediation is no host code
+        if found != value_type:
+            raise InputError(f"{self.kpl.name}: stream {name!r}: expected values of type {value_type}, got {found}")
+        return stream
+
+
+class Feed(NamedTuple):
+    """A pipeline, and what its source is to be fed with; None where nothing is known yet."""
+
+    pipeline: Pipeline
+    samples: Iterable[Sample[Any] | None]  # Any: what the source takes
+
+
+def shipped_kpl(source: str) -> KplText:
+    """Give the declaration that comes with the package for a kind of source."""
+    name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
+    return KplText(name, files("service").joinpath(name).read_text(encoding="utf-8"))
+
+
+def video_pipeline(
+    vision: Vision[Any] | None,
+    network: RoadNetwork | None,
+    chronicle_set: ChronicleSet,
+    monitors: LoadedMonitors = NO_MONITORS,
+    *,
+    kpl: KplText | None = None,
+    clock: Callable[[], int],
+) -> Pipeline:
+    """Run a declared pipeline whose source takes what its vision looks at, such as `vision.video.frames.Frame` values.
+
+    Parameters
+    ----------
+    vision : of the camera; None if the source takes `service.runs.seen_frames.SeenFrame` values.
+    """
+    registry = _reasoning(network, chronicle_set, monitors)
+    registry.source(VIDEO, output="Frame")
+    registry.unit("vision", inputs=("Frame",), output=OBJECTS)(
+        lambda: SeenVisionUnit() if vision is None else VisionUnit(vision)
+    )
+    return _deploy(VIDEO, registry, kpl, clock)
+
+
+def trajectory_pipeline(
+    network: RoadNetwork | None,
+    chronicle_set: ChronicleSet,
+    monitors: LoadedMonitors = NO_MONITORS,
+    *,
+    kpl: KplText | None = None,
+    clock: Callable[[], int],
+) -> Pipeline:
+    """Run a declared pipeline whose source takes `service.runs.inputs.trajectories.TrajectoryObjects` values."""
+    registry = _reasoning(network, chronicle_set, monitors)
+    registry.source(TRAJECTORIES, output=OBJECTS)
+    return _deploy(TRAJECTORIES, registry, kpl, clock)
+
+
+def watched_relations(chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO_MONITORS) -> tuple[str, ...]:
+    """List the relations that some chronicle or monitor looks at, in alphabetical order; no other is computed."""
+    consumed = monitors.relations.union(*(plan.consumes for plan in chronicle_set.plans))
+    return tuple(sorted(RANK.keys() & consumed))
+
+
+def _deploy(source: str, registry: Registry, kpl: KplText | None, clock: Callable[[], int]) -> Pipeline:
+    text = kpl or shipped_kpl(source)
+    deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
+    if not deployment.publishers(source):
+        raise InputError(f"{text.name}: expected a process made of the source {source!r}, got none")
+    _refuse_gaps(text, deployment)
+    output_of = {name: one.output for one_kind in (registry.sources, registry.units) for name, one in one_kind.items()}
+    return Pipeline(text, deployment, source, output_of)
+
+
+def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
+    """Refuse sampling that puts `no_value` between frames: the engines take frames, not their absence."""
+    for process in deployment.node.report():
+        for label, policy in zip(process.inputs, process.policies, strict=True):
+            if "sample every" in policy and "use most recent" not in policy:
+                raise InputError(
+                    f"{text.name}: {process.label!r} reading {label!r}: "
+                    f"expected 'use most recent' with 'sample every', got {policy!r}"
+                )
+
+
+def _reasoning(network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors) -> Registry:
+    """Offer everything after vision."""
+    settings = RelationSettings()
+    watched = watched_relations(chronicle_set, monitors)
+    # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
+    wait_us = settings.backdate_us
+    registry = Registry()
+    registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(lambda: AnchoringUnit(Anchorer(network)))
+    registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(lambda: RelationUnit(_observer(network, settings, watched)))
+    features = monitors.features if monitors.definitions else None
+    registry.unit("synchronisation", inputs=(CARS, RELATIONS), output=STATE)(
+        lambda: SynchronisationUnit(features, network, lag_us=wait_us)
+    )
+    registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(lambda: MonitoringUnit(monitors, lag_us=wait_us))
+    registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
+        lambda: MonitoredRecognitionUnit(Recogniser(chronicle_set, lateness_us=wait_us), horizon_us=wait_us)
+    )
+    return registry
+
+
+def _observer(network: RoadNetwork | None, settings: RelationSettings, only: Sequence[str]) -> RelationObserver:
+    if network is None:
+        return RelationObserver((), (), settings, only=only)
+    return RelationObserver(
+        [road.id for road in network.roads],
+        [junction.id for junction in network.junctions],
+        settings,
+        only=only,
+        lanes=[(lane.id, lane.direction) for lane in network.lanes],
+        turns=turns(network) if "turn" in only else (),
+    )

@@ -1,0 +1,286 @@
+"""How do streams become rows? Subscribers that write what a pipeline finds to the event log."""
+
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+import numpy as np
+
+from anchoring.adapter import Anchored
+from anchoring.observations import Cars, LinkChange
+from chronicles.adapter import value_text
+from chronicles.events import Occurrence, OccurrenceKey
+from dyknow.kpl.loader import DeclaredStream
+from dyknow.monitors.monitors import MonitorEvent
+from dyknow.streams.sample import Sample
+from dyknow.streams.stream import Consumer
+from gis.road_network import RoadNetwork
+from qsr.adapter import FrameRelations
+from qsr.changes.crossings import RelationChange
+from service.errors import InputError
+from service.records import (
+    ChronicleRef,
+    EventDraft,
+    HypothesisRecord,
+    LinkRecord,
+    Place,
+    RelationRecord,
+    RunStatus,
+    SeenObject,
+    SubEvent,
+    Verdict,
+    ViewRecord,
+)
+from service.runs.car_states import CarRows
+from service.runs.inputs.trajectories import TrajectoryObjects
+from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
+from service.store.log import RunWriter
+from vision.objects import VisionObjects
+
+_RECORDED = (
+    *("recorded_frames", "recorded_objects", "recorded_cars"),
+    *("recorded_relations", "recorded_verdicts", "recorded_occurrences"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedStreams:
+    """Hold the streams that a pipeline declares for the log; what it leaves out is None and not recorded."""
+
+    frames: DeclaredStream | None
+    objects: DeclaredStream | None
+    cars: DeclaredStream | None
+    relations: DeclaredStream | None
+    verdicts: DeclaredStream | None
+    occurrences: DeclaredStream | None
+
+    @classmethod
+    def of(cls, pipeline: Pipeline) -> "RecordedStreams":
+        """Find them by their names.
+
+        Raises
+        ------
+        InputError
+            If one of them carries other values than its name says, or a stream looks like one of them and is none.
+        """
+        strange = [
+            name for name in pipeline.deployment.streams if name.startswith("recorded_") and name not in _RECORDED
+        ]
+        if strange:
+            raise InputError(f"{pipeline.kpl.name}: expected streams among {list(_RECORDED)}, got {strange[0]!r}")
+        return cls(
+            pipeline.deployment.streams.get("recorded_frames"),  # only their times are written, so any type will do
+            pipeline.stream("recorded_objects", OBJECTS),
+            pipeline.stream("recorded_cars", CARS),
+            pipeline.stream("recorded_relations", RELATIONS),
+            pipeline.stream("recorded_verdicts", VERDICT),
+            pipeline.stream("recorded_occurrences", OCCURRENCE),
+        )
+
+
+class Recorder:
+    """Write what a pipeline finds to one run of an event log.
+
+    Attributes
+    ----------
+    events : number of events that stand so far; a retracted one does not.
+    cars : symbols of all cars seen so far.
+    records_cars, records_events : whether there is a stream of them; without one, they are not known.
+    lost_views : from when to when a moving camera's view was lost; the end is None where it was not found again.
+    """
+
+    def __init__(self, writer: RunWriter, network: RoadNetwork | None, *, history_us: int) -> None:
+        self.events = 0
+        self.cars: set[str] = set()
+        self.records_cars = self.records_events = False
+        self.lost_views: list[tuple[int, int | None]] = []
+        self._writer = writer
+        self._rows = CarRows(network)
+        self._history = CarHistory(history_us)
+        self._history_us = history_us
+        self._told: dict[OccurrenceKey, tuple[int, list[str]]] = {}  # when, and the identifiers of the events written
+
+    def attach(self, streams: RecordedStreams) -> None:
+        """Subscribe to the streams that are to be recorded."""
+        self.records_cars = streams.cars is not None
+        self.records_events = streams.verdicts is not None or streams.occurrences is not None
+        pairs: list[tuple[DeclaredStream | None, Consumer]] = [
+            (streams.frames, self._record_frame),
+            (streams.objects, self._record_objects),
+            (streams.cars, self._record_cars),
+            (streams.relations, self._record_relations),
+            (streams.verdicts, self._record_verdict),
+            (streams.occurrences, self._record_occurrence),
+        ]
+        for stream, consumer in pairs:
+            if stream is not None:
+                stream.subscribe(consumer)
+
+    def finish(self, status: RunStatus, reason: str) -> None:
+        """Write the rest and say how the run ended."""
+        self._writer.finish(status, reason)
+
+    def _record_frame(self, sample: Sample[object]) -> None:
+        self._writer.append_frames((sample.valid_us,))
+
+    def _record_objects(self, sample: Sample[VisionObjects | TrajectoryObjects]) -> None:
+        objects = sample.value
+        self._writer.append_objects(_seen_objects(objects))
+        if isinstance(objects, VisionObjects) and (objects.is_lost or objects.pixel_from_ground is not None):
+            view = objects.pixel_from_ground
+            numbers = () if view is None or objects.is_lost else tuple(view.ravel().tolist())
+            self._writer.append_views((ViewRecord(objects.t_us, numbers),))
+            self._note_view(objects.t_us, is_lost=objects.is_lost)
+
+    def _note_view(self, t_us: int, *, is_lost: bool) -> None:
+        """Keep track of lost views: one sample tells of a loss, the next one ends it."""
+        if is_lost:
+            self.lost_views.append((t_us, None))
+        elif self.lost_views and self.lost_views[-1][1] is None:
+            self.lost_views[-1] = self.lost_views[-1][0], t_us
+
+    def _record_cars(self, sample: Sample[Anchored]) -> None:
+        cars = sample.value.cars
+        self.cars.update(cars.ids)
+        self._history.remember(cars)
+        self._writer.append_states(self._rows.of(cars))
+        self._writer.append_links(_link_record(change) for change in sample.value.link_changes)
+
+    def _record_relations(self, sample: Sample[FrameRelations]) -> None:
+        frame = sample.value
+        verdicts: list[tuple[tuple[str, ...], Verdict]] = [(frame.refuted, "refuted"), (frame.validated, "validated")]
+        self._writer.append_hypotheses(
+            HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels
+        )
+        self._writer.append_relations(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
+
+    def _record_verdict(self, sample: Sample[MonitorEvent]) -> None:
+        """Write what a monitor told: a moment, with the beginning of the time that was judged as its first part."""
+        event = sample.value
+        roles = dict(event.roles)
+        draft = EventDraft(
+            type=event.name,
+            chronicle=ChronicleRef(event.monitor, event.version),
+            start_us=event.t_us,
+            end_us=event.t_us,
+            roles=roles,
+            recognised_us=sample.available_us,
+            sub_events=(SubEvent("since", event.since_us), SubEvent(event.outcome, event.t_us)),
+            place=self._place(roles, event.t_us),
+        )
+        self._writer.append_events((draft,))
+        self.events += 1
+
+    def _record_occurrence(self, sample: Sample[Occurrence]) -> None:
+        """Write an occurrence, or its newer state beside the one that was written before."""
+        occurrence, now_us = sample.value, sample.available_us
+        _, told = self._told.pop(occurrence.key, (now_us, []))
+        drafts = self._drafts(occurrence, told)
+        event_ids = self._writer.append_events(drafts)
+        if occurrence.status != "retracted":
+            self._told[occurrence.key] = now_us, event_ids
+            self.events += len(drafts)
+        self.events -= len(told)
+        self._forget_before(sample.available_us - self._history_us)
+
+    def _forget_before(self, t_us: int) -> None:
+        """Forget what was written so long ago that nothing can revise it: hypotheses are decided within seconds."""
+        while self._told and next(iter(self._told.values()))[0] < t_us:
+            del self._told[next(iter(self._told))]
+
+    def _drafts(self, occurrence: Occurrence, told: Sequence[str]) -> list[EventDraft]:
+        """Make the events of an occurrence; each revises the one of `told` in the same place."""
+        # What an `assert` sets is a value and no event of its own: only messages name a type.
+        names = [event.name for event in occurrence.emitted if event.new is None] or [occurrence.chronicle]
+        return [
+            EventDraft(
+                type=name,
+                chronicle=ChronicleRef(occurrence.chronicle, occurrence.version),
+                start_us=occurrence.start_us,
+                end_us=occurrence.end_us,
+                roles=dict(occurrence.roles),
+                recognised_us=occurrence.recognised_us,
+                status=occurrence.status,
+                revises=revised,
+                hypotheses=tuple(occurrence.hypotheses),
+                sub_events=tuple(SubEvent(label, t_us) for label, t_us in occurrence.sub_events),
+                place=self._place(occurrence.roles, occurrence.start_us),
+            )
+            for name, revised in zip_longest(names, told)
+        ]
+
+    def _place(self, roles: Mapping[str, str], start_us: int) -> Place | None:
+        """Find where the event began: the first role that is a car, at the start."""
+        for symbol in roles.values():
+            found = self._history.find(symbol, start_us)
+            if found is not None:
+                road, x_m, y_m = found
+                return Place(self._rows.road(road), x_m, y_m)
+        return None
+
+
+class CarHistory:
+    """Remember where the cars were over the last stretch of time."""
+
+    def __init__(self, length_us: int) -> None:
+        self._length_us = length_us
+        self._times_us: deque[int] = deque()
+        self._cars: deque[Cars] = deque()
+
+    def remember(self, cars: Cars) -> None:
+        """Add the cars of the newest time and forget what is too old."""
+        self._times_us.append(cars.t_us)
+        self._cars.append(cars)
+        while self._times_us[0] < cars.t_us - self._length_us:
+            self._times_us.popleft()
+            self._cars.popleft()
+
+    def find(self, car: str, t_us: int) -> tuple[int, float, float] | None:
+        """Return road index, x and y in metres of a car at the last time <= t_us; None if it was not there."""
+        at = bisect_right(self._times_us, t_us) - 1
+        if at < 0 or car not in self._cars[at].ids:
+            return None
+        cars = self._cars[at]
+        row = cars.ids.index(car)
+        x_m, y_m = np.round(cars.centre_m[row], 3).tolist()
+        return int(cars.positions.road[row]), x_m, y_m
+
+
+def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenObject]:
+    columns = zip(
+        objects.ids,
+        objects.centre_m.tolist(),
+        objects.heading_rad.tolist(),
+        objects.length_m.tolist(),
+        objects.width_m.tolist(),
+        objects.observed.tolist(),
+        objects.clipped.tolist(),
+        strict=True,
+    )
+    for name, (x_m, y_m), heading, length, width, observed, clipped in columns:
+        yield SeenObject(objects.t_us, name, x_m, y_m, heading, length, width, observed, clipped)
+
+
+def _link_record(change: LinkChange) -> LinkRecord:
+    return LinkRecord(
+        t_us=change.t_us,
+        kind=change.kind,
+        level=change.level,
+        lower=change.lower,
+        upper=change.upper,
+        reason=change.reason,
+    )
+
+
+def _relation_record(change: RelationChange, hypotheses: tuple[str, ...]) -> RelationRecord:
+    return RelationRecord(
+        t_us=change.t_us,
+        decided_us=change.decided_us,
+        name=change.name,
+        args=change.args,
+        old=value_text(change.old),
+        new=value_text(change.new),
+        hypotheses=hypotheses,
+    )

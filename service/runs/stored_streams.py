@@ -1,0 +1,118 @@
+"""What ran in a run, and what did each stream carry? The report of the pipeline's node, kept with the run."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from msgspec.structs import asdict
+
+from dyknow.streams.stream_report import StreamReport
+from service.errors import NotInLogError
+from service.records import ProcessRecord, StreamInput, StreamRecord
+from service.runs.pipeline import Pipeline
+from service.store.log import open_log
+
+
+class RanStream(StreamRecord, frozen=True, kw_only=True):
+    """What one process and its stream did in a run, and what that cost.
+
+    Attributes
+    ----------
+    busy_us : time spent in the code of the process, by a clock; None in logs from before it was kept.
+    """
+
+    busy_us: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StoredStreams:
+    """Hold the report of a run, inputs before what reads them."""
+
+    run: str
+    streams: tuple[RanStream, ...]
+
+
+def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
+    """Describe every process of a pipeline, for the log."""
+    deployment = pipeline.deployment
+    return tuple(
+        StreamRecord(
+            label=report.label,
+            kind=report.kind,
+            made_of=deployment.made_of.get(report.label, ""),  # none if a configuration has created it
+            type=_type(report.label, pipeline),
+            inputs=tuple(map(StreamInput, report.inputs, report.policies)),
+            waiting_for=report.waiting_for,
+            published=report.published,
+            delivered=report.delivered,
+            dropped=dict(sorted(report.dropped.items())),
+            subscribers=report.subscribers,
+            queued=report.queued,
+            rate_hz=report.rate_hz,
+            lag_us=report.lag_us,
+            last_valid_us=report.last_valid_us,
+            last_value=report.last_value,
+            updates=report.updates,
+        )
+        for report in pipeline.node.report()
+    )
+
+
+def _type(label: str, pipeline: Pipeline) -> str:
+    """Name the type of a label as the host does; what is no host code has the type that the text says, or none."""
+    made_of = pipeline.deployment.made_of.get(label, "")
+    return pipeline.output_of.get(made_of) or pipeline.deployment.types.get(label, "")
+
+
+def stream_costs(pipeline: Pipeline) -> dict[str, int]:
+    """Give the microseconds that each process of a pipeline took, by label, for the log."""
+    return {report.label: report.busy_ns // 1_000 for report in pipeline.node.report()}
+
+
+def read_streams(url: str, *, run: str | None = None) -> StoredStreams:
+    """Read the report of a run.
+
+    Parameters
+    ----------
+    run : which run; may be left out when there is only one.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read, does not hold the run, or holds no report of it.
+    """
+    with open_log(url) as log:
+        record = log.run(run)
+        streams, costs = log.streams(record.id), log.costs(record.id)
+    if not streams:
+        raise NotInLogError(
+            f"run {record.id!r}: expected a report of its streams, got none with status {record.status!r}; "
+            "it is written when a run ends, so process the input again"
+        )
+    return StoredStreams(record.id, tuple(RanStream(**asdict(one), busy_us=costs.get(one.label)) for one in streams))
+
+
+def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:
+    """Give processes the form that `dyknow.graph` draws; one that was only declared has carried nothing."""
+    return tuple(map(_report, processes))
+
+
+def _report(process: ProcessRecord) -> StreamReport:
+    stream = RanStream(**asdict(process))
+    return StreamReport(
+        label=stream.label,
+        kind=stream.kind,
+        inputs=tuple(one.label for one in stream.inputs),
+        policies=tuple(one.policy for one in stream.inputs),
+        waiting_for=stream.waiting_for,
+        published=stream.published,
+        delivered=stream.delivered,
+        dropped=stream.dropped,
+        subscribers=stream.subscribers,
+        queued=stream.queued,
+        rate_hz=stream.rate_hz,
+        lag_us=stream.lag_us,
+        last_valid_us=stream.last_valid_us,
+        last_value=stream.last_value,
+        updates=stream.updates,
+        busy_ns=1_000 * (stream.busy_us or 0),
+    )

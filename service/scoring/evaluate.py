@@ -1,0 +1,351 @@
+"""How good is a log? Recognised events against the truth of the same scene.
+
+A recognised event is *right* when its vehicles are the truth's, role by role, and both ends of the intervals agree
+within two seconds. (Of a near miss neither role says anything: there the pair is enough.) The vehicles of a log are
+symbols of its own, so each role is first matched to the true vehicle that was nearest while the event went on. Truth
+that is not countable (cut by the view, say) is *border*: recognising it is neither right nor wrong, and at any time
+that overlaps it within as much.
+"""
+
+import csv
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+
+from data_gen.truth.event import INTERCHANGEABLE, ROLES
+from service.errors import TruthError
+from service.scoring.proportions import wilson_interval
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE_US = 2_000_000
+NEAREST_M = 4.0
+TOLD_TYPES = frozenset(ROLES)
+"""Types that the truth of a generated scene tells of: if it has none, there was none."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrueEvent:
+    """Hold one event of the truth; ``roles`` maps role names to true vehicle identifiers."""
+
+    type: str
+    roles: Mapping[str, str]
+    start_us: int
+    end_us: int
+    countable: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RecognisedEvent:
+    """Hold one event of a log; ``roles`` maps role names to car symbols."""
+
+    id: str
+    type: str
+    roles: Mapping[str, str]
+    start_us: int
+    end_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Positions:
+    """Hold where things were: one row an object and time, sorted by time.
+
+    Attributes
+    ----------
+    t_us : (n,) int64. ids : n identifiers. centre_m : (n, 2).
+    """
+
+    t_us: NDArray[np.int64]
+    ids: tuple[str, ...]
+    centre_m: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Tie a recognised event to the true event it stands for."""
+
+    recognised: RecognisedEvent
+    true: TrueEvent
+
+    @property
+    def start_error_us(self) -> int:
+        """Return recognised minus true start."""
+        return self.recognised.start_us - self.true.start_us
+
+    @property
+    def end_error_us(self) -> int:
+        """Return recognised minus true end."""
+        return self.recognised.end_us - self.true.end_us
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """Hold the score of one event type.
+
+    Attributes
+    ----------
+    right : matches with countable truth. border : matches with truth that does not count.
+    wrong : recognised events without truth. missed : countable truth that was not recognised.
+    unjudged : recognised events of a type that the truth does not tell of; they are all there is then.
+    has_truth : whether the truth tells of the type at all.
+    """
+
+    type: str
+    right: tuple[Match, ...]
+    border: tuple[Match, ...]
+    wrong: tuple[RecognisedEvent, ...]
+    missed: tuple[TrueEvent, ...]
+    unjudged: tuple[RecognisedEvent, ...] = ()
+    has_truth: bool = True
+
+    @property
+    def in_truth(self) -> int:
+        """Return how many events of the truth count."""
+        return len(self.right) + len(self.missed)
+
+    @property
+    def precision(self) -> float | None:
+        """Return right / (right + wrong); None when nothing was claimed."""
+        return _share(len(self.right), len(self.right) + len(self.wrong))
+
+    @property
+    def recall(self) -> float | None:
+        """Return right / (right + missed); None when there was nothing to find."""
+        return _share(len(self.right), len(self.right) + len(self.missed))
+
+    @property
+    def f1(self) -> float | None:
+        """Return the harmonic mean, 2 right / (2 right + wrong + missed); None when there was nothing at all."""
+        right = 2 * len(self.right)
+        return _share(right, right + len(self.wrong) + len(self.missed))
+
+    @property
+    def mean_start_error_s(self) -> float:
+        """Return the mean absolute error of the starts of right events, in seconds; nan without any."""
+        return _mean_seconds([abs(match.start_error_us) for match in self.right])
+
+    @property
+    def mean_end_error_s(self) -> float:
+        """Return the mean absolute error of the ends of right events, in seconds; nan without any."""
+        return _mean_seconds([abs(match.end_error_us) for match in self.right])
+
+    def as_record(self) -> dict[str, object]:
+        """Return the figures as plain data, for JSON."""
+        right, wrong, missed = len(self.right), len(self.wrong), len(self.missed)
+        return {
+            "type": self.type,
+            "right": right,
+            "wrong": wrong,
+            "missed": missed,
+            "border": len(self.border),
+            "has_truth": self.has_truth,
+            "unjudged": len(self.unjudged),
+            "in_truth": self.in_truth,
+            "precision": self.precision,
+            "precision_interval": wilson_interval(right, right + wrong) if right + wrong else None,
+            "recall": self.recall,
+            "recall_interval": wilson_interval(right, right + missed) if right + missed else None,
+            "f1": self.f1,
+            "mean_start_error_s": None if not right else self.mean_start_error_s,
+            "mean_end_error_s": None if not right else self.mean_end_error_s,
+        }
+
+
+def evaluate_events(
+    recognised: Sequence[RecognisedEvent],
+    cars: Positions,
+    truth: Sequence[TrueEvent],
+    vehicles: Positions,
+    *,
+    event_type: str,
+) -> Evaluation:
+    """Score the events of one type.
+
+    Parameters
+    ----------
+    recognised, cars : events and car symbols of the log.
+    truth, vehicles : true events and true vehicles of the scene.
+    event_type : the type to score, in the log and in the truth alike.
+
+    Returns
+    -------
+    The score. Of a type that no event of the truth has and that is none of `TOLD_TYPES`, nobody can say whether the
+    recognised events are right: they are *unjudged*.
+    """
+    claims = [event for event in recognised if event.type == event_type]
+    facts = [event for event in truth if event.type == event_type]
+    if not facts and event_type not in TOLD_TYPES:
+        return Evaluation(event_type, (), (), (), (), unjudged=tuple(claims), has_truth=False)
+    roles = [_true_roles(event, cars, vehicles) for event in claims]
+    pairs = _assign(claims, roles, facts)
+    matches = [Match(claims[i], facts[j]) for i, j in pairs]
+    claimed, found = {i for i, _ in pairs}, {j for _, j in pairs}
+    return Evaluation(
+        type=event_type,
+        right=tuple(match for match in matches if match.true.countable),
+        border=tuple(match for match in matches if not match.true.countable),
+        wrong=tuple(event for i, event in enumerate(claims) if i not in claimed),
+        missed=tuple(event for j, event in enumerate(facts) if j not in found and event.countable),
+    )
+
+
+def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
+    """Pool the scores of several scenes: counts add up, no mean of means.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or they speak of different event types.
+    """
+    types = {evaluation.type for evaluation in evaluations}
+    if len(types) != 1:
+        raise ValueError(f"evaluations: expected one event type, got {sorted(types)!r}")
+    return Evaluation(
+        type=types.pop(),
+        right=tuple(match for one in evaluations for match in one.right),
+        border=tuple(match for one in evaluations for match in one.border),
+        wrong=tuple(event for one in evaluations for event in one.wrong),
+        missed=tuple(event for one in evaluations for event in one.missed),
+        unjudged=tuple(event for one in evaluations for event in one.unjudged),
+        has_truth=any(one.has_truth for one in evaluations),
+    )
+
+
+def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
+    """Read ``truth_events.jsonl`` and ``truth.csv`` of a generated scene.
+
+    Raises
+    ------
+    TruthError
+        If a file is missing or a line of it cannot be read.
+    """
+    events_path, positions_path = folder / "truth_events.jsonl", folder / "truth.csv"
+    for path in (events_path, positions_path):
+        if not path.is_file():
+            raise TruthError(f"{folder}: expected a truth folder with {path.name}, got none there")
+    return _load_true_events(events_path), _load_true_positions(positions_path)
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise TruthError(f"{path}: expected a readable truth file, got {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise TruthError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+
+
+def _load_true_events(path: Path) -> list[TrueEvent]:
+    events: list[TrueEvent] = []
+    for number, line in enumerate(_read_text(path).splitlines(), start=1):
+        try:
+            events.append(_true_event(json.loads(line)))
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+            raise TruthError(
+                f"{path}:{number}: expected a truth event as one JSON object, got {line[:80]!r}"
+            ) from error
+    return events
+
+
+def _true_event(row: dict[str, object]) -> TrueEvent:
+    """Read one event; whatever is wrong with it raises one of the errors that `_load_true_events` words."""
+    name, roles, start_us, end_us = row["type"], row["roles"], row["start_us"], row["end_us"]
+    if not (isinstance(name, str) and isinstance(roles, dict) and all(isinstance(one, str) for one in roles.values())):
+        raise TypeError("type or roles")
+    if not (isinstance(start_us, int) and isinstance(end_us, int)):
+        raise TypeError("times")
+    return TrueEvent(name, roles, int(start_us), int(end_us), bool(row["countable"]))
+
+
+def _load_true_positions(path: Path) -> Positions:
+    t_us, ids, centres = [], [], []
+    for number, row in enumerate(csv.DictReader(_read_text(path).splitlines()), start=2):
+        try:
+            t_us.append(int(np.int64(int(row["t_us"]))))
+            ids.append(row["id"])
+            centres.append((float(row["x_m"]), float(row["y_m"])))
+            if not np.isfinite(centres[-1]).all():
+                raise ValueError("not finite")
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
+            raise TruthError(f"{path}:{number}: expected t_us, id, x_m, y_m, got {row!r}") from error
+    if not t_us:
+        raise TruthError(f"{path}: expected at least one row with t_us, id, x_m, y_m, got none")
+    return positions_from_rows(t_us, ids, centres)
+
+
+def positions_from_rows(t_us: Iterable[int], ids: Iterable[str], centre_m: Sequence[tuple[float, float]]) -> Positions:
+    """Sort rows of positions by time."""
+    times = np.fromiter(t_us, dtype=np.int64)
+    order = np.argsort(times, kind="stable")
+    names = np.array(list(ids), dtype=object)[order]
+    return Positions(times[order], tuple(names.tolist()), np.array(centre_m, dtype=np.float64).reshape(-1, 2)[order])
+
+
+def _true_roles(event: RecognisedEvent, cars: Positions, vehicles: Positions) -> dict[str, str | None]:
+    """Match each role's car symbol to the true vehicle nearest to it during the event."""
+    return {role: _nearest_vehicle(car, event, cars, vehicles) for role, car in event.roles.items()}
+
+
+def _nearest_vehicle(car: str, event: RecognisedEvent, cars: Positions, vehicles: Positions) -> str | None:
+    votes: Counter[str] = Counter()
+    rows = _rows_between(cars, event.start_us, event.end_us)
+    for row in (row for row in rows if cars.ids[row] == car):
+        t_us = int(cars.t_us[row])
+        there = _rows_between(vehicles, t_us, t_us)
+        if there:
+            distance_m, nearest = cKDTree(vehicles.centre_m[there.start : there.stop]).query(cars.centre_m[row])
+            if distance_m <= NEAREST_M:
+                votes[vehicles.ids[there.start + int(nearest)]] += 1
+    return votes.most_common(1)[0][0] if votes else None
+
+
+def _rows_between(positions: Positions, start_us: int, end_us: int) -> range:
+    """Return the rows with start_us <= t_us <= end_us."""
+    first = int(np.searchsorted(positions.t_us, start_us, side="left"))
+    return range(first, int(np.searchsorted(positions.t_us, end_us, side="right")))
+
+
+def _assign(
+    claims: Sequence[RecognisedEvent], roles: Sequence[Mapping[str, str | None]], facts: Sequence[TrueEvent]
+) -> list[tuple[int, int]]:
+    """Match claims to facts one to one, as many as possible, then as near in time as possible."""
+    if not claims or not facts:
+        return []
+    impossible = 1e12
+    cost = np.full((len(claims), len(facts)), impossible)
+    for i, (claim, of_claim) in enumerate(zip(claims, roles, strict=True)):
+        for j, fact in enumerate(facts):
+            if _is_right(claim, of_claim, fact):
+                cost[i, j] = abs(claim.start_us - fact.start_us) + abs(claim.end_us - fact.end_us)
+    rows, columns = linear_sum_assignment(cost)
+    return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if cost[i, j] < impossible]
+
+
+def _are_same_vehicles(roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
+    """Compare vehicles role by role; where roles say nothing, as sets."""
+    if fact.type in INTERCHANGEABLE:
+        return {roles.get(role) for role in fact.roles} == set(fact.roles.values())
+    return all(roles.get(role) == vehicle for role, vehicle in fact.roles.items())
+
+
+def _is_right(claim: RecognisedEvent, roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
+    if not _are_same_vehicles(roles, fact):
+        return False
+    if not fact.countable:  # When it is may be what nobody can tell.
+        return claim.start_us <= fact.end_us + TOLERANCE_US and fact.start_us <= claim.end_us + TOLERANCE_US
+    return abs(claim.start_us - fact.start_us) <= TOLERANCE_US and abs(claim.end_us - fact.end_us) <= TOLERANCE_US
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None
+
+
+def _mean_seconds(errors_us: Sequence[int]) -> float:
+    return sum(errors_us) / len(errors_us) / 1e6 if errors_us else float("nan")

@@ -1,0 +1,100 @@
+"""Trajectory files: read whole, refused with the place of the first fault."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.errors import InputError
+from service.runs.inputs.trajectories import load_trajectories
+from tests.service.tracks import write_row
+
+HEADER = "t_us,id,x_m,y_m,heading_rad,speed_mps,length_m,width_m"
+
+
+def written(folder: Path, *lines: str) -> Path:
+    path = folder / "tracks.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_rows_become_the_objects_of_each_time_in_order(tmp_path: Path) -> None:
+    path = written(tmp_path, HEADER, "40,b,3,4,0,2,5,2", "0,a,1,2,1.5707963267948966,10,4,1.8", "40,a,1,3,0,0,4,1.8")
+    first, second = load_trajectories(path)
+    assert (first.t_us, first.ids) == (0, ("a",))
+    assert (second.t_us, second.ids) == (40, ("a", "b"))
+    np.testing.assert_allclose(first.velocity_mps, [[0.0, 10.0]], atol=1e-9)
+    np.testing.assert_allclose(second.centre_m, [[1, 3], [3, 4]])
+    assert second.observed.all()
+    assert not second.clipped.any()
+
+
+def test_other_column_names_are_mapped_and_seconds_become_microseconds(tmp_path: Path) -> None:
+    path = written(tmp_path, "t,id,x,y,heading,speed,length,width,type", "0.2,7,1,2,0,3,4,2,car")
+    names = {"t_s": "t", "x_m": "x", "y_m": "y", "heading_rad": "heading"}
+    names |= {"speed_mps": "speed", "length_m": "length", "width_m": "width"}
+    (objects,) = load_trajectories(path, names)
+    assert (objects.t_us, objects.ids) == (200_000, ("7",))
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([], "expected columns t_us or t_s, id, x_m"),
+        (["t_us,id,x_m"], r"expected columns y_m, heading_rad, .* got t_us, id, x_m"),
+        ([HEADER], "expected at least one row"),
+        ([HEADER, "0,a,1,2,0,0,4"], r"tracks.csv:2: expected 8 fields, got 7"),
+        ([HEADER, "0,a,1,2,0,0,4,2", "0,b,one,2,0,0,4,2"], r"tracks.csv:3: column x_m: .* got 'one'"),
+        ([HEADER, "0,a,1,2,0,0,4,nan"], r"column width_m: expected a finite number, got 'nan'"),
+        (
+            [HEADER, "0,a,1,2,0,0,4,2", "0,a,1,2,0,0,4,2"],
+            r"tracks.csv:3: expected each id once a time, got 'a' at 0 us as in line 2",
+        ),
+    ],
+    ids=["empty", "columns missing", "no rows", "short row", "not a number", "not finite", "twice"],
+)
+def test_fault_is_named_with_its_place(tmp_path: Path, lines: list[str], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_trajectories(written(tmp_path, *lines))
+
+
+def test_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file"):
+        load_trajectories(tmp_path / "nothing.csv")
+    (tmp_path / "video.csv").write_bytes(b"\x00\x00\xff\xfe")
+    with pytest.raises(InputError, match="expected a UTF-8 CSV file, got byte 0xff"):
+        load_trajectories(tmp_path / "video.csv")
+
+
+def test_unknown_name_in_the_column_map_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"expected names out of t_us, .* got 'time'"):
+        load_trajectories(written(tmp_path, HEADER), {"time": "t"})
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("t_us", "-1"),
+        ("t_us", "1000000000000001"),
+        ("t_us", "1e300"),
+        ("x_m", "1e9"),
+        ("y_m", "-1e9"),
+        ("heading_rad", "270"),
+        ("speed_mps", "9999"),
+        ("length_m", "0"),
+        ("length_m", "-4.5"),
+        ("length_m", "1e6"),
+        ("width_m", "0"),
+        ("width_m", "51"),
+    ],
+)
+def test_a_value_out_of_its_range_is_refused_with_its_line(tmp_path: Path, column: str, value: str) -> None:
+    path = write_row(tmp_path / "t.csv", **{column: value})
+    with pytest.raises(InputError, match=rf"t\.csv:2: column {column}: expected .* to .*, got '{value}'"):
+        load_trajectories(path)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "", "4,5"])
+def test_what_is_no_finite_number_is_refused_with_its_line(tmp_path: Path, value: str) -> None:
+    with pytest.raises(InputError, match=r"t\.csv:2: "):
+        load_trajectories(write_row(tmp_path / "t.csv", length_m=value))
