@@ -1,9 +1,9 @@
 """Which relations are there, what do they mean, and of which threshold crossings are they made?
 
-Every relation of two cars is a conjunction of *switches*: quantities with a threshold (see `qsr.changes.crossings`). They are
-computed once for both orders of a pair; the relations of the two orders follow by the converse. Pairs come in three
-kinds: near ones; those near in time, from further away the faster they are; and those that drive towards each other on
-one road.
+Every relation of two cars is a conjunction of *switches*: quantities with a threshold (see `qsr.changes.crossings`).
+They are computed once for both orders of a pair; the relations of the two orders follow by the converse. Pairs come in
+three kinds: near ones; those near in time, from further away the faster they are; and those that drive towards each
+other on one road.
 """
 
 from collections.abc import Collection, Iterable

@@ -238,7 +238,7 @@ class ProcessRecord(Struct, frozen=True, kw_only=True):
 
 
 class StreamRecord(ProcessRecord, frozen=True, kw_only=True):
-    """What one process and its stream did in a run: `dyknow.streams.stream_report.StreamReport` without the measured cost.
+    """What one process and its stream did in a run: a `StreamReport` of `dyknow.streams` without the measured cost.
 
     What a clock measures differs each time, and a repeated run must give the same rows: it has a table of its own.
     """

@@ -1,8 +1,8 @@
 """How does one stream become another? Processes read streams under policies and publish to a stream of their own.
 
 There are four kinds, after Heintz (2009), chapter 3: *primitive* processes are sources, which the host feeds;
-*refinement* feeds its inputs to a computational unit; *mediation* (`dyknow.streams.mediation`) passes on a changing set of
-streams; *configuration* (`dyknow.streams.configuration`) creates and removes processes.
+*refinement* feeds its inputs to a computational unit; *mediation* (`dyknow.streams.mediation`) passes on a changing
+set of streams; *configuration* (`dyknow.streams.configuration`) creates and removes processes.
 
 A computational unit is a value-in, values-out object with its own state: it may answer a sample with none (still
 starting up), one, or several samples. Units know nothing of labels, policies or each other.

@@ -108,7 +108,7 @@ class Feed(NamedTuple):
 def shipped_kpl(source: str) -> KplText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
-    return KplText(name, files("service").joinpath(name).read_text(encoding="utf-8"))
+    return KplText(name, files("service.runs").joinpath(name).read_text(encoding="utf-8"))
 
 
 def video_pipeline(

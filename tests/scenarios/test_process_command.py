@@ -126,7 +126,7 @@ def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], t
 def test_interrupt_keeps_what_was_found(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from service.runs.processing import processing as runs
+    from service.runs import processing as runs
 
     frames = iter(range(700))
 

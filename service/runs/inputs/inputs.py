@@ -144,8 +144,8 @@ def open_input(
     Parameters
     ----------
     columns : our column names to those of a CSV file.
-    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of detections that is the
-        input itself stands alone.
+    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of
+        detections that is the input itself stands alone.
 
     Raises
     ------
