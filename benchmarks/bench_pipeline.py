@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from data_gen.generate import generate
+from data_gen.scene import generate
 from service.runs.processing import RunRequest, RunSummary, process
 from vision.video.frames import open_video
 

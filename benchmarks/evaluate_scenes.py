@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from data_gen.generate import generate
+from data_gen.scene import generate
 from service.runs.pipeline import VIDEO, shipped_kpl
 from service.runs.processing import RunRequest, process
 from service.scoring.evaluate import Evaluation, merge_evaluations
@@ -31,7 +31,7 @@ class SceneKind:
 
     Attributes
     ----------
-    camera, weather, options, poses, occluders, size_px : as `data_gen.generate.generate` takes them.
+    camera, weather, options, poses, occluders, size_px : as `data_gen.scene.generate` takes them.
     frames_per_s : what vision gets; a divisor of 25.
     aims : the least figure by column, of `error_m` the greatest.
     """

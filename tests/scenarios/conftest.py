@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from data_gen.generate import generate
+from data_gen.scene import generate
 
 SEED, SECONDS = 3, 40
 

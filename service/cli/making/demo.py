@@ -21,7 +21,7 @@ def demo(
     seconds: Annotated[float, typer.Option("--seconds", min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
-    from data_gen.generate import generate
+    from data_gen.scene import generate
     from service.cli.making.generate import drawing_bar
     from service.cli.making.process import progress_bar
     from service.runs.processing import RunRequest, process

@@ -56,7 +56,7 @@ def generate(
 ) -> None:
     """Simulate traffic and draw it: video, site file, road network and truth."""
     from data_gen.degrade import parse_degradation
-    from data_gen.generate import generate as make_scene
+    from data_gen.scene import generate as make_scene
 
     width_px, height_px = _size(size)
     with drawing_bar(f"{scenario} seed {seed}") as on_frame:
