@@ -3,25 +3,6 @@
 `load` reads chronicle texts, `Recogniser` finds their occurrences as events come, `recognise` in a stored list.
 """
 
-from chronicles.chronicle_set import ChronicleSet, check_texts, load, load_texts
-from chronicles.errors import ChronicleError
-from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance, TimedOut
-from chronicles.execution.columns import EventColumns
-from chronicles.recogniser import Recogniser
-from chronicles.recognition import recognise
+import lazy_loader
 
-__all__ = [
-    "ChronicleError",
-    "ChronicleSet",
-    "Event",
-    "EventColumns",
-    "ExpectedEvent",
-    "Occurrence",
-    "PartialInstance",
-    "Recogniser",
-    "TimedOut",
-    "check_texts",
-    "load",
-    "load_texts",
-    "recognise",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,1 +1,5 @@
 """How are the parts wired, stored and asked? Pipeline, event log, HTTP, command line."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
