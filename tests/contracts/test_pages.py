@@ -1,0 +1,47 @@
+"""Do the pages list the commands, exit codes, site fields and tables that there are, and no others?"""
+
+import re
+
+import typer.main
+
+from service.cli import exit_codes
+from service.cli.app import COMMANDS, make_app
+from service.runs.inputs.site import FIELDS
+from service.store.schema import metadata
+from tests.contracts.tables import page, table
+
+
+def test_command_line_page_lists_every_command() -> None:
+    listed = [re.findall(r"^`dyknow ([\w-]+)", row[0])[0] for row in table("cli.md", "command")]
+    assert sorted(listed) == sorted(COMMANDS)
+
+
+def test_command_line_page_shows_every_command_at_work() -> None:
+    shown = set(re.findall(r"^    dyknow ([\w-]+)", page("cli.md"), re.MULTILINE))
+    assert set(COMMANDS) - shown == set()
+
+
+def test_command_line_page_has_no_option_that_does_not_exist() -> None:
+    group = typer.main.get_command(make_app())
+    options = {word for command in group.commands.values() for one in command.params for word in one.opts}  # type: ignore[attr-defined]
+    named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", page("cli.md"))) - {"--help"}
+    assert named - options == set()
+
+
+def test_exit_codes_are_those_of_the_page() -> None:
+    codes = {value for name, value in vars(exit_codes).items() if name.isupper()}
+    assert [int(row[0]) for row in table("cli.md", "code")] == sorted(codes)
+
+
+def test_site_fields_are_those_of_the_page() -> None:
+    rows = [re.findall(r"`(.*?)`", cell) for row in table("site_file.md", "field") for cell in row[0::2]]
+    named = {part for row in rows for name in row for part in re.findall(r"[a-z]\w+", name)}
+    fields = {name for names in FIELDS.values() for name in names}
+    assert fields - named == set()
+    heads = {part for names in rows[0::2] for name in names for part in re.findall(r"[a-z]\w+", name)}
+    assert heads - fields == set()
+
+
+def test_tables_are_those_of_the_page_on_the_event_log() -> None:
+    listed = [name for row in table("event_log.md", "table") for name in re.findall(r"`(\w+)`", row[0])]
+    assert sorted(listed) == sorted(metadata.tables)
