@@ -14,7 +14,7 @@ pychronicles has no variables: for `keyed` it gets one sequence a thing. It read
 events; ours takes one event at a time. Ratios are to its events/s, without it (extra `bench`) they are left out.
 Trust the ratios, not the absolute numbers.
 
-    python -m benchmarks.bench_chronicles [--scale 0.1] [--executor lazy]
+    python -m benchmarks.bench_chronicles [--scale 0.1]
 """
 
 from __future__ import annotations
@@ -85,12 +85,12 @@ def chronicle_set(stream: Stream) -> ChronicleSet:
     return load(PATTERN.format(params=variable, args=variable))
 
 
-def ours(stream: Stream, events: Sequence[Event], executor: str, *, build: bool) -> Callable[[], int]:
+def ours(stream: Stream, events: Sequence[Event], *, build: bool) -> Callable[[], int]:
     """Make the run that recognises event by event and counts matches, or looks at each."""
     chronicles = chronicle_set(stream)
 
     def run() -> int:
-        observe = Recogniser(chronicles, executor=executor).observe
+        observe = Recogniser(chronicles).observe
         found = 0
         for event in events:
             occurrences = observe(event)
@@ -121,9 +121,9 @@ def peer(events: Sequence[Event]) -> Callable[[], int]:
     return lambda: sum(len(chronicle.recognize(sequence)) for sequence in sequences)
 
 
-def latencies_us(stream: Stream, events: Sequence[Event], executor: str) -> tuple[float, float, float]:
+def latencies_us(stream: Stream, events: Sequence[Event]) -> tuple[float, float, float]:
     """Measure single events; give the median, the 99th percentile and the maximum."""
-    recogniser = Recogniser(chronicle_set(stream), executor=executor)
+    recogniser = Recogniser(chronicle_set(stream))
     spent = []
     for event in events:
         start = time.perf_counter_ns()
@@ -144,12 +144,12 @@ def best_seconds(run: Callable[[], int]) -> tuple[float, int]:
     return best, matches
 
 
-def row(stream: Stream, scale: float, executor: str, *, has_peer: bool) -> str:
+def row(stream: Stream, scale: float, *, has_peer: bool) -> str:
     """Measure one stream."""
     events = stream.events(scale)
-    counted_s, matches = best_seconds(ours(stream, events, executor, build=False))
-    built_s, _ = best_seconds(ours(stream, events, executor, build=True))
-    p50_us, p99_us, max_us = latencies_us(stream, events, executor)
+    counted_s, matches = best_seconds(ours(stream, events, build=False))
+    built_s, _ = best_seconds(ours(stream, events, build=True))
+    p50_us, p99_us, max_us = latencies_us(stream, events)
     written = (
         f"{stream.name:8}{len(events):11,}{matches:11,}{len(events) / counted_s:11,.0f}{len(events) / built_s:11,.0f}"
     )
@@ -164,13 +164,12 @@ def row(stream: Stream, scale: float, executor: str, *, has_peer: bool) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", type=float, default=1.0, help="share of the events to use")
-    parser.add_argument("--executor", default="eager", help="eager, lazy or auto")
     options = parser.parse_args()
     has_peer = importlib.util.find_spec("pychronicles") is not None
     heads = ("events", "matches", "counted/s", "built/s", "p50 us", "p99 us", "max us", "peer/s", "ratio")
     print(f"{'stream':8}" + "".join(f"{head:>11}" for head in (heads if has_peer else heads[:-2])))
     for stream in STREAMS:
-        print(row(stream, options.scale, options.executor, has_peer=has_peer), flush=True)
+        print(row(stream, options.scale, has_peer=has_peer), flush=True)
     if not has_peer:
         print("pychronicles is not installed: pip install 'dyknow[bench]' for the ratio")
 

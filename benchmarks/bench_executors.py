@@ -1,6 +1,6 @@
-"""How fast are the lazy executor and the backfill, beside the eager one and pychronicles, in one run?
+"""How fast is the backfill, beside the live executor and pychronicles, in one run?
 
-Pattern and streams are those of `bench_chronicles`. Eager and lazy take one event at a time and count what they are
+Pattern and streams are those of `bench_chronicles`. The live one takes one event at a time and counts what it is
 told. The backfill gets stored columns of `--events` events (a tenth in `skew`, which has five matches an event) and is
 timed twice: until the number of occurrences is known, and until every `Occurrence` was built and looked at. The peer
 reads a stored list of the same events (the first 10,000 in `skew`). Ratios are events/s by the peer's events/s;
@@ -22,17 +22,17 @@ from chronicles import Event, Recogniser
 from chronicles.execution.backfill import recognise_columns
 from chronicles.execution.columns import EventColumns
 
-HEADS = ("stream", "events", "matches", "eager", "lazy", "backfill", "looked at", "peer", "lazy x", "backfill x")
+HEADS = ("stream", "events", "matches", "eager", "backfill", "looked at", "peer", "backfill x")
 _PEER_IN_SKEW = 10_000
 _STREAMED = 100_000
 
 
-def streaming(stream: Stream, events: Sequence[Event], executor: str) -> Callable[[], int]:
+def streaming(stream: Stream, events: Sequence[Event]) -> Callable[[], int]:
     """Make the run that observes event by event and counts occurrences."""
     chronicles = chronicle_set(stream)
 
     def run() -> int:
-        observe = Recogniser(chronicles, executor=executor).observe
+        observe = Recogniser(chronicles).observe
         return sum(len(found) for event in events if (found := observe(event)))
 
     return run
@@ -67,19 +67,18 @@ def row(stream: Stream, events: Sequence[Event], *, has_peer: bool) -> list[str]
     backfill, matches = rate(stored(stream, columns, look=False), len(events), times=5)
     looked_at, _ = rate(stored(stream, columns, look=True), len(events), times=1)
     part = events[:_STREAMED]
-    lazy, streamed = rate(streaming(stream, part, "lazy"), len(part))
     # In `skew` the eager store makes thousands of instances for each event.
     few = part[:2000] if is_skewed else part
-    eager, _ = rate(streaming(stream, few, "eager"), len(few), times=1 if is_skewed else 3)
+    eager, streamed = rate(streaming(stream, few), len(few), times=1 if is_skewed else 3)
     cells = [stream.name, f"{len(events):,}", f"{matches:,}"]
-    cells += [f"{number / 1e6:.3f} M" for number in (eager, lazy, backfill, looked_at)]
-    if len(part) == len(events) and streamed != matches:
-        cells.append(f"lazy found {streamed:,}")
+    cells += [f"{number / 1e6:.3f} M" for number in (eager, backfill, looked_at)]
+    if len(few) == len(events) and streamed != matches:
+        cells.append(f"eager found {streamed:,}")
     if has_peer:
         some = events[:_PEER_IN_SKEW] if is_skewed else events
         peer_rate, found = rate(peer(some), len(some), times=1)
         same = len(some) < len(events) or found == matches
-        cells += [f"{peer_rate / 1e6:.3f} M", f"{lazy / peer_rate:.2f}", f"{backfill / peer_rate:.1f}"]
+        cells += [f"{peer_rate / 1e6:.3f} M", f"{backfill / peer_rate:.1f}"]
         cells += [] if same else [f"peer found {found:,}"]
     return cells
 

@@ -13,8 +13,7 @@ from tests.chronicles.execution.oracle import Match, Oracle, as_match
 from tests.chronicles.execution.random_cases import CaseMaker
 
 Kind = TypeVar("Kind")
-EXECUTORS = ("eager", "lazy", "backfill")
-STREAMING = ("eager", "lazy", "auto")
+EXECUTORS = ("eager", "backfill")
 FAR_US = 10_000  # behind everything that a case can wait for
 
 
@@ -77,12 +76,11 @@ def disagreements(case: Case, executors: Sequence[str]) -> list[str]:
         elif list(occurrences) != list(found[executors[0]]):
             described.append(f"{name} gives another order than {executors[0]} on\n{case.text}\n{case.trace}")
     wanted_in_time = _wanted_in_time(case)
-    for name in STREAMING:
-        told = _told(Recogniser(case.chronicles, case.lateness_us, executor=name), case.steps)
-        if _in_time(case, told) != wanted_in_time:
-            described.append(_difference(case, f"{name} on arrival", _in_time(case, told), wanted_in_time))
-        elif _restarted(case, name) != told:
-            described.append(f"{name} gives other results when restarted at step {case.restart_at} of\n{case.text}")
+    told = _told(Recogniser(case.chronicles, case.lateness_us), case.steps)
+    if _in_time(case, told) != wanted_in_time:
+        described.append(_difference(case, "the recogniser on arrival", _in_time(case, told), wanted_in_time))
+    elif _restarted(case) != told:
+        described.append(f"the recogniser gives others when restarted at step {case.restart_at} of\n{case.text}")
     return described
 
 
@@ -93,9 +91,9 @@ def _told(recogniser: Recogniser, steps: Sequence[Event | int]) -> list[Occurren
     return found
 
 
-def _restarted(case: Case, executor: str) -> list[Occurrence]:
+def _restarted(case: Case) -> list[Occurrence]:
     """Observe the trace as it arrives, with another recogniser that goes on from a checkpoint."""
-    first, second = (Recogniser(case.chronicles, case.lateness_us, executor=executor) for _ in range(2))
+    first, second = (Recogniser(case.chronicles, case.lateness_us) for _ in range(2))
     found = _told(first, case.steps[: case.restart_at])
     second.restore(first.checkpoint())
     return found + _told(second, case.steps[case.restart_at :])

@@ -12,7 +12,8 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event
 from chronicles.execution.eager import EagerExecutor
 from chronicles.execution.event_tests import event_matcher
-from chronicles.execution.instances import Instance, InstanceStore, Layout, Record
+from chronicles.execution.instances import Instance, Layout, Record
+from tests.chronicles.execution.instance_store import InstanceStore
 from tests.chronicles.execution.random_cases import CaseMaker
 
 CASES_A_BLOCK = 100
@@ -80,19 +81,6 @@ class Choices:
             for one in self.all
             if len(one) < len(self.places) and self.fed[self.last(one)[1]] <= fed and self._deadline_us(one) >= now_us
         ]
-
-    def timed_out(self, now_us: int, share: float) -> list[tuple[int, list[int], int]]:
-        """List (deadline, sequence numbers, mask) of what died before `now_us` and was never extended."""
-        died = []
-        for one in self.all:
-            if len(one) < share * len(self.places) or self._deadline_us(one) >= now_us:
-                continue
-            if not any(len(more) == len(one) + 1 and self._extends(more, one) for more in self.all):
-                died.append((self._deadline_us(one), [one[place][1] for place in sorted(one)], mask_of(one)))
-        return sorted(died)
-
-    def _extends(self, more: Matched, one: Matched) -> bool:
-        return one.items() <= more.items() and self.last(more) not in one.values()
 
 
 def mask_of(matched: Matched) -> int:
@@ -180,40 +168,6 @@ def test_waiting_lists_the_partial_instances_that_can_still_complete(sweeps: boo
                 assert sorted(got) == sorted(expected), seed
                 found += len(got)
     assert found > CASES_A_BLOCK
-
-
-@pytest.mark.parametrize("share", [0.0, 0.5, 0.6])
-def test_timed_out_instances_are_those_that_nothing_extended(share: float) -> None:
-    found = 0
-    for seed in range(400, 400 + 3 * CASES_A_BLOCK):
-        plans, records = case(seed)
-        pick = random.Random(seed)
-        for plan in plans:
-            mine = wanted(plan, records)
-            store, taken = InstanceStore(plan, timeouts_from=share), []
-            for record in mine:
-                if pick.random() < 0.5:
-                    store.sweep(record[0])
-                    taken += store.take_timed_out()
-                store.feed(record)
-            last_us = records[-1][0] + pick.randint(0, 10)
-            store.sweep(last_us)
-            taken += store.take_timed_out()
-            got = [(one[0], [number for _, number, _ in numbered(matched_of(plan, one))], mask) for mask, one in taken]
-            assert got == Choices(plan, mine).timed_out(last_us, share), seed
-            found += len(got)
-    assert found >= 20
-
-
-def test_nothing_is_due_to_time_out_before_it_is_taken() -> None:
-    [plan] = load("chronicle c[]() { event(a[], t1) event(b[], t2) t2 - t1 in [1us, 5us] }").plans
-    store = InstanceStore(plan, timeouts_from=0.5)
-    store.feed((10, 1, Event("a", (), 10)))
-    store.sweep(15)
-    assert (store.timeout_due_us, store.take_timed_out()) == (16, [])
-    store.sweep(16)
-    assert [(mask, one[0]) for mask, one in store.take_timed_out()] == [(1, 15)]
-    assert store.take_timed_out() == []
 
 
 def test_executor_of_many_plans_equals_one_store_for_each() -> None:

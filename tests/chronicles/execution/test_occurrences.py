@@ -4,8 +4,8 @@ from chronicles.chronicle_set import load
 from chronicles.events import Event
 from chronicles.execution.conclusions import Conclusions, Solution
 from chronicles.execution.history import AttributeHistory
-from chronicles.execution.instances import Instance, InstanceStore
-from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
+from chronicles.execution.instances import Instance
+from chronicles.execution.occurrences import Finding, OccurrenceBuilder
 
 PAST = AttributeHistory((), ())
 
@@ -47,13 +47,3 @@ def test_counted_events_are_known_after_a_restart() -> None:
     conclusions.append(Event("b", ("u", "w"), 3))
     restored.restore(conclusions.state())
     assert conclusions.solutions(instance) == restored.solutions(instance) == []
-
-
-def test_instance_past_its_deadline_tells_what_did_not_come() -> None:
-    plan = load("chronicle c[?x, ?y] { event(a[?x], t1) event(b[?y], t2) t2 - t1 in [0us, 5us] }").plans[0]
-    store = InstanceStore(plan)
-    store.feed((1, 1, Event("a", ("u",), 1, hypotheses=("h",))))
-    [(mask, instance)] = store.waiting(1)
-    found = PartialBuilder(plan).timed_out(instance, mask)
-    assert (found.chronicle, found.roles, found.matched, found.missing) == ("c", {"x": "u"}, (("t1", 1),), ("t2",))
-    assert (found.died_us, found.hypotheses) == (6, ("h",))
