@@ -11,19 +11,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any  # Any: checkpoints are plain nested data
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
-from chronicles.events import Event, Occurrence, PartialInstance, TimedOut
+from chronicles.events import Event, Occurrence, PartialInstance
 from chronicles.execution.engine import Engine
-from chronicles.execution.executors import executor_maker
 from chronicles.execution.plain_data import from_plain, to_plain
 from chronicles.execution.revision import Revision
-
-_LATE_KEPT = 1000
 
 
 class Recogniser:
@@ -33,9 +29,7 @@ class Recogniser:
     ----------
     chronicles : as given by `chronicles.load`.
     lateness_us : how much earlier than the latest time told an event may be.
-    executor : how instances are found; the results are the same. "eager" keeps partial instances, "lazy" keeps events
-        and looks back when the last event of a chronicle comes, "auto" chooses for each chronicle by observed rates.
-    timeouts_from : tell instances that died with at least this share of their events; None tells none.
+    executor : "eager", the live one; "backfill" takes stored events, see `recognise`.
 
     Attributes
     ----------
@@ -58,27 +52,19 @@ class Recogniser:
     ('stay', {'car': 'car1'}, 1000000, 3000000)
     """
 
-    def __init__(
-        self,
-        chronicles: ChronicleSet,
-        lateness_us: int = 0,
-        *,
-        executor: str = "auto",
-        timeouts_from: float | None = None,
-    ) -> None:
+    def __init__(self, chronicles: ChronicleSet, lateness_us: int = 0, *, executor: str = "eager") -> None:
+        if executor != "eager":
+            stored = "; the other one, 'backfill', is for stored events, in `recognise`"
+            raise ChronicleError(f"recogniser: expected the executor 'eager', got {executor!r}{stored}")
         if type(lateness_us) is not int or lateness_us < 0:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
-        self._late: deque[Event] = deque(maxlen=_LATE_KEPT)
-        self._tells_timeouts = timeouts_from is not None
         self._setup: dict[str, Any] = {
             "chronicles": _versions(chronicles),
             "lateness_us": lateness_us,
             "executor": executor,
-            "timeouts_from": timeouts_from,
         }
-        make_executor = executor_maker(executor, timeouts_from)
-        self._make_engine: Callable[[], Engine] = lambda: Engine(chronicles, lateness_us, make_executor)
+        self._make_engine: Callable[[], Engine] = lambda: Engine(chronicles, lateness_us)
         self._engine = self._make_engine()
         self._revision: Revision | None = None
 
@@ -92,7 +78,6 @@ class Recogniser:
         """
         if event.t_us < self._engine.watermark_us:
             self.late_count += 1
-            self._late.append(event)
             return []
         if self._revision is not None:
             return self._revision.observe(event)
@@ -115,22 +100,6 @@ class Recogniser:
         Events that still wait for the watermark are not looked at.
         """
         return tuple(self._engine.partial_instances())
-
-    # ---- what was left out, and what came to nothing
-
-    def take_late(self) -> list[Event]:
-        """Give the late events since the last call, at most the latest 1000; `late_count` counts them all."""
-        late = list(self._late)
-        self._late.clear()
-        return late
-
-    def take_timed_out(self) -> list[TimedOut]:
-        """Give the instances that died since the last call, sorted by time; empty without `timeouts_from`.
-
-        An instance that was ever extended by another event is not among them: what it was extended to tells more.
-        A retraction does not revise them.
-        """
-        return self._engine.take_timed_out() if self._tells_timeouts else []
 
     # ---- hypotheses
 
@@ -201,7 +170,6 @@ class Recogniser:
         state = to_plain(
             {
                 "late_count": self.late_count,
-                "late": list(self._late),
                 "engine": self._engine.state(),
                 "revision": None if self._revision is None else self._revision.state(),
             }
@@ -223,7 +191,6 @@ class Recogniser:
                 raise ChronicleError(f"checkpoint: expected {key} {wanted!r}, got {checkpoint.get(key)!r}")
         state = from_plain(checkpoint["state"])
         self.late_count = state["late_count"]
-        self._late = deque(state["late"], maxlen=_LATE_KEPT)
         self._engine, self._revision = self._make_engine(), None
         if state["revision"] is not None:  # made while the engine is new: what is restored into must be empty
             self._revising().restore(state["revision"])

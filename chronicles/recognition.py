@@ -1,10 +1,8 @@
 """Which chronicles occur in events that are all at hand?
 
-Three executors find the same occurrences in the same order:
+Two executors find the same occurrences in the same order:
 
-* eager: keeps every partial instance; the work is done when events come, so answers come at once.
-* lazy: keeps events, and searches backwards when one comes that can be the last of an instance; for chronicles whose
-  last events are rare.
+* eager: the live one keeps every partial instance; the work is done when events come, so answers come at once.
 * backfill: joins whole columns of stored events.
 """
 
@@ -12,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from operator import attrgetter
-from typing import Literal
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
@@ -21,8 +18,7 @@ from chronicles.execution.backfill import recognise_columns
 from chronicles.execution.columns import EventColumns
 from chronicles.recogniser import Recogniser
 
-Executor = Literal["auto", "eager", "lazy", "backfill"]
-EXECUTORS: tuple[Executor, ...] = ("auto", "eager", "lazy", "backfill")
+_EXECUTORS = ("eager", "backfill")
 
 
 def recognise(
@@ -30,7 +26,7 @@ def recognise(
     events: Iterable[Event] | EventColumns,
     *,
     until_us: int | None = None,
-    executor: str = "auto",
+    executor: str = "backfill",
 ) -> Sequence[Occurrence]:
     """Recognise chronicles in events that are all at hand.
 
@@ -40,7 +36,7 @@ def recognise(
     events : in any order, or stored columns.
     until_us : the time up to which the events are complete; the latest event's time if not given. An absence that ends
         later stays open: nobody saw it come true.
-    executor : "eager", "lazy", "backfill" or "auto", which is "backfill": here all events are stored.
+    executor : "eager" or "backfill".
 
     Returns
     -------
@@ -64,14 +60,14 @@ def recognise(
     >>> recognise(alone, EventColumns.from_events(events), until_us=8_000_000).of("alone").roles("car")
     ['car2']
     """
-    if executor not in EXECUTORS:
-        raise ChronicleError(f"recognise: expected an executor among {list(EXECUTORS)}, got {executor!r}")
+    if executor not in _EXECUTORS:
+        raise ChronicleError(f"recognise: expected the executor 'eager' or 'backfill', got {executor!r}")
     if until_us is not None and type(until_us) is not int:
         raise ChronicleError(f"recognise: expected until_us, a whole number of us, got {until_us!r}")
-    if executor in ("auto", "backfill"):
+    if executor == "backfill":
         columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events, keep=True)
         return recognise_columns(chronicles, columns, until_us=until_us)
-    recogniser = Recogniser(chronicles, executor=executor)
+    recogniser = Recogniser(chronicles)
     stream = events.events() if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
     found = [occurrence for event in stream for occurrence in recogniser.observe(event)]
     if until_us is not None:

@@ -17,7 +17,6 @@ from typing import Any  # an instance is a heterogeneous list; states are plain 
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
-from chronicles.errors import ChronicleError
 from chronicles.execution.eager_rows import Row, Rows
 from chronicles.execution.eager_source import (
     Code,
@@ -26,10 +25,7 @@ from chronicles.execution.eager_source import (
     row_places,
 )
 from chronicles.execution.eager_steps import deadline_bounds, known_slots, members, steps_from
-from chronicles.execution.held_events import Record, no_records, record_builder
-from chronicles.execution.timed_out import TimedOutLog, sequences
-
-Instance = list[Any]
+from chronicles.execution.instances import Instance, Record, no_records, record_builder
 
 _RECENT = 4096
 _DROPPED_A_SWEEP = 4096
@@ -92,13 +88,12 @@ class _Reader:
 class _Chronicle:
     """The states of one chronicle, by mask; `readers` by position."""
 
-    __slots__ = ("number", "plan", "readers", "states", "timed_out")
+    __slots__ = ("number", "plan", "readers", "states")
 
-    def __init__(self, number: int, plan: Plan, readers: Sequence[_Reader], timed_out: TimedOutLog | None) -> None:
+    def __init__(self, number: int, plan: Plan, readers: Sequence[_Reader]) -> None:
         self.number = number
         self.plan = plan
         self.readers = readers
-        self.timed_out = timed_out
         self.states: dict[int, _State] = {}
 
     @property
@@ -113,21 +108,18 @@ class EagerExecutor:
     Parameters
     ----------
     plans : the chronicles; results name them by their keys.
-    timeouts_from : the share of positions from which on an instance that dies unextended is kept for
-        `take_timed_out`; None for never.
 
     Attributes
     ----------
     names : names of the events that instances expect.
     """
 
-    def __init__(self, plans: Mapping[int, Plan], timeouts_from: float | None = None) -> None:
-        self._now_us = -UNBOUNDED_US
+    def __init__(self, plans: Mapping[int, Plan]) -> None:
         self._codes: list[Code] = []
         self._recent: list[Record] = no_records(_RECENT)
         self._rows: list[Rows] = []
         self._readers: dict[EventTest, _Reader] = {}
-        self._chronicles = {number: self._chronicle(number, plan, timeouts_from) for number, plan in plans.items()}
+        self._chronicles = {number: self._chronicle(number, plan) for number, plan in plans.items()}
         self._readers_of: dict[str, list[_Reader]] = {}
         for test, reader in self._readers.items():
             self._readers_of.setdefault(test.name, []).append(reader)
@@ -174,7 +166,6 @@ class EagerExecutor:
 
     def sweep(self, now_us: int) -> int:
         """Drop instances past their deadline, a limited number at a time; give the number of rows left."""
-        self._now_us = max(self._now_us, now_us)
         left = 0
         for rows in self._rows:
             rows.drop(now_us, _DROPPED_A_SWEEP)
@@ -189,51 +180,20 @@ class EagerExecutor:
                 if deadline_us >= now_us:
                     yield state.mask, _instance(state, row, deadline_us)
 
-    # ---- instances that died
-
-    @property
-    def timeout_due_us(self) -> int:
-        """The first time at which `take_timed_out` may have something to give."""
-        return min([log.due_us for log in self._logs()], default=UNBOUNDED_US)
-
-    def take_timed_out(self, number: int) -> list[tuple[int, Instance]]:
-        """Give, once, a chronicle's instances that no event extended before their deadline.
-
-        Returns
-        -------
-        Those whose deadline is before the latest time of `sweep`, and the positions they have matched, in the order of
-        deadlines.
-        """
-        chronicle = self._chronicles[number]
-        if chronicle.timed_out is None:
-            raise ChronicleError(f"instances of {chronicle.plan.name!r}: expected timeouts_from to be set, got None")
-        taken = chronicle.timed_out.take(self._now_us)
-        return [(mask, _instance(chronicle.states[mask], row, due_us)) for due_us, mask, row in taken]
-
     # ---- checkpoints
 
     def state(self) -> dict[str, Any]:
         """Give everything the executor knows, as plain data."""
         return {
-            "versions": [one.plan.version for one in self._chronicles.values()],
             "firsts": [list(reader.firsts.queue) for reader in self._readers.values()],
             "rows": [
                 {state.mask: list(state.rows.queue) for state in one.partial if state.mask.bit_count() > 1}
                 for one in self._chronicles.values()
             ],
-            "timed_out": [log.state() for log in self._logs()],
-            "now_us": self._now_us,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Forget everything and go on from the state of an executor with the same plans and `timeouts_from`."""
-        versions, logs = [one.plan.version for one in self._chronicles.values()], self._logs()
-        if state["versions"] != versions or len(state["timed_out"]) != len(logs):
-            raise ChronicleError(
-                f"executor: expected a state of versions {versions!r} with {len(logs)} logs of timed-out instances, "
-                f"got one of {state['versions']!r} with {len(state['timed_out'])}"
-            )
-        self._now_us = state["now_us"]
+        """Forget everything and go on from the state of an executor with the same plans."""
         self._recent[:] = no_records(_RECENT)
         for reader, rows in zip(self._readers.values(), state["firsts"], strict=True):
             if rows:
@@ -245,8 +205,6 @@ class EagerExecutor:
             for one in chronicle.partial:
                 if one.mask.bit_count() > 1:
                     one.rows.replace(states.get(one.mask, ()))
-        for log, watched in zip(logs, state["timed_out"], strict=True):
-            log.restore(watched)
 
     # ---- an event
 
@@ -254,9 +212,6 @@ class EagerExecutor:
         if not reader.is_open:
             self._open_starts(reader)
         reader.firsts.add((row,), t_us)
-        for state in reader.starts:
-            if state.chronicle.timed_out is not None:
-                state.chronicle.timed_out.watch(state.mask, row, state.deadline(row))
 
     def _keep(
         self, extended: Sequence[tuple[_State, _State | None, list[Any]]], t_us: int
@@ -264,26 +219,19 @@ class EagerExecutor:
         complete: list[tuple[int, Sequence[Instance]]] = []
         created = 0
         for before, after, made in extended:
-            number, log = before.chronicle.number, before.chronicle.timed_out
             if after is None:
-                complete.append((number, made))
+                complete.append((before.chronicle.number, made))
             else:
                 if not after.is_open:
                     self._open(after)
                 after.rows.add(made, t_us)
                 created += len(made)
-            if log is not None:
-                _watch(log, before, after, made)
         return complete, created
-
-    def _logs(self) -> list[TimedOutLog]:
-        return [one.timed_out for one in self._chronicles.values() if one.timed_out is not None]
 
     # ---- states are made when the first instance reaches them: most sets of positions never occur
 
-    def _chronicle(self, number: int, plan: Plan, timeouts_from: float | None) -> _Chronicle:
-        log = None if timeouts_from is None else TimedOutLog(_least_count(plan, timeouts_from))
-        chronicle = _Chronicle(number, plan, [self._reader(one.test) for one in plan.positions], log)
+    def _chronicle(self, number: int, plan: Plan) -> _Chronicle:
+        chronicle = _Chronicle(number, plan, [self._reader(one.test) for one in plan.positions])
         if len(plan.positions) == 1:
             # The one instance that waits for its first event is always there; elsewhere `starts` stands for it.
             root = _State(chronicle, 0, Rows(lambda row: UNBOUNDED_US), lambda row: UNBOUNDED_US)
@@ -345,20 +293,6 @@ def _no_key(row: Row) -> None:
     return None
 
 
-def _watch(log: TimedOutLog, before: _State, after: _State | None, made: list[Any]) -> None:
-    """Watch new instances, and take down which ones they came from."""
-    positions = len(before.chronicle.plan.positions)
-    mask = (1 << positions) - 1 if after is None else after.mask
-    earlier = [members(mask).index(one) for one in members(before.mask)]
-    for one in made:
-        if after is None:
-            numbers = tuple(record[1] for record in one[-positions:])
-        else:
-            numbers = sequences(one, mask)
-            log.watch(mask, one, after.deadline(one))
-        log.note_extended(before.mask, tuple(numbers[place] for place in earlier))
-
-
 def _deadline(plan: Plan, mask: int) -> Callable[[Row], int]:
     """Make the function that gives the deadline of a row."""
     bounds = [(2 * members(mask).index(one), bound_us) for one, bound_us in deadline_bounds(plan, mask)]
@@ -379,10 +313,3 @@ def _instance(state: _State, row: Row, deadline_us: int) -> Instance:
         own = [values[slot] for _, slot in plan.positions[position].test.variables]
         records[position] = state.chronicle.readers[position].record(times[position], held, *own)
     return [deadline_us, *times, *(values.get(slot) for slot in range(plan.event_slot_count)), *records]
-
-
-def _least_count(plan: Plan, share: float) -> int:
-    """Give the least number of positions that is the given share of all."""
-    if not 0 <= share <= 1:
-        raise ChronicleError(f"timeouts_from of {plan.name!r}: expected a share from 0 to 1, got {share!r}")
-    return next(count for count in range(len(plan.positions) + 1) if count >= share * len(plan.positions))

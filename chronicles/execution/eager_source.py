@@ -8,7 +8,7 @@ them: several times as fast as loops over tables, and readable, see `EagerExecut
   last event, the instances in the form of `Layout`.
 
 The row of a state holds, for each matched position in ascending order, the time ``t`` and the held event ``h``
-(`held_events`), then the values ``s`` of the known slots; the numbers in these names are those of positions and slots.
+(`instances`), then the values ``s`` of the known slots; the numbers in these names are those of positions and slots.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.execution.eager_steps import Step, known_slots, members
-from chronicles.execution.held_events import Record, says_everything
+from chronicles.execution.instances import Record, says_everything
 
-_HELD_WHOLE = "(sequence, args, event.old, event.new, event.hypotheses)"  # as `held_events.Held` has it
+_HELD_WHOLE = "(sequence, args, event.old, event.new, event.hypotheses)"  # as `instances.Held` has it
 
 
 @dataclass(frozen=True, slots=True)

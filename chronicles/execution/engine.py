@@ -13,8 +13,8 @@ from typing import Any  # states are plain nested data
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
 from chronicles.compilation.network import UNBOUNDED_US
-from chronicles.events import Event, Occurrence, PartialInstance, TimedOut
-from chronicles.execution.executors import MakeExecutor
+from chronicles.events import Event, Occurrence, PartialInstance
+from chronicles.execution.eager import EagerExecutor
 from chronicles.execution.occurrences import Finding
 from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage
@@ -31,13 +31,13 @@ class Engine:
     watermark_us : the clock minus the lateness; nothing before it may come any more.
     """
 
-    def __init__(self, chronicles: ChronicleSet, lateness_us: int, make_executor: MakeExecutor) -> None:
+    def __init__(self, chronicles: ChronicleSet, lateness_us: int) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self._lateness_us = lateness_us
         self._due_us = UNBOUNDED_US
         self._sequence = 0
-        self._stages = _stages(chronicles, make_executor)
+        self._stages = _stages(chronicles)
         self._stages_of: dict[str, list[Stage]] = {}
         # Without lateness, and emitted events to wait for, nothing can come before an event: it needs no buffer.
         self._direct = self._stages[0] if len(self._stages) == 1 and lateness_us == 0 else None
@@ -68,11 +68,6 @@ class Engine:
         """List what is under way, sorted by chronicle, matched events and roles."""
         found = [one for stage in self._stages for one in stage.partial_instances(self.watermark_us)]
         return sorted(found, key=lambda one: (one.chronicle, one.matched, sorted(one.roles.items())))
-
-    def take_timed_out(self) -> list[TimedOut]:
-        """List what died since the last call, sorted by time, chronicle, matched events and roles."""
-        found = [one for stage in self._stages for one in stage.take_timed_out(self.watermark_us)]
-        return sorted(found, key=lambda one: (one.died_us, one.chronicle, one.matched, sorted(one.roles.items())))
 
     def _push(self, event: Event) -> None:
         self._sequence += 1
@@ -123,11 +118,11 @@ class Engine:
         self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
 
 
-def _stages(chronicles: ChronicleSet, make_executor: MakeExecutor) -> list[Stage]:
+def _stages(chronicles: ChronicleSet) -> list[Stage]:
     placed = levels(chronicles.plans)
     stages = []
     for level in range(1 + max((one for one, _ in placed.values()), default=-1)):
         plans = {rank: plan for rank, plan in enumerate(chronicles.plans) if placed[plan.name][0] == level}
         delay_us = max(placed[plan.name][1] for plan in plans.values())
-        stages.append(Stage(plans, delay_us=delay_us, defaults=chronicles.defaults, make_executor=make_executor))
+        stages.append(Stage(plans, delay_us=delay_us, defaults=chronicles.defaults, executor=EagerExecutor(plans)))
     return stages

@@ -1,20 +1,27 @@
-"""What is an instance, and which instances of one chronicle are under way?
+"""What is an instance, and how is an event in it kept?
 
-An instance is a plain list, because many are made:
+A complete instance is a plain list, because many are made:
 ``[deadline_us, time of each position..., value of each slot..., record of each position...]`` with None where nothing
-is known. A record is ``(t_us, sequence number, event)``. How instances are found is told in `eager`.
+is known. A record is ``(t_us, sequence number, event)``.
+
+Partial instances must fit into memory by the million, and most of what an event says follows from the pattern that it
+fits and from the values that the instance has anyway. So a held event is only its sequence number, or, where the
+pattern leaves something open or the event rests on hypotheses, ``(sequence number, args, old, new, hypotheses)``. It is
+built again when its instance is complete, unless it is one of the latest: those are still at hand in a list, at their
+sequence number modulo its length.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any  # states are plain data
+from collections.abc import Callable
+from typing import Any  # an instance is a heterogeneous list
 
-from chronicles.compilation.plan import Plan
-from chronicles.execution.eager import EagerExecutor, Instance
-from chronicles.execution.held_events import Record
+from chronicles.compilation.plan import EventTest, Plan
+from chronicles.events import Event
 
-__all__ = ["Instance", "InstanceStore", "Layout", "Record"]
+Instance = list[Any]
+Record = tuple[int, int, Event]
+Held = int | tuple[int, tuple[str, ...], str | None, str | None, tuple[str, ...]]
 
 
 class Layout:
@@ -28,66 +35,48 @@ class Layout:
         self.records = self.slots + self.event_slots
 
 
-class InstanceStore:
-    """The instances of one chronicle that still expect events: an `EagerExecutor` of one plan.
+def no_records(count: int) -> list[Record]:
+    """Make the list of the latest records, with none in it."""
+    return [(0, -1, Event("", (), 0))] * count
 
-    Parameters
-    ----------
-    plan : the chronicle.
-    timeouts_from : the share of positions from which on an instance that dies unextended is kept for
-        `take_timed_out`; None for never.
+
+def says_everything(test: EventTest) -> bool:
+    """Say whether an event's arguments and values follow from the constants and variables of a pattern it fits.
+
+    Examples
+    --------
+    >>> says_everything(EventTest("behind", 2, is_change=False, constants=((1, "b"),), variables=((0, 5),)))
+    True
+    >>> says_everything(EventTest("behind", 2, is_change=False, variables=((0, 5),)))
+    False
     """
+    fields = {field for field, _ in (*test.constants, *test.variables)}
+    return len(fields) == test.arity + 2 * test.is_change
 
-    def __init__(self, plan: Plan, timeouts_from: float | None = None) -> None:
-        self._executor = EagerExecutor({0: plan}, timeouts_from)
 
-    @property
-    def names(self) -> frozenset[str]:
-        """Names of the events that instances expect."""
-        return self._executor.names
+def record_builder(test: EventTest, recent: list[Record]) -> Callable[..., Record]:
+    """Make the function that gives the record of an event that fits a pattern.
 
-    @property
-    def source(self) -> str:
-        """The program that was written for the chronicle, as far as events have needed it."""
-        return self._executor.source
+    Returns
+    -------
+    A function of the time, the held event, and the values of the pattern's variables in their order.
+    """
+    count, arity, name = len(recent), test.arity, test.name
 
-    def feed(self, record: Record) -> tuple[list[Instance], int]:
-        """Let an event extend every instance that expects it; events come in the order of time.
+    def record(t_us: int, held: Held, *values: str) -> Record:
+        """Give the record itself if it is recent, else build it."""
+        sequence = held if isinstance(held, int) else held[0]
+        latest = recent[sequence % count]
+        if latest[1] == sequence:
+            return latest
+        if not isinstance(held, int):
+            _, args, old, new, hypotheses = held
+            return t_us, sequence, Event(name, args, t_us, old, new, hypotheses)
+        fields = dict(test.constants)
+        fields |= {field: value for (field, _), value in zip(test.variables, values, strict=True)}
+        texts = tuple(fields[field] for field in range(len(fields)))
+        if test.is_change:
+            return t_us, sequence, Event(name, texts[:arity], t_us, texts[arity], texts[arity + 1])
+        return t_us, sequence, Event(name, texts, t_us)
 
-        Returns
-        -------
-        Instances that now have all their events, and the number of other new instances.
-        """
-        complete, created = self._executor.feed(record)
-        return [instance for _, instances in complete for instance in instances], created
-
-    def sweep(self, now_us: int) -> int:
-        """Drop instances past their deadline, a limited number at a time; give the number left."""
-        return self._executor.sweep(now_us)
-
-    def waiting(self, now_us: int) -> Iterator[tuple[int, Instance]]:
-        """Give the instances that may still get all their events, with the set of positions they have matched."""
-        return self._executor.waiting(0, now_us)
-
-    @property
-    def timeout_due_us(self) -> int:
-        """The first time at which `take_timed_out` may have something to give."""
-        return self._executor.timeout_due_us
-
-    def take_timed_out(self) -> list[tuple[int, Instance]]:
-        """Give, once, the instances that no event extended before their deadline.
-
-        Returns
-        -------
-        Those whose deadline is before the latest time of `sweep`, and the positions they have matched, in the order of
-        deadlines.
-        """
-        return self._executor.take_timed_out(0)
-
-    def state(self) -> dict[str, Any]:
-        """Give everything the store knows, as plain data."""
-        return self._executor.state()
-
-    def restore(self, state: Mapping[str, Any]) -> None:
-        """Forget everything and go on from the state of a store with the same plan and `timeouts_from`."""
-        self._executor.restore(state)
+    return record

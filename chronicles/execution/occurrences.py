@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Emission, Filling, Plan, ReportPart
-from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance, TimedOut
+from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
 from chronicles.execution.conclusions import Solution
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout, Record
@@ -149,19 +149,6 @@ class PartialBuilder:
     def pending(self, instance: Instance, closes_us: int) -> PartialInstance:
         """Describe an instance that has its events and waits for the end of its windows."""
         return self._partial(instance, (1 << len(self._plan.positions)) - 1, (), closes_us)
-
-    def timed_out(self, instance: Instance, mask: int) -> TimedOut:
-        """Describe an instance whose deadline passed."""
-        partial = self._partial(instance, mask, (), instance[0])
-        missing = [one.label for index, one in enumerate(self._plan.positions) if not mask >> index & 1]
-        return TimedOut(
-            partial.chronicle,
-            partial.roles,
-            partial.matched,
-            tuple(sorted(missing)),
-            instance[0],
-            partial.hypotheses,
-        )
 
     def _windows(self, instance: Instance, mask: int, now_us: int) -> list[tuple[int, int]]:
         """Intersect the windows of missing positions with those that the matched ones and the clock leave."""

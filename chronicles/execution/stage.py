@@ -13,9 +13,9 @@ from typing import Any  # states are plain nested data
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Plan
-from chronicles.events import PartialInstance, TimedOut
+from chronicles.events import PartialInstance
 from chronicles.execution.conclusions import Conclusions
-from chronicles.execution.executors import MakeExecutor
+from chronicles.execution.eager import EagerExecutor
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Record
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
@@ -36,14 +36,14 @@ class Stage:
         *,
         delay_us: int,
         defaults: Iterable[tuple[str, str]],
-        make_executor: MakeExecutor,
+        executor: EagerExecutor,
     ) -> None:
         watched = {one.attribute for plan in plans.values() for one in plan.persistences}
         self.delay_us = delay_us
         self.buffer: list[Record] = []
         self._history = AttributeHistory(watched, defaults)
         self._matchers = {rank: _Matcher(plan, rank, self._history) for rank, plan in plans.items()}
-        self._executor = make_executor(plans)
+        self._executor = executor
         self._memory_us = max(plan.memory_us for plan in plans.values())
         self._readers: dict[str, _Readers] = {}
         self._pending: list[tuple[int, int, int, Instance]] = []
@@ -117,13 +117,6 @@ class Stage:
             full = (1 << len(matcher.plan.positions)) - 1
             if not matcher.conclusions.is_doomed(instance, full, now_us):
                 yield matcher.partials.pending(instance, closes_us)
-
-    def take_timed_out(self, watermark_us: int) -> Iterator[TimedOut]:
-        """Give the instances that died without being extended since the last call."""
-        self._executor.sweep(watermark_us - self.delay_us)
-        for number, matcher in self._matchers.items():
-            for mask, instance in self._executor.take_timed_out(number):
-                yield matcher.partials.timed_out(instance, mask)
 
     def _reader(self, name: str) -> _Readers:
         return self._readers.setdefault(name, _Readers())
