@@ -12,7 +12,6 @@ from .events import (
     ExpectedEvent as ExpectedEvent,
     Occurrence as Occurrence,
     PartialInstance as PartialInstance,
-    TimedOut as TimedOut,
 )
 from .execution.columns import EventColumns as EventColumns
 from .explanation.json_form import to_json as to_json

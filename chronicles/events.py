@@ -111,19 +111,3 @@ class PartialInstance:
     expected: tuple[ExpectedEvent, ...]
     latest_us: int
     hypotheses: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class TimedOut:
-    """A partial instance that died because an event did not come in time, and that no event ever extended.
-
-    `matched` (time point, time) sorted by time; `missing` the time points of the events that did not come; `died_us`
-    the time by which the next of them should have come.
-    """
-
-    chronicle: str
-    roles: dict[str, str]
-    matched: tuple[tuple[str, int], ...]
-    missing: tuple[str, ...]
-    died_us: int
-    hypotheses: tuple[str, ...]

@@ -239,6 +239,15 @@ def test_live_recognition_leaves_late_events_out(tmp_path: Path, capsys: pytest.
     assert run([*command, "1s", "--executor", "backfill"]) == 2
 
 
+@pytest.mark.parametrize("executor", ["auto", "lazy"])
+def test_executors_that_are_gone_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], executor: str) -> None:
+    events = written(tmp_path, "e.csv", EVENTS)
+    assert run(["recognise", events, "--executor", executor]) == 2
+    told = capsys.readouterr().err
+    assert "eager" in told
+    assert "backfill" in told
+
+
 def test_nothing_recognised_is_a_success(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     events = written(tmp_path, "e.csv", "t_us,name\n")
     out = tmp_path / "found.jsonl"

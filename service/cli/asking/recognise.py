@@ -28,9 +28,7 @@ class OccurrenceFormat(StrEnum):
 class Executor(StrEnum):
     """Who finds the occurrences; all find the same."""
 
-    auto = "auto"
     eager = "eager"
-    lazy = "lazy"
     backfill = "backfill"
 
 
@@ -48,7 +46,7 @@ def recognise(
     ] = None,
     lateness: Annotated[
         str | None,
-        typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager or lazy."),
+        typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager."),
     ] = None,
     output: Annotated[OccurrenceFormat, typer.Option("--format", help="table or jsonl.")] = OccurrenceFormat.table,
     out: Annotated[Path | None, typer.Option("--out", help="File to write to instead of standard output.")] = None,
@@ -63,7 +61,7 @@ def recognise(
     from service.times import parse_media_us
 
     if lateness is not None and executor is Executor.backfill:
-        raise typer.BadParameter("expected eager or lazy to go with --lateness, got backfill", param_hint="--executor")
+        raise typer.BadParameter("expected eager to go with --lateness, got backfill", param_hint="--executor")
     if out is not None:
         _check_apart(out, source, chronicles or ())
     is_open = bool(chronicles) and stream is None and not is_log_name(source)
