@@ -91,7 +91,7 @@ class Conclusions:
             instance[self._layout.slots + slot] if slot in known else "" for slot in range(len(self._plan.slots))
         )
         for log in self._logs:
-            if log.knows(known) and _is_placed(log.count, mask):
+            if known.issuperset(log.slots) and _is_placed(log.count, mask):
                 start_us, end_us = _window(log.count, instance)
                 is_over = end_us <= now_us
                 if not log.is_right(values, start_us, min(end_us, now_us), is_over=is_over):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from operator import ne
+from operator import attrgetter, ne
 from typing import Any  # states are plain nested data
 
+from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Count
 from chronicles.events import Event
 from chronicles.execution.event_tests import EventMatcher, Values, event_matcher
+
+_time = attrgetter("t_us")
 
 
 class CountLog:
@@ -16,16 +19,20 @@ class CountLog:
 
     Variables that are known only in the statement stand for any thing, except those that they must differ from; their
     values are kept with each event.
+
+    Attributes
+    ----------
+    slots : the slots that the test compares with.
     """
 
     def __init__(self, count: Count) -> None:
-        bound = count.test.variables
         self.count = count
-        self._bound_slots = tuple(slot for _, slot in bound)
+        self._bound_slots = tuple(slot for _, slot in count.test.variables)
         self._other_slots = tuple(slot for _, slot in count.different)
-        fields = [field for field, _ in bound] + [field for field, _ in count.different]
+        self.slots = self._bound_slots + self._other_slots
+        fields = [field for field, _ in (*count.test.variables, *count.different)]
         self._matcher: EventMatcher = event_matcher(count.test, fields)
-        self._found: dict[Values, tuple[list[int], list[Values]]] = {}
+        self._found: dict[Values, tuple[list[Event], list[Values]]] = {}
 
     def append(self, event: Event) -> None:
         """Keep an event if it is counted; events come in the order of time."""
@@ -33,43 +40,42 @@ class CountLog:
         if values is None:
             return
         key, own = values[: len(self._bound_slots)], values[len(self._bound_slots) :]
-        times, owns = self._found.setdefault(key, ([], []))
-        times.append(event.t_us)
+        events, owns = self._found.setdefault(key, ([], []))
+        events.append(event)
         owns.append(own)
+
+    def fitting(self, values: Values, start_us: int = -UNBOUNDED_US, end_us: int = UNBOUNDED_US) -> list[Event]:
+        """Give the events in [start, end) that fit with these values of the slots, in the order of time."""
+        events, owns = self._found.get(tuple([values[slot] for slot in self._bound_slots]), ([], []))
+        part = slice(bisect_left(events, start_us, key=_time), bisect_left(events, end_us, key=_time))
+        if not self._other_slots:
+            return events[part]
+        others = [values[slot] for slot in self._other_slots]
+        return [event for event, own in zip(events[part], owns[part], strict=True) if all(map(ne, own, others))]
 
     def is_right(self, values: Values, start_us: int, end_us: int, *, is_over: bool = True) -> bool:
         """Say whether the number of events in [start, end) is allowed; while it is not over, more may come."""
-        number = self._number(values, start_us, end_us)
+        number = len(self.fitting(values, start_us, end_us))
         if self.count.most is not None and number > self.count.most:
             return False
         return number >= self.count.least or not is_over
 
-    def knows(self, known: frozenset[int]) -> bool:
-        """Say whether the slots that the test compares with are among the known ones."""
-        return known.issuperset(self._bound_slots) and known.issuperset(self._other_slots)
-
     def forget_before(self, t_us: int) -> int:
         """Drop the events before a time; return how many are left."""
-        kept: dict[Values, tuple[list[int], list[Values]]] = {}
-        for key, (times, owns) in self._found.items():
-            start = bisect_left(times, t_us)
-            if start < len(times):
-                kept[key] = (times[start:], owns[start:])
+        kept: dict[Values, tuple[list[Event], list[Values]]] = {}
+        for key, (events, owns) in self._found.items():
+            start = bisect_left(events, t_us, key=_time)
+            if start < len(events):
+                kept[key] = (events[start:], owns[start:])
         self._found = kept
-        return sum(len(times) for times, _ in kept.values())
+        return sum(len(events) for events, _ in kept.values())
 
     def state(self) -> list[Any]:
-        """Give the events kept, as plain data."""
-        return [[list(key), list(times), list(owns)] for key, (times, owns) in self._found.items()]
+        """Give the events kept, as plain data and events."""
+        return [event for events, _ in self._found.values() for event in events]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given."""
-        self._found = {tuple(key): (list(times), [tuple(own) for own in owns]) for key, times, owns in state}
-
-    def _number(self, values: Values, start_us: int, end_us: int) -> int:
-        times, owns = self._found.get(tuple([values[slot] for slot in self._bound_slots]), ((), ()))
-        first, last = bisect_left(times, start_us), bisect_left(times, end_us)
-        if not self._other_slots:
-            return max(0, last - first)
-        others = [values[slot] for slot in self._other_slots]
-        return sum(all(map(ne, own, others)) for own in owns[first:last])
+        self._found = {}
+        for event in state:
+            self.append(event)

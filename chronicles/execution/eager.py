@@ -18,14 +18,13 @@ from typing import Any  # an instance is a heterogeneous list; states are plain 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
 from chronicles.execution.eager_rows import Row, Rows
-from chronicles.execution.eager_source import (
-    Code,
-    extend_code,
-    read_code,
-    row_places,
-)
+from chronicles.execution.eager_source import extend_code, read_code, row_places
 from chronicles.execution.eager_steps import deadline_bounds, known_slots, members, steps_from
+from chronicles.execution.event_tests import Code
 from chronicles.execution.instances import Instance, Record, no_records, record_builder
+
+# Numbers of chronicles, each with instances that have all their events; a chronicle may come more than once.
+Completed = list[tuple[int, Sequence[Instance]]]
 
 _RECENT = 4096
 _DROPPED_A_SWEEP = 4096
@@ -130,7 +129,7 @@ class EagerExecutor:
         """The programs that were written for the chronicles, as far as events have needed them."""
         return "\n\n".join(code.text for code in self._codes)
 
-    def feed(self, record: Record) -> tuple[list[tuple[int, Sequence[Instance]]], int]:
+    def feed(self, record: Record) -> tuple[Completed, int]:
         """Let an event extend every instance that expects it; events come in the order of time.
 
         Returns
@@ -213,10 +212,8 @@ class EagerExecutor:
             self._open_starts(reader)
         reader.firsts.add((row,), t_us)
 
-    def _keep(
-        self, extended: Sequence[tuple[_State, _State | None, list[Any]]], t_us: int
-    ) -> tuple[list[tuple[int, Sequence[Instance]]], int]:
-        complete: list[tuple[int, Sequence[Instance]]] = []
+    def _keep(self, extended: Sequence[tuple[_State, _State | None, list[Any]]], t_us: int) -> tuple[Completed, int]:
+        complete: Completed = []
         created = 0
         for before, after, made in extended:
             if after is None:

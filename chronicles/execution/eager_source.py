@@ -13,75 +13,30 @@ The row of a state holds, for each matched position in ascending order, the time
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from textwrap import indent
-from typing import Any  # the namespaces of generated code
+from collections.abc import Callable, Sequence
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.execution.eager_steps import Step, known_slots, members
+from chronicles.execution.event_tests import Code, field_text, fit_code, tuple_text
 from chronicles.execution.instances import Record, says_everything
 
 _HELD_WHOLE = "(sequence, args, event.old, event.new, event.hypotheses)"  # as `instances.Held` has it
-
-
-@dataclass(frozen=True, slots=True)
-class Code:
-    """The source text of one function, and the objects that it names."""
-
-    name: str
-    lines: Sequence[str]
-    names: Mapping[str, Any]
-
-    @property
-    def text(self) -> str:
-        """The source text."""
-        return f"def {self.name}:\n" + indent("\n".join(self.lines), "    ") + "\n"
-
-    def function(self) -> Callable[..., Any]:
-        """Compile it."""
-        namespace = dict(self.names)
-        exec(compile(self.text, f"<{self.name}>", "exec"), namespace)
-        function: Callable[..., Any] = namespace[self.name.split("(")[0]]
-        return function
 
 
 # ---- events
 
 
 def read_code(test: EventTest) -> Code:
-    """Write the function that gives the row of a record that fits, and None if it does not fit.
-
-    The tests are those of `event_tests.event_matcher`.
-    """
-    lines = ["t_us, sequence, event = record", "args = event.args"]
-    lines += _none_if([f"len(args) != {test.arity}", f"event.new is {'' if test.is_change else 'not '}None"])
-    if test.is_change:
-        lines += ["old, new = event.old or UNKNOWN, event.new or UNKNOWN"]
-    wrong = ["old == new"] * test.is_change
-    wrong += [f"{_field(test, field)} != {text!r}" for field, text in test.constants]
-    wrong += [f"{_field(test, field)} not in allowed_{field}" for field, _ in test.filters]
-    wrong += [f"{_field(test, first)} != {_field(test, second)}" for first, second in test.equal]
-    wrong += [f"{_field(test, first)} == {_field(test, second)}" for first, second in test.different]
-    lines += _none_if(wrong)
+    """Write the function that gives the row of a record that fits, and None if it does not fit."""
+    lines, names = fit_code(test)
     held = _HELD_WHOLE
     if says_everything(test):
         # Where `old` or `new` is missing the row has UNKNOWN, from which it cannot be told afterwards.
         is_plain = "event.old and event.new" if test.is_change else "event.old is None"
         held = f"sequence if {is_plain} and not event.hypotheses else {held}"
-    lines.append(f"return {_tuple(['t_us', held, *(_field(test, field) for field, _ in test.variables)])}")
-    names = {f"allowed_{field}": allowed for field, allowed in test.filters}
-    return Code("read(record)", lines, {"UNKNOWN": UNKNOWN, **names})
-
-
-def _field(test: EventTest, field: int) -> str:
-    return f"args[{field}]" if field < test.arity else ("old", "new")[field - test.arity]
-
-
-def _none_if(conditions: Sequence[str]) -> list[str]:
-    return [f"if {' or '.join(conditions)}:", "    return None"] if conditions else []
+    lines.append(f"return {tuple_text(['t_us', held, *(field_text(test, field) for field, _ in test.variables)])}")
+    return Code("read(record)", ["t_us, sequence, event = record", *lines], names)
 
 
 # ---- rows
@@ -103,7 +58,7 @@ def extend_code(plan: Plan, step: Step, records: Sequence[Callable[..., Record]]
     own = [f"v{slot}" for _, slot in position.test.variables]
     lines = [f"# {position.pattern} at {position.label}", f"{_names(['t_us', 'held', *own])} = row"]
     is_last = step.target == (1 << len(plan.positions)) - 1
-    made = _instance(plan, step) if is_last else _tuple(_row(plan, step.target, step))
+    made = _instance(plan, step) if is_last else tuple_text(_row(plan, step.target, step))
     if not step.source:
         lines.append(f"return [{made}]")
     else:
@@ -164,7 +119,3 @@ def _record(plan: Plan, position: int, step: Step) -> str:
 
 def _names(texts: Sequence[str]) -> str:
     return texts[0] + "," if len(texts) == 1 else ", ".join(texts)
-
-
-def _tuple(texts: Sequence[str]) -> str:
-    return f"({_names(texts)})" if texts else "()"

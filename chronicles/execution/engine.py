@@ -14,7 +14,7 @@ from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.events import Event, Occurrence, PartialInstance
-from chronicles.execution.eager import EagerExecutor
+from chronicles.execution.eager import Completed, EagerExecutor
 from chronicles.execution.occurrences import Finding
 from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage
@@ -25,23 +25,36 @@ BEFORE_ALL_US = -UNBOUNDED_US
 class Engine:
     """Recognises the chronicles of a set in events that come before the watermark passes them.
 
+    Parameters
+    ----------
+    chronicles, lateness_us : as for a recogniser.
+    stored : all events that will ever come, in the order of time; the instances of chronicles that look at no emitted
+        events are then given to `conclude`. None: they come one by one, to `observe`.
+
     Attributes
     ----------
     clock_us : the latest time told.
     watermark_us : the clock minus the lateness; nothing before it may come any more.
     """
 
-    def __init__(self, chronicles: ChronicleSet, lateness_us: int) -> None:
+    def __init__(
+        self,
+        chronicles: ChronicleSet,
+        lateness_us: int,
+        stored: Sequence[Event] | None = None,
+    ) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self._lateness_us = lateness_us
         self._due_us = UNBOUNDED_US
         self._sequence = 0
-        self._stages = _stages(chronicles)
+        self._stages = _stages(chronicles, is_stored=stored is not None)
         self._stages_of: dict[str, list[Stage]] = {}
         # Without lateness, and emitted events to wait for, nothing can come before an event: it needs no buffer.
         self._direct = self._stages[0] if len(self._stages) == 1 and lateness_us == 0 else None
-        for stage in self._stages:
+        if stored is not None and self._stages:
+            self._stages[0].remember(stored)
+        for stage in self._stages[0 if stored is None else 1 :]:
             for name in stage.names:
                 self._stages_of.setdefault(name, []).append(stage)
 
@@ -57,17 +70,32 @@ class Engine:
             self._push(event)
         return self._run() if self._due_us <= self.watermark_us else []
 
+    def conclude(self, event: Event, complete: Completed) -> Sequence[Occurrence]:
+        """Take the stored event that comes next, with the instances that it completes."""
+        self._let_pass(event.t_us)
+        if event.name in self._stages_of:
+            self._push(event)
+        findings, unbuilt = self._step() if self._due_us <= self.watermark_us else ([], [])
+        if complete:
+            self._stages[0].expect(complete, event.t_us, self.clock_us)
+            found, at_once = self._step()
+            findings, unbuilt = findings + found, unbuilt + at_once
+        return Results(findings, unbuilt) if findings or unbuilt else []
+
     def advance(self, t_us: int) -> Sequence[Occurrence]:
         """Let time pass; an earlier time than the latest told changes nothing."""
-        if t_us > self.clock_us:
-            self.clock_us = t_us
-            self.watermark_us = t_us - self._lateness_us
+        self._let_pass(t_us)
         return self._run() if self._due_us <= self.watermark_us else []
 
     def partial_instances(self) -> list[PartialInstance]:
         """List what is under way, sorted by chronicle, matched events and roles."""
         found = [one for stage in self._stages for one in stage.partial_instances(self.watermark_us)]
         return sorted(found, key=lambda one: (one.chronicle, one.matched, sorted(one.roles.items())))
+
+    def _let_pass(self, t_us: int) -> None:
+        if t_us > self.clock_us:
+            self.clock_us = t_us
+            self.watermark_us = t_us - self._lateness_us
 
     def _push(self, event: Event) -> None:
         self._sequence += 1
@@ -84,6 +112,10 @@ class Engine:
         return Results(findings, unbuilt) if findings or unbuilt else []
 
     def _run(self) -> Sequence[Occurrence]:
+        findings, unbuilt = self._step()
+        return Results(findings, unbuilt) if findings or unbuilt else []
+
+    def _step(self) -> tuple[list[Finding], list[Unbuilt]]:
         findings: list[Finding] = []
         unbuilt: list[Unbuilt] = []
         for stage in self._stages:
@@ -95,7 +127,7 @@ class Engine:
                     if event.name in self._stages_of:
                         self._push(event)
         self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
-        return Results(findings, unbuilt) if findings or unbuilt else []
+        return findings, unbuilt
 
     # ---- checkpoints
 
@@ -118,11 +150,12 @@ class Engine:
         self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
 
 
-def _stages(chronicles: ChronicleSet) -> list[Stage]:
+def _stages(chronicles: ChronicleSet, *, is_stored: bool) -> list[Stage]:
     placed = levels(chronicles.plans)
     stages = []
     for level in range(1 + max((one for one, _ in placed.values()), default=-1)):
         plans = {rank: plan for rank, plan in enumerate(chronicles.plans) if placed[plan.name][0] == level}
         delay_us = max(placed[plan.name][1] for plan in plans.values())
-        stages.append(Stage(plans, delay_us=delay_us, defaults=chronicles.defaults, executor=EagerExecutor(plans)))
+        executor = EagerExecutor({} if is_stored and level == 0 else plans)
+        stages.append(Stage(plans, delay_us=delay_us, defaults=chronicles.defaults, executor=executor))
     return stages

@@ -1,4 +1,4 @@
-"""What does a recogniser tell in one step, without building it before somebody looks?
+"""What is told, without building it before somebody looks?
 
 An instance of a chronicle without obligations, actions, selection and symmetry is told as soon as it has its events,
 whatever else is told. Listing thousands of them as objects would cost more than finding them.
@@ -6,6 +6,7 @@ whatever else is told. Listing thousands of them as objects would cost more than
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
@@ -21,6 +22,46 @@ from chronicles.execution.occurrences import Finding, OccurrenceBuilder
 def is_told_at_once(plan: Plan) -> bool:
     """Say whether an instance with all its events is an occurrence, and nothing depends on the order of results."""
     return not (plan.counts or plan.persistences or plan.emissions or plan.is_symmetric or plan.selection.kind != "all")
+
+
+class Told(Sequence[Occurrence]):
+    """Occurrences in the order of results; equal to any sequence of equal occurrences.
+
+    They are built when they are looked at; their number is known before. Adding gives a list.
+    """
+
+    @abstractmethod
+    def built(self, part: slice) -> Sequence[Occurrence]:
+        """Build some of them."""
+
+    def __iter__(self) -> Iterator[Occurrence]:
+        return iter(self.built(slice(None)))
+
+    @overload
+    def __getitem__(self, index: int) -> Occurrence: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Occurrence]: ...
+
+    def __getitem__(self, index: int | slice) -> Occurrence | Sequence[Occurrence]:
+        if isinstance(index, slice):
+            return self.built(index)
+        place = range(len(self))[index]
+        return self.built(slice(place, place + 1))[0]
+
+    def __add__(self, other: Iterable[Occurrence]) -> list[Occurrence]:
+        return [*self, *other]
+
+    def __radd__(self, other: Iterable[Occurrence]) -> list[Occurrence]:
+        return [*other, *self]
+
+    def __eq__(self, other: object) -> bool:
+        return list(self) == list(other) if isinstance(other, Sequence) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # like a list
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} occurrences>"
 
 
 @dataclass(slots=True, eq=False)
@@ -39,11 +80,8 @@ class Unbuilt:
             yield self.builder.plain_finding(instance, self.past, self.certain_us, self.clock_us)
 
 
-class Results(Sequence[Occurrence]):
-    """The occurrences of one step in the order of results; equal to any sequence of equal occurrences.
-
-    They are built when they are first looked at; their number is known before. Adding gives a list.
-    """
+class Results(Told):
+    """The occurrences of one step."""
 
     __slots__ = ("_built", "_length", "_unbuilt")
 
@@ -55,38 +93,14 @@ class Results(Sequence[Occurrence]):
     def __len__(self) -> int:
         return self._length
 
-    def __iter__(self) -> Iterator[Occurrence]:
-        return (finding.occurrence for finding in self._ordered())
-
-    @overload
-    def __getitem__(self, index: int) -> Occurrence: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[Occurrence]: ...
-
-    def __getitem__(self, index: int | slice) -> Occurrence | list[Occurrence]:
-        if isinstance(index, slice):
-            return [finding.occurrence for finding in self._ordered()[index]]
-        return self._ordered()[index].occurrence
-
-    def __add__(self, other: Iterable[Occurrence]) -> list[Occurrence]:
-        return [*self, *other]
-
-    def __radd__(self, other: Iterable[Occurrence]) -> list[Occurrence]:
-        return [*other, *self]
-
-    def __eq__(self, other: object) -> bool:
-        return list(self) == list(other) if isinstance(other, Sequence) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]  # like a list
-
     def __repr__(self) -> str:
         return repr(list(self))
 
-    def _ordered(self) -> list[Finding]:
+    def built(self, part: slice) -> Sequence[Occurrence]:
+        """Build all of them, once; give some."""
         if self._unbuilt is not None:
             for one in self._unbuilt:
                 self._built += one.findings()
             self._unbuilt = None
             self._built.sort(key=attrgetter("order"))
-        return self._built
+        return [finding.occurrence for finding in self._built[part]]

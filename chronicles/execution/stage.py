@@ -13,9 +13,9 @@ from typing import Any  # states are plain nested data
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Plan
-from chronicles.events import PartialInstance
+from chronicles.events import Event, PartialInstance
 from chronicles.execution.conclusions import Conclusions
-from chronicles.execution.eager import EagerExecutor
+from chronicles.execution.eager import Completed, EagerExecutor
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Record
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
@@ -100,6 +100,25 @@ class Stage:
             self._sweep(now_us)
         return findings
 
+    def remember(self, events: Iterable[Event]) -> None:
+        """Take what is to be looked back at from all events that will ever come, in the order of time."""
+        for event in events:
+            if event.name in self._readers:
+                self._remember(event, self._readers[event.name])
+
+    def expect(self, complete: Completed, t_us: int, clock_us: int) -> None:
+        """Take instances whose last event is at `t_us`; all that closed before is concluded."""
+        for number, instances in complete:
+            matcher = self._matchers[number]
+            if matcher.is_told_at_once:
+                # They close with this event, and nothing earlier can come any more.
+                self._unbuilt.append(Unbuilt(matcher.builder, instances, t_us + self.delay_us, clock_us, self._history))
+                continue
+            for instance in instances:
+                self._pending_count += 1
+                closes_us = matcher.conclusions.closes_us(instance)
+                heappush(self._pending, (closes_us, self._pending_count, number, instance))
+
     def take_unbuilt(self) -> list[Unbuilt]:
         """Give what was told at once since the last call."""
         taken, self._unbuilt = self._unbuilt, []
@@ -124,26 +143,20 @@ class Stage:
     def _feed(self, record: Record, clock_us: int) -> None:
         event = record[2]
         readers = self._readers[event.name]
-        for history in readers.histories:
-            history.append(event)
-        for conclusions in readers.logs:
-            conclusions.append(event)
+        self._remember(event, readers)
         self._grown += 1
         if not readers.is_expected:
             return
         complete, created = self._executor.feed(record)
         self._grown += created
-        for number, instances in complete:
-            matcher = self._matchers[number]
-            if matcher.is_told_at_once:
-                # They close with this event, and nothing earlier can come any more.
-                certain_us = record[0] + self.delay_us
-                self._unbuilt.append(Unbuilt(matcher.builder, instances, certain_us, clock_us, self._history))
-                continue
-            for instance in instances:
-                self._pending_count += 1
-                closes_us = matcher.conclusions.closes_us(instance)
-                heappush(self._pending, (closes_us, self._pending_count, number, instance))
+        if complete:
+            self.expect(complete, record[0], clock_us)
+
+    def _remember(self, event: Event, readers: _Readers) -> None:
+        for history in readers.histories:
+            history.append(event)
+        for conclusions in readers.logs:
+            conclusions.append(event)
 
     def _conclude(self, now_us: int, clock_us: int) -> list[Finding]:
         """Conclude the instances that close by `now_us`; among those of one time the order is by what they are."""

@@ -56,7 +56,7 @@ class CountReader:
 
     def evidence(self, values: Values) -> list[Event]:
         """Give all events that the statement counts, at any time."""
-        return self._events.fitting(["" if text is None else text for text in values])
+        return self._events.fitting(tuple(["" if text is None else text for text in values]))
 
     def _outcome(self, count: int, end_us: int) -> Outcome:
         if self._one.most is not None and count > self._one.most:

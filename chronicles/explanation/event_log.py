@@ -6,14 +6,14 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import groupby
 from operator import attrgetter
 
 from chronicles.compilation.plan import Count, EventTest
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
-from chronicles.execution.event_tests import event_matcher
+from chronicles.execution.count_log import CountLog
 from chronicles.execution.history import value_after
 from chronicles.explanation.explanations import ValueSpan
 
@@ -70,7 +70,7 @@ class EventLog:
         for number, event in enumerate(self.events):
             self._named.setdefault(event.name, []).append(event)
             self._numbers.setdefault(event.name, []).append(number)
-        self._counted: dict[tuple[EventTest, tuple[tuple[int, int], ...]], CountedEvents] = {}
+        self._counted: dict[tuple[EventTest, tuple[tuple[int, int], ...]], CountLog] = {}
         self._changes: dict[str, dict[Args, list[Event]]] = {}
         self._timelines: dict[tuple[str, Args], Timeline] = {}
         self._fluents: dict[tuple[str, tuple[int, ...]], dict[Texts, list[Args]]] = {}
@@ -85,12 +85,14 @@ class EventLog:
         part = slice(bisect_left(events, start_us, key=_time), bisect_left(events, end_us, key=_time))
         return list(zip(self._numbers.get(name, [])[part], events[part], strict=True))
 
-    def counted(self, count: Count) -> CountedEvents:
+    def counted(self, count: Count) -> CountLog:
         """Give the events that a `noevent` or `occurs` counts."""
         key = count.test, count.different
         found = self._counted.get(key)
         if found is None:
-            found = self._counted[key] = CountedEvents(count, self.named(count.test.name))
+            found = self._counted[key] = CountLog(count)
+            for event in self.named(count.test.name):
+                found.append(event)
         return found
 
     def changes(self, name: str, args: Args) -> list[Event]:
@@ -124,34 +126,6 @@ class EventLog:
                 if event.new is not None:
                     found.setdefault(event.args, []).append(event)
         return found
-
-
-class CountedEvents:
-    """The events that fit one `noevent` or `occurs`, by the values of its bound variables."""
-
-    def __init__(self, count: Count, events: Iterable[Event]) -> None:
-        bound = count.test.variables
-        self._slots = tuple(slot for _, slot in bound)
-        self._others = tuple(slot for _, slot in count.different)
-        fields = [field for field, _ in bound] + [field for field, _ in count.different]
-        matcher = event_matcher(count.test, fields)
-        self._found: dict[Texts, list[tuple[Event, Texts]]] = {}
-        for event in events:
-            values = matcher(event)
-            if values is not None:
-                own = values[len(bound) :]
-                self._found.setdefault(values[: len(bound)], []).append((event, own))
-
-    @property
-    def slots(self) -> tuple[int, ...]:
-        """The slots whose values must be known."""
-        return self._slots + self._others
-
-    def fitting(self, values: Sequence[str]) -> list[Event]:
-        """Give all events that fit with these values of the slots, in the order of time."""
-        found = self._found.get(tuple(values[slot] for slot in self._slots), [])
-        others = [values[slot] for slot in self._others]
-        return [event for event, own in found if all(a != b for a, b in zip(own, others, strict=True))]
 
 
 def fields_of(event: Event, test: EventTest) -> Texts | None:
