@@ -40,8 +40,8 @@ def recognise(
 
     Returns
     -------
-    The occurrences in the order in which a `Recogniser` tells them. Those of "backfill" are built when they are looked
-    at, and can be read as columns, see `FoundOccurrences`.
+    The occurrences in the order in which a `Recogniser` tells them. Where chronicles ask for events alone, those of
+    "backfill" are built when they are looked at.
 
     Raises
     ------
@@ -57,18 +57,16 @@ def recognise(
     []
     >>> [found.roles for found in recognise(alone, events, until_us=8_000_000)]
     [{'car': 'car2'}]
-    >>> recognise(alone, EventColumns.from_events(events), until_us=8_000_000).of("alone").roles("car")
-    ['car2']
     """
     if executor not in _EXECUTORS:
         raise ChronicleError(f"recognise: expected the executor 'eager' or 'backfill', got {executor!r}")
     if until_us is not None and type(until_us) is not int:
         raise ChronicleError(f"recognise: expected until_us, a whole number of us, got {until_us!r}")
     if executor == "backfill":
-        columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events, keep=True)
+        columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events)
         return recognise_columns(chronicles, columns, until_us=until_us)
     recogniser = Recogniser(chronicles)
-    stream = events.events() if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
+    stream = events.events if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
     found = [occurrence for event in stream for occurrence in recogniser.observe(event)]
     if until_us is not None:
         found += recogniser.advance(until_us)

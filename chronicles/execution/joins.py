@@ -14,15 +14,15 @@ cut, so memory stays bounded whatever the length of the log.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 
 from chronicles.compilation.plan import Plan
-from chronicles.execution.columns import Codes, Times
+from chronicles.execution.columns import Codes, Times, kind_of
 from chronicles.execution.row_index import Partners, RowIndex, is_too_long
 from chronicles.execution.row_tests import Fitting, Mask, Rows
-from chronicles.execution.windows import fresh_differences, joined_slots, rivals, window
 
 MOST_ROWS = 1 << 17
 """How many rows a block of time, or a table between two joins, has at most."""
@@ -87,7 +87,7 @@ class _Join:
         """
         others = [one for one in range(len(self._found)) if one != first]
         rows = np.arange(len(self._found[first].rows))
-        return self._index(first, joined_slots(self._plan, first, others)).places(rows)
+        return self._index(first, _joined_slots(self._plan, first, others)).places(rows)
 
     def extended(self, table: dict[int, Rows]) -> Iterator[dict[int, Rows]]:
         """Extend a table, given as the places of each position joined so far, by all other positions."""
@@ -115,11 +115,11 @@ class _Join:
     def _partners(self, one: int, table: Mapping[int, Rows]) -> Partners:
         """Find the range of rows of a position that lie in the window of each row of a table."""
         known = tuple(table)
-        bounds = window(self._plan, one, known)
+        bounds = _window(self._plan, one, known)
         times = {place: self._found[place].times_us[table[place]] for place, _ in (*bounds.lows, *bounds.highs)}
         low_us = reduce(np.maximum, [times[place] + offset_us for place, offset_us in bounds.lows])
         high_us = reduce(np.minimum, [times[place] + offset_us for place, offset_us in bounds.highs])
-        slots = joined_slots(self._plan, one, known)
+        slots = _joined_slots(self._plan, one, known)
         index = self._indexes.get((one, slots))
         if index is None:
             index = self._indexes[one, slots] = self._index(one, slots)
@@ -137,10 +137,10 @@ class _Join:
         places = np.arange(ends[-1] if len(ends) else 0) + np.repeat(partners.starts - ends + counts, counts)
         longer[one] = partners.index.places(places)
         keep: Mask | None = None
-        for rival in rivals(self._plan, one, tuple(table)):
+        for rival in _rivals(self._plan, one, tuple(table)):
             differs = self._found[rival].rows[longer[rival]] != self._found[one].rows[longer[one]]
             keep = differs if keep is None else keep & differs
-        for first, second in fresh_differences(self._plan, one, tuple(table)):
+        for first, second in _fresh_differences(self._plan, one, tuple(table)):
             differs = self._values(first, longer) != self._values(second, longer)
             keep = differs if keep is None else keep & differs
         return longer if keep is None else {place: rows[keep] for place, rows in longer.items()}
@@ -159,3 +159,48 @@ def _stretches(counts: Rows, most_rows: int) -> Iterator[slice]:
         stop = max(start + 1, int(np.searchsorted(ends, before + most_rows, "right")))
         yield slice(start, stop)
         start = stop
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """The time of an event is at least each `time of position + offset` of `lows` and at most each of `highs`."""
+
+    lows: tuple[tuple[int, int], ...]
+    highs: tuple[tuple[int, int], ...]
+
+
+def _window(plan: Plan, position: int, known: Sequence[int]) -> _Window:
+    """Give the bounds on a position by known ones, without those that follow from the others.
+
+    Where the bounds by way of another known position add up to the direct one, the direct one follows: the known times
+    keep the bounds between each other.
+    """
+    distance = plan.distance_us
+    lows, highs = list(known), list(known)
+    for one in known:
+        if any(distance[position][via] + distance[via][one] == distance[position][one] for via in lows if via != one):
+            lows.remove(one)
+        if any(distance[one][via] + distance[via][position] == distance[one][position] for via in highs if via != one):
+            highs.remove(one)
+    return _Window(
+        tuple((one, -distance[position][one]) for one in lows), tuple((one, distance[one][position]) for one in highs)
+    )
+
+
+def _joined_slots(plan: Plan, position: int, known: Sequence[int]) -> tuple[int, ...]:
+    """Give the variables that a position shares with known ones, in the order of its fields."""
+    bound = {slot for one in known for _, slot in plan.positions[one].test.variables}
+    return tuple(slot for _, slot in plan.positions[position].test.variables if slot in bound)
+
+
+def _fresh_differences(plan: Plan, position: int, known: Sequence[int]) -> tuple[tuple[int, int], ...]:
+    """Give the pairs of variables that must differ and are both known only once the position is."""
+    bound = {slot for one in known for _, slot in plan.positions[one].test.variables}
+    together = bound | {slot for _, slot in plan.positions[position].test.variables}
+    return tuple(pair for pair in plan.different if together.issuperset(pair) and not bound.issuperset(pair))
+
+
+def _rivals(plan: Plan, position: int, known: Sequence[int]) -> tuple[int, ...]:
+    """Give the known positions that could have taken the very same event."""
+    kinds = [kind_of(one.test) for one in plan.positions]
+    return tuple(one for one in known if kinds[one] == kinds[position])

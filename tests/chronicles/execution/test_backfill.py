@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import pytest
 
 from chronicles.chronicle_set import ChronicleSet, load
@@ -10,7 +9,7 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
 from chronicles.execution.backfill import recognise_columns
 from chronicles.execution.columns import EventColumns
-from chronicles.execution.found import FoundAsFindings, FoundInColumns, FoundOccurrences
+from chronicles.execution.found import FoundOccurrences
 from chronicles.recogniser import Recogniser
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.support import shown, steps, us
@@ -32,7 +31,7 @@ def event_by_event(chronicles: ChronicleSet, events: Sequence[Event], until_us: 
     return found if until_us is None else [*found, *recogniser.advance(until_us)]
 
 
-def backfill(text: str, stream: str, until: str = "0s") -> FoundOccurrences:
+def backfill(text: str, stream: str, until: str = "0s") -> Sequence[Occurrence]:
     events = [step for step in steps(stream) if isinstance(step, Event)]
     return recognise_columns(load(text), EventColumns.from_events(events), until_us=us(until))
 
@@ -50,8 +49,7 @@ def check_case(seed: int) -> int:
     maker, chronicles = random_set(seed)
     trace = maker.trace()
     until_us = maker.random.choice((None, 3, 30, 1000))
-    keep = maker.random.random() < 0.5
-    columns = EventColumns.from_events(trace, keep=keep)
+    columns = EventColumns.from_events(trace)
     found = recognise_columns(chronicles, columns, until_us=until_us, most_rows=maker.random.choice(MOST_ROWS))
     expected = event_by_event(chronicles, trace, until_us)
     assert list(found) == expected, seed
@@ -102,24 +100,19 @@ def test_number_is_known_before_any_occurrence_is_built(monkeypatch: pytest.Monk
     def fail(*_: object) -> None:
         raise AssertionError("nothing was asked for yet")
 
-    monkeypatch.setattr(FoundInColumns, "at", fail)
-    found = backfill(VISIT, "1s enter[a]\n2s enter[b]\n3s leave[b]\n4s leave[a]")
-    assert len(found) == 2
-    assert found.of("visit").times_us("t1").tolist() == [2_000_000, 1_000_000]
-    assert found.of("visit").roles("car") == ["b", "a"]
+    monkeypatch.setattr(FoundOccurrences, "built", fail)
+    assert len(backfill(VISIT, "1s enter[a]\n2s enter[b]\n3s leave[b]\n4s leave[a]")) == 2
 
 
-def test_occurrences_concluded_one_by_one_can_be_read_as_columns() -> None:
-    text = """
-    attribute on[?car, ?road] message honk[?car]
-    chronicle honk_on[?car, ?road](t1) { event(honk[?car], t1) hold(on[?car, ?road]:true, (t1 - 1s, t1)) }
-    """
-    stream = "0s on[a, north] unknown -> true\n1s honk[b]\n5s honk[a]\n6s on[a, south] unknown -> true\n8s honk[a]"
-    found = backfill(text, stream).of("honk_on")
-    assert isinstance(found, FoundAsFindings)
-    assert found.times_us("t1").tolist() == [5_000_000, 8_000_000, 8_000_000]
-    assert found.roles("road") == ["north", "north", "south"]
-    assert found[1].start_us == found[-1].start_us == 8_000_000
+def test_what_one_event_completes_is_told_in_the_order_of_values_wherever_it_is_cut(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("chronicles.execution.found._MATCHES_AT_A_TIME", 2)
+    text = "chronicle both[?x](t1, t2) { event(enter[?x], t1) event(end[], t2) t2 - t1 in [1s, 9s] }"
+    found = backfill(text, "1s enter[c]\n2s enter[a]\n3s enter[b]\n4s end[]\n5s end[]")
+    assert [(one.roles["x"], one.end_us // 1_000_000) for one in found] == [(x, t) for t in (4, 5) for x in "abc"]
+    assert [found[place].roles["x"] for place in range(6)] == list("abcabc")
+    assert [one.roles["x"] for one in found[4:1:-1]] == ["b", "a", "c"]
 
 
 HELD = """
@@ -144,11 +137,10 @@ chronicle ran[?post](t1) { event(pass[?post], t1) hold(light[?post]:red, (t1 - 2
         ("2s light[p] red -> unknown", False),
     ],
 )
-def test_hold_is_tested_in_columns(changes: str, passed: bool) -> None:
+def test_hold_is_tested(changes: str, passed: bool) -> None:
     stream = f"{changes}\n5s pass[p]\n9s pass[other]".strip()
-    found = backfill(HELD, stream, "9s").of("ran")
-    assert isinstance(found, FoundInColumns)
-    assert found.roles("post") == (["p"] if passed else [])
+    found = backfill(HELD, stream, "9s")
+    assert [one.roles["post"] for one in found] == (["p"] if passed else [])
     ordered = sorted((one for one in steps(stream) if isinstance(one, Event)), key=lambda event: event.t_us)
     assert list(found) == event_by_event(load(HELD), ordered, us("9s"))
 
@@ -174,22 +166,3 @@ def test_places_and_slices_of_the_results() -> None:
     assert found != everything[:-1]
     with pytest.raises(IndexError):
         found[9]
-
-
-def test_unknown_names_are_refused_with_the_known_ones() -> None:
-    found = backfill(VISIT, "1s enter[a]\n3s leave[a]")
-    with pytest.raises(ChronicleError, match=r"one of the chronicles \['visit'\], got 'visits'"):
-        found.of("visits")
-    with pytest.raises(ChronicleError, match=r"a time point among \['t1', 't2'\], got 't9'"):
-        found.of("visit").times_us("t9")
-    with pytest.raises(ChronicleError, match=r"a role among \['car'\], got 'bus'"):
-        found.of("visit").roles("bus")
-
-
-def test_columns_of_arrays_give_occurrences_with_new_events() -> None:
-    arrays = {
-        ("enter", 1, False): (np.array([1_000_000]), np.array([[0]])),
-        ("leave", 1, False): (np.array([4_000_000]), np.array([[0]])),
-    }
-    [one] = recognise_columns(load(VISIT), EventColumns.from_arrays(arrays, ["car1"]))
-    assert one.events == (Event("enter", ("car1",), 1_000_000), Event("leave", ("car1",), 4_000_000))
