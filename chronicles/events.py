@@ -56,7 +56,8 @@ class Occurrence:
     ----------
     chronicle, version : name of the chronicle, and a digest of its text and of the declarations it rests on.
     roles : the header's variables without "?" and their values.
-    start_us, end_us : the header's first and last time point; the first and last event's time without such.
+    start_us, end_us : the smaller and the larger of the header's first and last time point; the first and last event's
+        time without such.
     sub_events : (time point, time) for all time points, sorted by time.
     events : the matched events, sorted by time.
     emitted : the events that the chronicle emits.

@@ -58,12 +58,15 @@ class OccurrenceBuilder:
         points = [(instance[index] + offset_us, name) for index, offset_us, name in self._points]
         points.sort()
         sub_events = tuple([(name, t_us) for t_us, name in points])
+        first_us = records[0][0] if plan.start is None else _time(instance, plan.start)
+        last_us = records[-1][0] if plan.end is None else _time(instance, plan.end)
         occurrence = Occurrence(
             chronicle=plan.name,
             version=plan.version,
             roles={name: _text(filling, values) for name, filling in plan.roles},
-            start_us=records[0][0] if plan.start is None else _time(instance, plan.start),
-            end_us=records[-1][0] if plan.end is None else _time(instance, plan.end),
+            # The header may name its time points in any order, and their order may differ between instances.
+            start_us=min(first_us, last_us),
+            end_us=max(first_us, last_us),
             sub_events=sub_events,
             events=events,
             emitted=tuple([_emitted(one, instance, values, hypotheses) for one in plan.emissions]),

@@ -2,8 +2,7 @@
 
 `first` tells one for each event at the anchor; `non_overlapping` tells, for each combination of roles, occurrences that
 have no time in common. Both take what comes first in the order of results. An occurrence lasts from its start up to,
-without, its end, so one may start where another ends; one whose start is its end counts as that one microsecond, and
-one whose end is before its start as lasting from the end up to the start.
+without, its end, so one may start where another ends; one whose start is its end counts as that one microsecond.
 """
 
 from __future__ import annotations
@@ -70,5 +69,4 @@ class Selector:
 
 
 def _extent(occurrence: Occurrence) -> tuple[int, int]:
-    low_us, high_us = sorted((occurrence.start_us, occurrence.end_us))
-    return low_us, max(high_us, low_us + 1)
+    return occurrence.start_us, max(occurrence.end_us, occurrence.start_us + 1)

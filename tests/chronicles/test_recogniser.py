@@ -134,6 +134,17 @@ def test_stored_events_may_come_in_any_order() -> None:
     assert shown(recognise(load(RACE), events, until_us=60_000_000)) == ["race[car=u] 0s..9s"]
 
 
+@pytest.mark.parametrize("executor", ["eager", "backfill"])
+@pytest.mark.parametrize("condition", ["", "noevent(stop[?car], (t1, t1 + 1s))"], ids=["events alone", "obligations"])
+def test_an_occurrence_never_ends_before_it_starts(executor: str, condition: str) -> None:
+    found_by = "event(start[?car], t1) event(goal[?car], t2) t2 - t1 in [-9s, 9s]"
+    text = f"chronicle near[?car](t2, t1) {{ {found_by} {condition} }}"
+    events = [Event("start", ("u",), 1_000_000), Event("goal", ("u",), 5_000_000)]
+    [found] = recognise(load(text), events, executor=executor)
+    assert (found.start_us, found.end_us) == (1_000_000, 5_000_000)
+    assert found.sub_events == (("t1", 1_000_000), ("t2", 5_000_000))
+
+
 @pytest.mark.parametrize("executor", ["auto", "lazy", "fast"])
 def test_other_executors_than_the_two_are_refused(executor: str) -> None:
     with pytest.raises(ChronicleError, match=f"expected the executor 'eager' or 'backfill', got '{executor}'"):

@@ -239,6 +239,19 @@ def test_live_recognition_leaves_late_events_out(tmp_path: Path, capsys: pytest.
     assert run([*command, "1s", "--executor", "backfill"]) == 2
 
 
+@pytest.mark.parametrize("executor", ["eager", "backfill"])
+def test_start_and_end_are_the_smaller_and_the_larger_time_of_the_header(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], executor: str
+) -> None:
+    path = written(tmp_path, "a.chronicle", MET.replace("[0s, 9s]", "[-9s, 9s]").replace("(t1, t2)", "(t2, t1)"))
+    events = written(tmp_path, "e.csv", EVENTS)
+    command = ["recognise", events, "--chronicles", path, "--executor", executor, "--format", "jsonl"]
+    assert run(command) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["start_us"], found["end_us"]) == (1_000_000, 2_000_000)
+    assert found["sub_events"] == [{"label": "t1", "t_us": 1_000_000}, {"label": "t2", "t_us": 2_000_000}]
+
+
 @pytest.mark.parametrize("executor", ["auto", "lazy"])
 def test_executors_that_are_gone_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], executor: str) -> None:
     events = written(tmp_path, "e.csv", EVENTS)

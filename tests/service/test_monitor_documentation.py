@@ -9,7 +9,10 @@ import pytest
 from chronicles.chronicle_set import load_texts
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_features import CAR_FEATURES
+from service.questions.queries import EventFilter
 from service.texts.chronicle_files import with_relations
+from tests.service.logs import read_all
+from tests.service.monitoring.test_stream_processes import run_race
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "monitors.md"
@@ -32,6 +35,16 @@ def test_the_monitors_and_the_chronicle_of_the_page_go_together(tmp_path: Path) 
     chronicles = load_texts(with_relations([("page", chronicle)]))
     loaded.check_names(chronicles)
     assert "within_limit_violated" in chronicles.plan("races_past").consumes
+
+
+def test_what_the_chronicle_of_the_page_finds_is_logged_whichever_event_came_first(tmp_path: Path) -> None:
+    [monitors], [chronicle, _] = blocks("mtl"), blocks("text")
+    url = run_race(tmp_path, monitors.replace("80 km/h", "54 km/h"), chronicle)
+    events = read_all(url, EventFilter(types=("races_past",)))
+    points = [{one.label: one.t_us for one in event.sub_events} for event in events]
+    # The violation (t1) of the fast car comes after it drew level (t2).
+    assert any(one["t2"] < one["t1"] for one in points)
+    assert [(one.start_us, one.end_us) for one in events] == [(min(one.values()), max(one.values())) for one in points]
 
 
 def test_the_page_lists_every_feature() -> None:

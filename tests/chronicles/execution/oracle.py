@@ -423,11 +423,12 @@ class _OneChronicle:
         event_times = [self.events[index].t_us for index in chosen]
         points = self.chronicle.points
         is_ordered = bool(asserts) or any(one.kind != "all" for one in self.of(model.SelectStatement))
+        ends_us = [times[points[0].name], times[points[-1].name]] if points else event_times
         return Match(
             self.chronicle.name,
             tuple((name, binding[self.one_name.get(name, name)]) for name in self.roles),
-            times[points[0].name] if points else min(event_times),
-            times[points[-1].name] if points else max(event_times),
+            min(ends_us),
+            max(ends_us),
             tuple((name, t_us) for t_us, name in sorted((t_us, name) for name, t_us in times.items())),
             tuple(sorted(chosen)),
             (),
@@ -461,5 +462,4 @@ def as_match(occurrence: Occurrence, index_of: Callable[[Event], int], closes_us
 
 
 def _ticks(match: Match) -> set[int]:
-    low, high = sorted((match.start_us, match.end_us))
-    return set(range(low, max(high, low + 1)))
+    return set(range(match.start_us, max(match.end_us, match.start_us + 1)))
