@@ -19,8 +19,8 @@ from collections.abc import Callable, Sequence
 
 from benchmarks.bench_chronicles import STREAMS, Stream, chronicle_set, peer
 from chronicles import Event, Recogniser
-from chronicles.execution.backfill import recognise_columns
-from chronicles.execution.columns import EventColumns
+from chronicles.execution.stored.backfill import recognise_columns
+from chronicles.execution.stored.columns import EventColumns
 
 HEADS = ("stream", "events", "matches", "eager", "backfill", "looked at", "peer", "backfill x")
 _PEER_IN_SKEW = 10_000

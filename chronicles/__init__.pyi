@@ -13,7 +13,7 @@ from .events import (
     Occurrence as Occurrence,
     PartialInstance as PartialInstance,
 )
-from .execution.columns import EventColumns as EventColumns
+from .execution.stored.columns import EventColumns as EventColumns
 from .explanation.json_form import to_json as to_json
 from .explanation.rendering import render as render
 from .explanation.why import why as why

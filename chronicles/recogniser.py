@@ -4,7 +4,7 @@
 by an event or by `advance`, minus the lateness: an event before the watermark is late and only counted, and everything
 before the watermark is known, so absences up to it can be concluded. Nothing here reads a clock.
 
-Events may rest on hypotheses that are confirmed or refuted later; see `execution/revision.py`.
+Events may rest on hypotheses that are confirmed or refuted later; see `execution/live/revision.py`.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence, PartialInstance
 from chronicles.execution.engine import Engine
-from chronicles.execution.plain_data import from_plain, to_plain
-from chronicles.execution.revision import Revision
+from chronicles.execution.live.plain_data import from_plain, to_plain
+from chronicles.execution.live.revision import Revision
 
 
 class Recogniser:

@@ -14,8 +14,8 @@ from operator import attrgetter
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
-from chronicles.execution.backfill import recognise_columns
-from chronicles.execution.columns import EventColumns
+from chronicles.execution.stored.backfill import recognise_columns
+from chronicles.execution.stored.columns import EventColumns
 from chronicles.recogniser import Recogniser
 
 _EXECUTORS = ("eager", "backfill")

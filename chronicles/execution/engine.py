@@ -14,7 +14,7 @@ from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.events import Event, Occurrence, PartialInstance
-from chronicles.execution.eager import Completed, EagerExecutor
+from chronicles.execution.live.eager import Completed, EagerExecutor
 from chronicles.execution.occurrences import Finding
 from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage

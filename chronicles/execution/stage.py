@@ -15,9 +15,9 @@ from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event, PartialInstance
 from chronicles.execution.conclusions import Conclusions
-from chronicles.execution.eager import Completed, EagerExecutor
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Record
+from chronicles.execution.live.eager import Completed, EagerExecutor
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
 from chronicles.execution.results import Unbuilt, is_told_at_once
 

@@ -12,7 +12,7 @@ from chronicles.compilation.cost import cost, reachable
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from tests.chronicles.execution.instance_store import InstanceStore
+from tests.chronicles.execution.live.instance_store import InstanceStore
 from tests.chronicles.execution.random_cases import CaseMaker
 
 FOUR = """timeunit 1s

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from chronicles.compilation.plan import Plan
-from chronicles.execution.eager import EagerExecutor
 from chronicles.execution.instances import Instance, Record
+from chronicles.execution.live.eager import EagerExecutor
 
 
 class InstanceStore:

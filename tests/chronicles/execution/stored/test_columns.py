@@ -1,7 +1,7 @@
 """Events kept as columns."""
 
 from chronicles.events import Event
-from chronicles.execution.columns import NO_CODE, EventColumns
+from chronicles.execution.stored.columns import NO_CODE, EventColumns
 
 EVENTS = [
     Event("enter", ("car2",), 7, hypotheses=("h1",)),

@@ -5,7 +5,7 @@ Dousson: an event that an instance expects makes a copy with the event in it, an
 matches are found and nothing is consumed. We depart from it in three ways. The network is minimised once, when the
 chronicle is compiled; an instance only compares times, and its deadline is exact. Chronicles that look at the same
 kind of event share the test of it, and, where they can start with it, the row of the instance that has only this event.
-And the comparisons are written as Python programs (`eager_source`).
+And the comparisons are written as Python programs (`live.programs`).
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from typing import Any  # an instance is a heterogeneous list; states are plain 
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
-from chronicles.execution.eager_rows import Row, Rows
-from chronicles.execution.eager_source import extend_code, read_code, row_places
-from chronicles.execution.eager_steps import deadline_bounds, known_slots, members, steps_from
 from chronicles.execution.event_tests import Code
 from chronicles.execution.instances import Instance, Record, no_records, record_builder
+from chronicles.execution.live.partial_rows import Row, Rows
+from chronicles.execution.live.programs import extend_code, read_code, row_places
+from chronicles.execution.live.steps import deadline_bounds, known_slots, members, steps_from
 
 # Numbers of chronicles, each with instances that have all their events; a chronicle may come more than once.
 Completed = list[tuple[int, Sequence[Instance]]]

@@ -1,7 +1,7 @@
 """Where are the partial instances of one set of matched positions kept, and when are they forgotten?
 
 A million of them must fit into memory, so one is a row: a tuple of numbers and texts only (Python's garbage collector
-stops looking at such tuples), and the events in it are not kept, as `eager_source` tells. Rows come in the order of
+stops looking at such tuples), and the events in it are not kept, as `live.programs` tells. Rows come in the order of
 time. They stand in a queue, and for each step that asks for certain values in an index from those values to the rows.
 
 Rows are dropped from the front of the queue, a few each time some are added, so that no event has to wait for a big
@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from operator import itemgetter
-from typing import Any  # a row is a heterogeneous tuple, see `eager_source`
+from typing import Any  # a row is a heterogeneous tuple, see `live.programs`
 
 Row = tuple[Any, ...]
 Index = dict[Hashable, Row | list[Row]]

@@ -9,11 +9,11 @@ from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.execution.columns import EventColumns
-from chronicles.execution.joins import complete_rows
-from chronicles.execution.matches import find_matches
-from chronicles.execution.row_index import Numbering, RowIndex
-from chronicles.execution.row_tests import Fitting, fitting
+from chronicles.execution.stored.columns import EventColumns
+from chronicles.execution.stored.fitting import Fitting, fitting
+from chronicles.execution.stored.joins import complete_rows
+from chronicles.execution.stored.matches import find_matches
+from chronicles.execution.stored.row_index import Numbering, RowIndex
 from tests.chronicles.execution.random_cases import CaseMaker
 
 CASES_A_BLOCK = 60

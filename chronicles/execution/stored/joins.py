@@ -20,9 +20,9 @@ from functools import reduce
 import numpy as np
 
 from chronicles.compilation.plan import Plan
-from chronicles.execution.columns import Codes, Times, kind_of
-from chronicles.execution.row_index import Partners, RowIndex, is_too_long
-from chronicles.execution.row_tests import Fitting, Mask, Rows
+from chronicles.execution.stored.columns import Codes, Times, kind_of
+from chronicles.execution.stored.fitting import Fitting, Mask, Rows
+from chronicles.execution.stored.row_index import Partners, RowIndex, is_too_long
 
 MOST_ROWS = 1 << 17
 """How many rows a block of time, or a table between two joins, has at most."""

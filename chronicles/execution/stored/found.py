@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 
 from chronicles.events import Occurrence
-from chronicles.execution.columns import Times
 from chronicles.execution.history import AttributeHistory
-from chronicles.execution.matches import Matches
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder
 from chronicles.execution.results import Told
-from chronicles.execution.row_tests import Rows
+from chronicles.execution.stored.columns import Times
+from chronicles.execution.stored.fitting import Rows
+from chronicles.execution.stored.matches import Matches
 
 _MATCHES_AT_A_TIME = 1 << 12
 
@@ -30,8 +30,8 @@ class FoundOccurrences(Told):
     --------
     >>> from chronicles.chronicle_set import load
     >>> from chronicles.events import Event
-    >>> from chronicles.execution.backfill import recognise_columns
-    >>> from chronicles.execution.columns import EventColumns
+    >>> from chronicles.execution.stored.backfill import recognise_columns
+    >>> from chronicles.execution.stored.columns import EventColumns
     >>> stay = load("chronicle stay[?car](t1, t2) { "
     ...             "event(enter[?car], t1) event(leave[?car], t2) t2 - t1 in [0s, 9s] }")
     >>> columns = EventColumns.from_events([Event("enter", ("car1",), 3), Event("leave", ("car1",), 8)])

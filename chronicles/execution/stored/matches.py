@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chronicles.compilation.plan import Plan
-from chronicles.execution.columns import Codes, EventColumns, EventTable, Times, kind_of
 from chronicles.execution.instances import Instance
-from chronicles.execution.joins import complete_rows
-from chronicles.execution.row_tests import Rows, fitting
+from chronicles.execution.stored.columns import Codes, EventColumns, EventTable, Times, kind_of
+from chronicles.execution.stored.fitting import Rows, fitting
+from chronicles.execution.stored.joins import complete_rows
 
 
 @dataclass(frozen=True, eq=False, slots=True)

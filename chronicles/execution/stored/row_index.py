@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.errors import ChronicleError
-from chronicles.execution.columns import Codes, Times
-from chronicles.execution.row_tests import Mask, Rows
+from chronicles.execution.stored.columns import Codes, Times
+from chronicles.execution.stored.fitting import Mask, Rows
 
 Numbers = NDArray[np.int64]
 

@@ -10,10 +10,10 @@ from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.execution.eager import EagerExecutor
 from chronicles.execution.event_tests import event_matcher
 from chronicles.execution.instances import Instance, Layout, Record
-from tests.chronicles.execution.instance_store import InstanceStore
+from chronicles.execution.live.eager import EagerExecutor
+from tests.chronicles.execution.live.instance_store import InstanceStore
 from tests.chronicles.execution.random_cases import CaseMaker
 
 CASES_A_BLOCK = 100
@@ -135,7 +135,7 @@ def wanted(plan: Plan, records: Sequence[Record]) -> list[Record]:
 def test_store_finds_every_choice_of_events_once(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     if block:
         # No event is at hand when its instance is complete: all are built again.
-        monkeypatch.setattr("chronicles.execution.eager._RECENT", 1)
+        monkeypatch.setattr("chronicles.execution.live.eager._RECENT", 1)
     found = 0
     for seed in range(block * CASES_A_BLOCK, (block + 1) * CASES_A_BLOCK):
         plans, records = case(seed)

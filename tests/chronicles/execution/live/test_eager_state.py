@@ -7,8 +7,8 @@ from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event
 from chronicles.execution.instances import Record
-from tests.chronicles.execution.instance_store import InstanceStore
-from tests.chronicles.execution.test_instances import case, wanted
+from tests.chronicles.execution.live.instance_store import InstanceStore
+from tests.chronicles.execution.live.test_eager import case, wanted
 
 PAIR = "chronicle pair[?k](t1, t2) { event(a[?k], t1) event(b[?k], t2) t2 - t1 in [1us, 100us] }"
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.compilation.plan import EventTest
-from chronicles.execution.columns import Codes, EventColumns, Times, kind_of
+from chronicles.execution.stored.columns import Codes, EventColumns, Times, kind_of
 
 Rows = NDArray[np.int64]
 Mask = NDArray[np.bool_]

@@ -17,14 +17,14 @@ import numpy as np
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
 from chronicles.events import Event, Occurrence
-from chronicles.execution.columns import EventColumns
-from chronicles.execution.eager import Completed
 from chronicles.execution.engine import Engine
-from chronicles.execution.found import FoundOccurrences, as_stored
 from chronicles.execution.instances import Instance
-from chronicles.execution.joins import MOST_ROWS
-from chronicles.execution.matches import Matches, find_matches
+from chronicles.execution.live.eager import Completed
 from chronicles.execution.results import is_told_at_once
+from chronicles.execution.stored.columns import EventColumns
+from chronicles.execution.stored.found import FoundOccurrences, as_stored
+from chronicles.execution.stored.joins import MOST_ROWS
+from chronicles.execution.stored.matches import Matches, find_matches
 
 _MATCHES_AT_A_TIME = 1 << 14
 

@@ -1,0 +1,1 @@
+"""Event by event: partial instances, hypotheses, checkpoints."""

@@ -1,0 +1,1 @@
+"""Stored events: columns and their joins."""
