@@ -14,6 +14,11 @@ from .events import (
     PartialInstance as PartialInstance,
 )
 from .execution.stored.columns import EventColumns as EventColumns
+from .execution.unfit_events import (
+    UnfitCounter as UnfitCounter,
+    UnfitEvents as UnfitEvents,
+    unfit_events as unfit_events,
+)
 from .explanation.json_form import to_json as to_json
 from .explanation.rendering import render as render
 from .explanation.why import why as why

@@ -70,7 +70,7 @@ class RecognitionUnit:
         for label in frame.validated:
             occurrences += recogniser.confirm(label)
         for change in frame.changes:
-            occurrences += recogniser.observe(_event(change, frame.hypotheses_of(change)))
+            occurrences += recogniser.observe(event_of(change, frame.hypotheses_of(change)))
         occurrences += recogniser.advance(sample.valid_us)
         return [Sample(sample.available_us, occurrence.end_us, occurrence) for occurrence in occurrences]
 
@@ -85,7 +85,8 @@ class RecognitionUnit:
         return [Sample(self._now_us, occurrence.end_us, occurrence) for occurrence in occurrences]
 
 
-def _event(change: Change, hypotheses: tuple[str, ...]) -> Event:
+def event_of(change: Change, hypotheses: tuple[str, ...] = ()) -> Event:
+    """Make the event that a change of a relation is to chronicles."""
     return Event(change.name, change.args, change.t_us, value_text(change.old), value_text(change.new), hypotheses)
 
 

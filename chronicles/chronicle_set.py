@@ -15,7 +15,7 @@ from chronicles.compilation.cost import warn_unjoined
 from chronicles.compilation.example_checks import check_examples
 from chronicles.compilation.hierarchy import order_by_emission
 from chronicles.compilation.plan import Plan
-from chronicles.compilation.symbols import Symbols, collect_symbols
+from chronicles.compilation.symbols import Signature, collect_symbols
 from chronicles.compilation.usage import warn_unproduced, warn_unused
 from chronicles.errors import ChronicleError
 from chronicles.language import model
@@ -32,7 +32,8 @@ class ChronicleSet:
     `plans` stand in an order in which every chronicle comes after those whose emitted events it looks at; `defaults`
     gives the value of an attribute before its first change where that is not "unknown"; `texts` the canonical text of
     each chronicle; `warnings` what the check found besides errors; `examples` the examples of the texts, with constants
-    replaced by their values; `statement_places` file and line of each statement of each chronicle.
+    replaced by their values; `statement_places` file and line of each statement of each chronicle; `signatures` the
+    attributes and messages that the texts declare.
     """
 
     plans: tuple[Plan, ...]
@@ -41,6 +42,7 @@ class ChronicleSet:
     warnings: tuple[Diagnostic, ...]
     examples: tuple[model.Example, ...] = ()
     statement_places: tuple[tuple[str, tuple[tuple[str, int], ...]], ...] = ()
+    signatures: tuple[Signature, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -150,7 +152,9 @@ def _read(
         return None, found
     texts_of = tuple((plan.name, canonical[plan.name]) for plan in ordered)
     statement_places = tuple((one.name, _statement_places(one)) for one in chronicles)
-    return ChronicleSet(ordered, _defaults(symbols), texts_of, found, examples, statement_places), found
+    signatures = tuple(symbols.signatures.values())
+    defaults = _defaults(signatures)
+    return ChronicleSet(ordered, defaults, texts_of, found, examples, statement_places, signatures), found
 
 
 def _chronicles(files: Iterable[model.ChronicleFile], reporter: Reporter) -> list[model.Chronicle]:
@@ -176,5 +180,5 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_VERSION_LENGTH]
 
 
-def _defaults(symbols: Symbols) -> tuple[tuple[str, str], ...]:
-    return tuple((one.name, one.default) for one in symbols.signatures.values() if one.value is not None)
+def _defaults(signatures: Iterable[Signature]) -> tuple[tuple[str, str], ...]:
+    return tuple((one.name, one.default) for one in signatures if one.value is not None)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event, Occurrence
+from chronicles.execution.unfit_events import unfit_events
 from chronicles.recogniser import Recogniser
 from chronicles.recognition import recognise
 from service.errors import QueryError
@@ -15,7 +16,7 @@ from service.questions.stored_events import check_watched, stored_events
 from service.store.location import is_log_name
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
-from service.texts.idle_chronicles import idle_in_file, idle_in_stream
+from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told
 from service.texts.text_streams import Stream
 
 
@@ -114,7 +115,11 @@ def _read_log(source: str, chronicles: ChronicleSet, run: str | None) -> StoredI
         record = log.run(run)
         check_watched(record, chronicles)
         stored = stored_events(log, record.id)
-    warnings = idle_in_stream(source, chronicles, messages_of_run(record))
+    unfit = unfit_events(chronicles, stored.events)
+    warnings = (
+        *idle_in_stream(source, chronicles, messages_of_run(record)),
+        *unfit_told(source, chronicles, unfit, is_traffic=True),
+    )
     return StoredInput(stored.events, stored.until_us, warnings)
 
 

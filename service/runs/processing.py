@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from chronicles.chronicle_set import ChronicleSet
+from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.node import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import RunRecord, RunStatus
@@ -22,7 +24,7 @@ from service.runs.recording import RecordedStreams, Recorder
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
-from service.texts.idle_chronicles import idle_in_stream
+from service.texts.idle_chronicles import idle_in_stream, unfit_told
 from service.times import utc_us
 from vision.errors import VideoBroken
 
@@ -134,7 +136,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     recorded = RecordedStreams.of(feed.pipeline)
     record = _run_record(source, site, chronicles, monitors, pipeline=feed.pipeline, columns=request.columns or {})
     with open_log(request.log_url, "w") as log:
-        return _run(source, feed, recorded, record, log=log, on_progress=on_progress)
+        return _run(source, feed, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
 
 
 def _run(
@@ -142,13 +144,14 @@ def _run(
     feed: Feed,
     recorded: RecordedStreams,
     record: RunRecord,
+    chronicles: ChronicleSet,
     *,
     log: EventLog,
     on_progress: Callable[[Progress], None],
 ) -> RunSummary:
     with Interrupts() as interrupts:
         writer = log.begin_run(record)
-        recorder = Recorder(writer, source.network, history_us=HISTORY_US)
+        recorder = Recorder(writer, source.network, UnfitCounter(chronicles), history_us=HISTORY_US)
         recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder)
         try:
@@ -159,7 +162,9 @@ def _run(
         writer.append_streams(stream_records(feed.pipeline))
         writer.append_costs(stream_costs(feed.pipeline))
         recorder.finish(status, reason)
-    warnings = (*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views))
+    lost = (_lost_view(source, *times) for times in recorder.lost_views)
+    unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)
+    warnings = (*record.warnings, *lost, *unfit)
     return RunSummary(record.id, status, reason, warnings, meter.read(), feed.pipeline.node.report())
 
 

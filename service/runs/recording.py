@@ -10,8 +10,9 @@ import numpy as np
 
 from anchoring.adapter import Anchored
 from anchoring.observations import Cars, LinkChange
-from chronicles.adapter import value_text
+from chronicles.adapter import event_of, value_text
 from chronicles.events import Occurrence, OccurrenceKey
+from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
 from dyknow.monitors.monitors import MonitorEvent
 from dyknow.streams.sample import Sample
@@ -88,10 +89,12 @@ class Recorder:
     events : number of events that stand so far; a retracted one does not.
     cars : symbols of all cars seen so far.
     records_cars, records_events : whether there is a stream of them; without one, they are not known.
+    unfit : counts the relation changes that chronicles cannot take.
     lost_views : from when to when a moving camera's view was lost; the end is None where it was not found again.
     """
 
-    def __init__(self, writer: RunWriter, network: RoadNetwork | None, *, history_us: int) -> None:
+    def __init__(self, writer: RunWriter, network: RoadNetwork | None, unfit: UnfitCounter, *, history_us: int) -> None:
+        self.unfit = unfit
         self.events = 0
         self.cars: set[str] = set()
         self.records_cars = self.records_events = False
@@ -154,6 +157,8 @@ class Recorder:
         self._writer.append_hypotheses(
             HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels
         )
+        for change in frame.changes:
+            self.unfit.count(event_of(change))
         self._writer.append_relations(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
 
     def _record_verdict(self, sample: Sample[MonitorEvent]) -> None:

@@ -1,21 +1,26 @@
-"""Which chronicles look at events that do not come, or come in another shape than they ask for?
+"""Which chronicles look at events that do not come, and which events come that no chronicle can take?
 
 Such a chronicle finds nothing, and nothing else would say why.
 """
 
-from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.plan import Plan
+from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
+from chronicles.execution.unfit_events import Reason, UnfitCounter, UnfitEvents
 from chronicles.language.diagnostics import suggest
 from qsr.relations import RANK
 
 _TOLD_AT_MOST = 5
 
-Arity = tuple[int, bool]
+_EXPECTED: dict[Reason, str] = {
+    "unknown name": "expected events that the texts declare, not {}",
+    "other shape": "expected {} with the arguments and values that the texts have",
+    "value outside its domain": "expected values of {} inside their domains",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,23 +45,46 @@ def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) 
     >>> from chronicles.chronicle_set import load
     >>> loud = load("chronicle loud[?c](t1) { event(honk[?c], t1) }")
     >>> idle_in_file("e.csv", loud, [Event("honk", ("a", "b"), 0)])
-    ("e.csv: expected 'honk' with 1 argument, as chronicle 'loud' has it, got 1 event with 2 arguments",)
+    ("e.csv: expected 'honk' with the arguments and values that the texts have, got 1 event, the first at 0 us:
+    honk[a, b]",)
     >>> idle_in_file("e.csv", loud, [Event("honks", ("a",), 0)])
     ("e.csv: expected events 'honk', which chronicle 'loud' looks at, got none; did you mean 'honks'?",)
     >>> idle_in_file("e.csv", loud, [Event("honk", ("a",), 0)])
     ()
     """
-    shapes: dict[str, Counter[Arity]] = {}
+    counter, names = UnfitCounter(chronicles), set[str]()
     for event in events:
-        shapes.setdefault(event.name, Counter())[len(event.args), event.new is not None] += 1
-    given = _given(chronicles)
-    return _shortened(
-        said
+        counter.count(event)
+        names.add(event.name)
+    given = _given(chronicles) | names
+    idle = (
+        f"{where}: expected events {wanted.name!r}, which chronicle {plan.name!r} looks at, "
+        f"got none{_hint(wanted.name, names)}"
         for plan in chronicles.plans
         for wanted in _looked_at(plan)
-        if wanted.name not in given
-        for said in _faults(where, plan, wanted, shapes)
+        if wanted.is_needed and wanted.name not in given
     )
+    return (*_shortened(idle), *unfit_told(where, chronicles, counter.found))
+
+
+def unfit_told(
+    where: str, chronicles: ChronicleSet, found: Iterable[UnfitEvents], *, is_traffic: bool = False
+) -> tuple[str, ...]:
+    """Say which events fit nothing, how many, and what the first one was.
+
+    Names that nobody declares are only told where texts declare names at all, and not of DyKnow's own stream, which has
+    relations that only monitors look at.
+    """
+    declared = _given(chronicles).union(one.name for one in chronicles.signatures)
+    knows_names = bool(chronicles.signatures) and not is_traffic
+    said = (
+        f"{where}: {_EXPECTED[one.reason].format(repr(one.name))}, got {_events(one.count)}, "
+        f"the first at {one.first.t_us} us: {_shown(one.first)}"
+        + (_hint(one.name, declared) if one.reason == "unknown name" else "")
+        for one in found
+        if knows_names or one.reason != "unknown name"
+    )
+    return _shortened(said)
 
 
 def idle_in_stream(where: str, chronicles: ChronicleSet, messages: Collection[str]) -> tuple[str, ...]:
@@ -105,30 +133,18 @@ def _looked_at(plan: Plan) -> Iterator[_Wanted]:
         yield _Wanted(name, arity, is_change, is_needed)
 
 
-def _faults(where: str, plan: Plan, wanted: _Wanted, shapes: Mapping[str, Counter[Arity]]) -> Iterator[str]:
-    came = shapes.get(wanted.name)
-    if came is None:
-        if wanted.is_needed:
-            said = f"expected events {wanted.name!r}, which chronicle {plan.name!r} looks at, got none"
-            yield f"{where}: {said}{_hint(wanted.name, shapes)}"
-    elif not came[wanted.arity, wanted.is_change]:
-        [((arity, is_change), count)] = came.most_common(1)
-        asked, got = _arguments(wanted.arity), _arguments(arity)
-        if arity == wanted.arity:
-            asked = "an old and a new value" if wanted.is_change else "no values"
-            got = "both" if is_change else "none"
-        events = "1 event" if count == 1 else f"{count} events"
-        said = f"expected {wanted.name!r} with {asked}, as chronicle {plan.name!r} has it"
-        yield f"{where}: {said}, got {events} with {got}"
-
-
 def _hint(name: str, known: Iterable[str]) -> str:
     hint = suggest(name, sorted(known)).text
     return f"; {hint}" if hint else ""
 
 
-def _arguments(count: int) -> str:
-    return "1 argument" if count == 1 else f"{count} arguments"
+def _events(count: int) -> str:
+    return "1 event" if count == 1 else f"{count} events"
+
+
+def _shown(event: Event) -> str:
+    change = "" if event.new is None else f":({event.old or UNKNOWN}, {event.new})"
+    return f"{event.name}[{', '.join(event.args)}]{change}"
 
 
 def _shortened(found: Iterable[str]) -> tuple[str, ...]:

@@ -310,6 +310,19 @@ def test_time_goes_on_after_the_last_event_as_far_as_said(tmp_path: Path, capsys
     assert "--until: expected a time not before the last event (1000000 us), got 500000 us" in capsys.readouterr().err
 
 
+def test_events_that_fit_no_declaration_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    declared = "domain Street = {high, low}\nmessage honk[?c, ?s] { ?s in Street }\n"
+    path = written(tmp_path, "a.chronicle", declared + "chronicle any[?c](t1) { event(honk[?c, ?], t1) }\n")
+    events = written(
+        tmp_path, "e.csv", "t_s,name,arg1,arg2\n1,honk,a,high\n2,honk,a,main\n3,honk,b,main\n4,hunk,a,low\n"
+    )
+    assert run(["recognise", events, "--chronicles", path]) == 0
+    told = capsys.readouterr().err
+    inside, declares = "values of 'honk' inside their domains", "events that the texts declare, not 'hunk'"
+    assert f"expected {inside}, got 2 events, the first at 2000000 us: honk[a, main]" in told
+    assert f"expected {declares}, got 1 event, the first at 4000000 us: hunk[a, low]; did you mean 'honk'?" in told
+
+
 def test_options_of_a_log_and_of_a_file_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     events, log = written(tmp_path, "e.csv", EVENTS), write_small_log(tmp_path / "a.db")
     assert run(["recognise", events, "--run", "r1"]) == 2
@@ -322,10 +335,13 @@ def test_options_of_a_log_and_of_a_file_are_kept_apart(tmp_path: Path, capsys: p
 @pytest.mark.parametrize(
     ("events", "warning"),
     [
-        ("1,honk,a,b,,\n2,honk,a,b,,\n", "expected 'honk' with 1 argument, as chronicle 'alone' has it, got 2 events"),
+        (
+            "1,honk,a,b,,\n2,honk,a,b,,\n",
+            "with the arguments and values that the texts have, got 2 events, the first at 1000000 us: honk[a, b]",
+        ),
         (
             "1,honk,a,,false,true\n",
-            "expected 'honk' with no values, as chronicle 'alone' has it, got 1 event with both",
+            "arguments and values that the texts have, got 1 event, the first at 1000000 us: honk[a]:(false, true)",
         ),
         ("1,hunk,a,,,\n", "expected events 'honk', which chronicle 'alone' looks at, got none; did you mean 'hunk'?"),
         ("1,honk,a,,,\n", ""),

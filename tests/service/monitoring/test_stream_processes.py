@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from chronicles import library
 from chronicles.errors import ChronicleError
 from dyknow.monitors.monitors import MonitorEvent
 from dyknow.mtl.errors import FormulaError
@@ -169,6 +170,23 @@ def test_a_chronicle_looks_at_violations_in_the_same_run(tmp_path: Path) -> None
     [found] = read_all(url, EventFilter(types=("races_by",)))
     assert found.roles == {"car": "car1", "other": "car2"}
     assert found.sub_events[1].t_us == 7 * SECOND_US
+
+
+def test_changes_outside_a_declared_domain_are_counted_in_the_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shipped = library.relations_text()
+    declared = shipped.replace("attribute beside[?a, ?b] { ?a in Car", "attribute beside[?a, ?b] { ?a in {car77}")
+    monkeypatch.setattr(library, "relations_text", lambda: declared)
+    chronicle = "chronicle begins[?car, ?other](t1) { event(beside[?car, ?other]:(false, true), t1) }"
+    request = RunRequest(
+        input=write_race(tmp_path / "race.csv"),
+        site=None,
+        log_url=f"sqlite:///{tmp_path / 'log.db'}",
+        chronicle_files=(written(tmp_path, "a.chronicle", chronicle),),
+    )
+    [told] = [one for one in process(request).warnings if "domain" in one]
+    assert told.startswith("race.csv: expected values of 'beside' inside their domains, got ")
 
 
 def test_a_chronicle_that_no_verdict_could_match_is_refused(tmp_path: Path) -> None:
