@@ -15,7 +15,7 @@ from chronicles import library
 from chronicles.events import Event
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 
 STEP_US = 100_000
 RING_M = 2_500.0

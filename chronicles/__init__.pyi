@@ -23,5 +23,4 @@ from .explanation.json_form import to_json as to_json
 from .explanation.rendering import render as render
 from .explanation.why import why as why
 from .explanation.why_not import why_not as why_not
-from .recogniser import Recogniser as Recogniser
-from .recognition import recognise as recognise
+from .recogniser import Recogniser as Recogniser, recognise as recognise

@@ -15,7 +15,7 @@ from chronicles.language import model
 from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
 from chronicles.language.printer import format_duration
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 
 
 @dataclass(frozen=True, slots=True)

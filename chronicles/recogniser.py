@@ -1,4 +1,7 @@
-"""Which chronicles occur in a stream of events?
+"""Which chronicles occur in a stream of events, or in events that are all at hand?
+
+Two executors find the same occurrences in the same order. The live one, eager, keeps every partial instance, so answers
+come at once; the stored one, backfill, joins whole columns of events.
 
 `Recogniser` takes events as they come, up to `lateness_us` out of order. Its watermark is the latest time it was told,
 by an event or by `advance`, minus the lateness: an event before the watermark is late and only counted, and everything
@@ -11,7 +14,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
 from typing import Any  # Any: checkpoints are plain nested data
 
 from chronicles.chronicle_set import ChronicleSet
@@ -20,6 +24,10 @@ from chronicles.events import Event, Occurrence, PartialInstance
 from chronicles.execution.engine import Engine
 from chronicles.execution.live.plain_data import from_plain, to_plain
 from chronicles.execution.live.revision import Revision
+from chronicles.execution.stored.backfill import recognise_columns
+from chronicles.execution.stored.columns import EventColumns
+
+_EXECUTORS = ("eager", "backfill")
 
 
 class Recogniser:
@@ -195,6 +203,58 @@ class Recogniser:
         if state["revision"] is not None:  # made while the engine is new: what is restored into must be empty
             self._revising().restore(state["revision"])
         self._engine.restore(state["engine"])
+
+
+def recognise(
+    chronicles: ChronicleSet,
+    events: Iterable[Event] | EventColumns,
+    *,
+    until_us: int | None = None,
+    executor: str = "backfill",
+) -> Sequence[Occurrence]:
+    """Recognise chronicles in events that are all at hand.
+
+    Parameters
+    ----------
+    chronicles : as given by `chronicles.load`.
+    events : in any order, or stored columns.
+    until_us : the time up to which the events are complete; the latest event's time if not given. An absence that ends
+        later stays open: nobody saw it come true.
+    executor : "eager" or "backfill".
+
+    Returns
+    -------
+    The occurrences in the order in which a `Recogniser` tells them. Where chronicles ask for events alone, those of
+    "backfill" are built when they are looked at.
+
+    Raises
+    ------
+    ChronicleError
+        If there is no such executor, or `until_us` is no whole number.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> alone = load("chronicle alone[?car](t1) { event(enter[?car], t1) noevent(enter[?], (t1 + 1us, t1 + 5s)) }")
+    >>> events = [Event("enter", ("car1",), 0), Event("enter", ("car2",), 3_000_000)]
+    >>> [found.roles for found in recognise(alone, events)]
+    []
+    >>> [found.roles for found in recognise(alone, events, until_us=8_000_000)]
+    [{'car': 'car2'}]
+    """
+    if executor not in _EXECUTORS:
+        raise ChronicleError(f"recognise: expected the executor 'eager' or 'backfill', got {executor!r}")
+    if until_us is not None and type(until_us) is not int:
+        raise ChronicleError(f"recognise: expected until_us, a whole number of us, got {until_us!r}")
+    if executor == "backfill":
+        columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events)
+        return recognise_columns(chronicles, columns, until_us=until_us)
+    recogniser = Recogniser(chronicles)
+    stream = events.events if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
+    found = [occurrence for event in stream for occurrence in recogniser.observe(event)]
+    if until_us is not None:
+        found += recogniser.advance(until_us)
+    return found
 
 
 def _versions(chronicles: ChronicleSet) -> list[list[str]]:

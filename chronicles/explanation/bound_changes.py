@@ -20,7 +20,7 @@ from chronicles.explanation.explanations import BoundChange, CountReading, Oblig
 from chronicles.explanation.obligation_readings import ObligationReader
 from chronicles.language import model
 from chronicles.language.printer import print_statement
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from chronicles.explanation.assignments import Assignment, Values
 from chronicles.explanation.chronicle_text import ChronicleText
 from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import ConstraintReading, RoleValue
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,7 +38,7 @@ def why(chronicles: ChronicleSet, occurrence: Occurrence, events: Iterable[Event
     Examples
     --------
     >>> from chronicles.chronicle_set import load
-    >>> from chronicles.recognition import recognise
+    >>> from chronicles.recogniser import recognise
     >>> stay = load("chronicle stay[?car](t1, t2) { event(enter[?car], t1) event(left[?car], t2) t2 - t1 in [0s, 9s] }")
     >>> events = [Event("enter", ("car1",), 1_000_000), Event("left", ("car1",), 9_500_000)]
     >>> [found] = recognise(stay, events)

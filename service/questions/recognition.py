@@ -7,8 +7,7 @@ from pathlib import Path
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event, Occurrence
 from chronicles.execution.unfit_events import unfit_events
-from chronicles.recogniser import Recogniser
-from chronicles.recognition import recognise
+from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
 from service.monitoring.monitor_messages import NO_MESSAGES, Messages, messages_of_run
 from service.questions.event_files import load_events

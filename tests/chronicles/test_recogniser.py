@@ -7,8 +7,7 @@ import pytest
 from chronicles.chronicle_set import load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, ExpectedEvent
-from chronicles.recogniser import Recogniser
-from chronicles.recognition import recognise
+from chronicles.recogniser import Recogniser, recognise
 from tests.chronicles.support import run, shown, steps
 
 RACE = """

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.questions.stored_events import stored_events
 from service.runs.processing import RunRequest, process

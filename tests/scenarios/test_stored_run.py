@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from service.cli.app import run
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter, decode_event, iterate_events

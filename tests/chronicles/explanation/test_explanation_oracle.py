@@ -11,7 +11,7 @@ from chronicles.events import Event
 from chronicles.explanation.explanations import BoundChange, NearMiss, WhyNot
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.explanation.relaxations import relaxed_sets
 

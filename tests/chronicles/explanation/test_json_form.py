@@ -12,7 +12,7 @@ from chronicles.explanation.explanations import Explanation, WhyNot
 from chronicles.explanation.json_form import schema, to_json
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from tests.chronicles.explanation.schema_check import faults
 from tests.chronicles.explanation.test_explanation_oracle import accepted_case
 from tests.chronicles.explanation.test_why import TWO_VISITS, VISITS, events_of

@@ -12,7 +12,7 @@ from chronicles.explanation.rendering import render
 from chronicles.explanation.sentences import of_change, of_constraint
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from tests.chronicles.explanation.test_why import TWO_VISITS, VISITS, events_of
 
 GOLDEN = Path(__file__).parent / "golden"

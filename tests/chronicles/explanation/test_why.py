@@ -8,7 +8,7 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
 from chronicles.explanation.explanations import CountReading, Explanation, HoldReading
 from chronicles.explanation.why import why
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from tests.chronicles.support import steps
 
 VISITS = """

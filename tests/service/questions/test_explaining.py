@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from chronicles.recognition import recognise
+from chronicles.recogniser import recognise
 from service.api.app import create_app
 from service.cli.app import run
 from service.errors import LogError, QueryError
