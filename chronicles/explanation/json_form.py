@@ -7,11 +7,11 @@ each part also has its sentence, so that a page need not know how to say it.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from importlib.resources import files
 from typing import Any  # JSON values
 
-from chronicles.events import Event
 from chronicles.explanation import sentences
 from chronicles.explanation.explanations import (
     BoundChange,
@@ -20,7 +20,6 @@ from chronicles.explanation.explanations import (
     Explanation,
     Failure,
     HoldReading,
-    MatchedEvent,
     MissingEvent,
     NearMiss,
     ObligationReading,
@@ -31,6 +30,14 @@ from chronicles.explanation.explanations import (
 VERSION = 1
 
 Json = dict[str, Any]  # Any: a JSON object
+
+# Parts that are worked out, and those that are sentences, behind the fields of a value.
+_WORKED_OUT: dict[type, tuple[str, ...]] = {ConstraintReading: ("slack_low_us", "slack_high_us", "slack_us", "is_met")}
+_SENTENCES: dict[type, Callable[[Any], str]] = {
+    MissingEvent: sentences.of_missing,
+    ConstraintReading: sentences.of_constraint,
+    BoundChange: sentences.of_change,
+}
 
 
 def schema() -> Json:
@@ -65,8 +72,23 @@ def to_json(explanation: Explanation | WhyNot) -> Json:
         "end_us": explanation.end_us,
         "recognised": explanation.recognised,
         "is_complete": explanation.is_complete,
-        "near_misses": [_near_miss(one) for one in explanation.near_misses],
+        "near_misses": _plain(explanation.near_misses),
     }
+
+
+def _plain(value: Any) -> Any:  # Any: a part of an explanation, and its JSON
+    """Write a part: the fields of a value under their names, unless its form is another one."""
+    if isinstance(value, tuple):
+        return [_plain(one) for one in value]
+    form = _FORMS.get(type(value))
+    if form is not None:
+        return form(value)
+    if not is_dataclass(value):
+        return value
+    names = [field.name for field in fields(value)] + [*_WORKED_OUT.get(type(value), ())]
+    written = {name: _plain(getattr(value, name)) for name in names}
+    say = _SENTENCES.get(type(value))
+    return written if say is None else {**written, "sentence": say(value)}
 
 
 def _why(one: Explanation) -> Json:
@@ -75,136 +97,49 @@ def _why(one: Explanation) -> Json:
         "chronicle": {"name": one.chronicle, "version": one.version},
         "start_us": one.start_us,
         "end_us": one.end_us,
-        "roles": _roles(one.roles),
-        "events": [_matched(event) for event in one.events],
-        "constraints": [_constraint(constraint) for constraint in one.constraints],
-        "obligations": [_obligation(obligation) for obligation in one.obligations],
-        "emitted": [_event(event) for event in one.emitted],
+        **_parts(one, "roles", "events", "constraints", "obligations", "emitted"),
     }
 
 
 def _near_miss(one: NearMiss) -> Json:
     return {
-        "roles": _roles(one.roles),
+        "roles": _plain(one.roles),
         "distance": {"unmet": one.unmet_count, "short_us": one.short_us},
-        "failures": [_failure(failure) for failure in one.failures],
-        "events": [_matched(event) for event in one.events],
-        "missing": [_missing(missing) for missing in one.missing],
-        "constraints": [_constraint(constraint) for constraint in one.constraints],
-        "obligations": [_obligation(obligation) for obligation in one.obligations],
-        "change": None if one.change is None else _change(one.change),
-    }
-
-
-def _roles(roles: Sequence[RoleValue]) -> list[Json]:
-    return [{"name": one.name, "value": one.value or None, "source": one.source} for one in roles]
-
-
-def _event(one: Event) -> Json:
-    return {
-        "name": one.name,
-        "args": list(one.args),
-        "t_us": one.t_us,
-        "old": one.old,
-        "new": one.new,
-        "hypotheses": list(one.hypotheses),
-    }
-
-
-def _event_or_none(one: Event | None) -> Json | None:
-    return None if one is None else _event(one)
-
-
-def _matched(one: MatchedEvent) -> Json:
-    cause = None if one.emitted_by is None else _why(one.emitted_by)
-    return {"label": one.label, "pattern": one.pattern, "event": _event(one.event), "emitted_by": cause}
-
-
-def _missing(one: MissingEvent) -> Json:
-    return {
-        "label": one.label,
-        "pattern": one.pattern,
-        "earliest_us": one.earliest_us,
-        "latest_us": one.latest_us,
-        "outside": _event_or_none(one.outside),
-        "outside_us": one.outside_us,
-        "other": _event_or_none(one.other),
-        "mismatches": [{"field": miss.field, "wanted": miss.wanted, "got": miss.got} for miss in one.mismatches],
-        "emitters": list(one.emitters),
-        "sentence": sentences.of_missing(one),
-    }
-
-
-def _constraint(one: ConstraintReading) -> Json:
-    return {
-        "text": one.text,
-        "line": one.line,
-        "later": one.later,
-        "earlier": one.earlier,
-        "value_us": one.value_us,
-        "low_us": one.low_us,
-        "high_us": one.high_us,
-        "slack_low_us": one.slack_low_us,
-        "slack_high_us": one.slack_high_us,
-        "slack_us": one.slack_us,
-        "is_met": one.is_met,
-        "sentence": sentences.of_constraint(one),
+        **_parts(one, "failures", "events", "missing", "constraints", "obligations", "change"),
     }
 
 
 def _obligation(one: ObligationReading) -> Json:
     return {
         "statement": one.kind,
-        "text": one.text,
-        "line": one.line,
-        "outcome": one.outcome,
-        "start_us": one.start_us,
-        "end_us": one.end_us,
-        "slack_us": one.slack_us,
-        "shifts": [{"side": shift.side, "by_us": shift.by_us} for shift in one.shifts],
-        "value": _value(one) if isinstance(one, HoldReading) else None,
+        **_parts(one, "text", "line", "outcome", "start_us", "end_us", "slack_us", "shifts"),
+        "value": _parts(one, "subject", "wanted", "spans", "alternatives") if isinstance(one, HoldReading) else None,
         "count": _count(one) if isinstance(one, CountReading) else None,
         "sentence": sentences.of_obligation(one),
     }
 
 
-def _value(one: HoldReading) -> Json:
-    return {
-        "subject": one.subject,
-        "wanted": one.wanted,
-        "spans": [
-            {
-                "value": span.value,
-                "start_us": span.start_us,
-                "end_us": span.end_us,
-                "change": _event_or_none(span.change),
-            }
-            for span in one.spans
-        ],
-        "alternatives": list(one.alternatives),
-    }
-
-
 def _count(one: CountReading) -> Json:
-    return {
-        "least": one.least,
-        "most": one.most,
-        "events": [_event(event) for event in one.counted],
-        "before": _event_or_none(one.before),
-        "after": _event_or_none(one.after),
-    }
+    return {**_parts(one, "least", "most"), "events": _plain(one.counted), **_parts(one, "before", "after")}
+
+
+def _parts(one: object, *names: str) -> Json:
+    return {name: _plain(getattr(one, name)) for name in names}
+
+
+def _role(one: RoleValue) -> Json:
+    return {"name": one.name, "value": one.value or None, "source": one.source}
 
 
 def _failure(one: Failure) -> Json:
     return {"kind": one.kind, "t_us": one.t_us, "sentence": sentences.of_failure(one)}
 
 
-def _change(one: BoundChange) -> Json:
-    return {
-        "line": one.line,
-        "before": one.before,
-        "after": one.after,
-        "size": one.size,
-        "unit": one.unit,
-        "sentence": sentences.of_change(one),
-    }
+_FORMS: dict[type, Callable[[Any], Json]] = {
+    Explanation: _why,
+    NearMiss: _near_miss,
+    HoldReading: _obligation,
+    CountReading: _obligation,
+    RoleValue: _role,
+    Failure: _failure,
+}
