@@ -25,8 +25,8 @@ from chronicles.errors import ChronicleError
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
 from chronicles.explanation.case import Case
 from chronicles.explanation.chronicle_text import End, WrittenConstraint
-from chronicles.explanation.intervals import ANY_COST, NO_COST, Cost, add
-from chronicles.explanation.obligation_readings import ObligationReader, Readings
+from chronicles.explanation.readings.intervals import ANY_COST, NO_COST, Cost, add
+from chronicles.explanation.readings.obligations import ObligationReader, Readings
 
 
 @dataclass(frozen=True, slots=True)

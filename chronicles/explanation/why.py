@@ -15,8 +15,8 @@ from chronicles.events import Event, Occurrence
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, Values
 from chronicles.explanation.case import Case, constraint_readings, fixed_values, open_case, role_values, tightness
 from chronicles.explanation.explanations import Explanation, MatchedEvent
-from chronicles.explanation.intervals import ANY_COST, NO_COST
-from chronicles.explanation.obligation_readings import ObligationReader, Readings
+from chronicles.explanation.readings.intervals import ANY_COST, NO_COST
+from chronicles.explanation.readings.obligations import ObligationReader, Readings
 
 _LARGEST_SEARCH = 1_000_000
 

@@ -40,7 +40,7 @@ from chronicles.explanation.explanations import (
     WhyNot,
 )
 from chronicles.explanation.missing_events import MissingEventReader
-from chronicles.explanation.obligation_readings import ObligationReader
+from chronicles.explanation.readings.obligations import ObligationReader
 from chronicles.language import model
 from chronicles.language.printer import print_statement
 from chronicles.recogniser import recognise

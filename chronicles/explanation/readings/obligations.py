@@ -12,11 +12,11 @@ from chronicles.compilation.plan import Plan
 from chronicles.events import Event
 from chronicles.explanation.assignments import Values
 from chronicles.explanation.chronicle_text import ChronicleText
-from chronicles.explanation.count_readings import CountReader
 from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import CountReading, HoldReading, ObligationReading
-from chronicles.explanation.hold_readings import HoldReader
-from chronicles.explanation.intervals import Cost, Place, Times, add, cost_of
+from chronicles.explanation.readings.counts import CountReader
+from chronicles.explanation.readings.holds import HoldReader
+from chronicles.explanation.readings.intervals import Cost, Place, Times, add, cost_of
 
 
 @dataclass(frozen=True, slots=True)

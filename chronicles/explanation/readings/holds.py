@@ -14,7 +14,7 @@ from chronicles.events import Event
 from chronicles.explanation.assignments import Values
 from chronicles.explanation.event_log import Args, EventLog
 from chronicles.explanation.explanations import HoldReading, Outcome, Shift, ValueSpan
-from chronicles.explanation.intervals import Place, Times, Window, cost_of, least, smallest_first, window_of
+from chronicles.explanation.readings.intervals import Place, Times, Window, cost_of, least, smallest_first, window_of
 
 
 class HoldReader:

@@ -11,7 +11,7 @@ from chronicles.events import Event
 from chronicles.explanation.assignments import Values
 from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import CountReading, ObligationKind, Outcome, Shift
-from chronicles.explanation.intervals import Place, Times, Window, least, smallest_first, window_of
+from chronicles.explanation.readings.intervals import Place, Times, Window, least, smallest_first, window_of
 
 _time = attrgetter("t_us")
 
