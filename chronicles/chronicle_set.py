@@ -19,8 +19,8 @@ from chronicles.compilation.symbols import Symbols, collect_symbols
 from chronicles.compilation.usage import warn_unproduced, warn_unused
 from chronicles.errors import ChronicleError
 from chronicles.language import model
-from chronicles.language.diagnostics import Diagnostic, Reporter
 from chronicles.language.parser import parse
+from dyknow.language.diagnostics import Diagnostic, Reporter
 
 _VERSION_LENGTH = 12
 

@@ -1,12 +1,15 @@
 # What `from dyknow import ...` offers: `__init__.py` reads the names and their modules from here.
-from .errors import DyKnowError as DyKnowError, PolicyError as PolicyError
+from .errors import (
+    DyKnowError as DyKnowError,
+    FormulaError as FormulaError,
+    KplError as KplError,
+    PolicyError as PolicyError,
+)
 from .graph import to_dot as to_dot
 from .kpl.checks import check_kpl as check_kpl
-from .kpl.findings import KplError as KplError
 from .kpl.loader import load_kpl as load_kpl
 from .kpl.policies import parse_policy as parse_policy
 from .monitors.monitors import Monitors as Monitors
-from .mtl.errors import FormulaError as FormulaError
 from .mtl.kinds import Kind as Kind
 from .mtl.parser import parse_formula as parse_formula, parse_monitors as parse_monitors
 from .mtl.progressor import Progressor as Progressor

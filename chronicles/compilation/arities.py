@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
+from dyknow.language.diagnostics import Reporter
 
 
 def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> None:

@@ -22,8 +22,8 @@ from chronicles.compilation.timing import Timing, moved
 from chronicles.compilation.usage import VARIABLE
 from chronicles.compilation.variables import Variables
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.printer import print_pattern
+from dyknow.language.diagnostics import Reporter
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chronicles.language.diagnostics import Span
+from dyknow.language.places import Span
 
 IntArray = NDArray[np.int64]
 

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 from chronicles.compilation.network import Edge, shortest_path
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span
-from chronicles.language.printer import format_duration
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import format_duration
+from dyknow.language.places import Span
 
 # Events are left out: two alike ask for two events.
 _ONCE_IS_ENOUGH = model.Obligation | model.Equality | model.Membership | model.Allowance

@@ -13,9 +13,11 @@ from typing import Protocol, TypeVar
 from chronicles.compilation.arities import warn_arities
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
 from chronicles.language.printer import print_domain, print_term
 from chronicles.language.syntax_errors import INFINITIES
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.durations import LARGEST_US, LONGEST_NUMBER
+from dyknow.language.places import Span
 
 # Every attribute has this value while nothing is known about it, whatever its domain.
 UNKNOWN = "unknown"
@@ -124,7 +126,7 @@ class Symbols:
         if unit_us == model.UNREAD_US:
             reporter.count_again()
             return 0
-        if len(digits) <= model.LONGEST_NUMBER and (us := int(digits) * unit_us) <= model.LARGEST_US:
+        if len(digits) <= LONGEST_NUMBER and (us := int(digits) * unit_us) <= LARGEST_US:
             return us
         message = f"expected at most 35 years, got {duration.constant!r}, which counts more times {unit_us} us"
         reporter.error("C0105", message, duration.span, f"write constant {duration.constant} = 5s")

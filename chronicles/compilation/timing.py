@@ -13,8 +13,10 @@ from chronicles.compilation.network import UNBOUNDED_US, Edge, distances, minimi
 from chronicles.compilation.redundancy import sentence, warn_implied, warn_repeated
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
-from chronicles.language.printer import format_duration, print_bound, print_statement
+from chronicles.language.printer import print_bound, print_statement
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.durations import format_duration
+from dyknow.language.places import Span
 
 Distances = Sequence[Sequence[int]]  # plain integers: single numbers are read far more often than rows
 

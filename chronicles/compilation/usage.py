@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterable, Iterator
 from chronicles.compilation.canonical import Printed
 from chronicles.compilation.patterns import Cell
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, suggest
 from chronicles.language.printer import print_statement
+from dyknow.language.diagnostics import Hint, Reporter, suggest
 
 # How a variable stands in the text of a report.
 VARIABLE = re.compile(r"\?([A-Za-z_][A-Za-z0-9_]*)")

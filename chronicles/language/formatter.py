@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 
 from chronicles.errors import ChronicleError
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
-from chronicles.language.parser import parse
+from chronicles.language.parser import parse, words_and_comments
 from chronicles.language.spacing import gaps
 from chronicles.language.syntax_errors import DECLARATION_WORDS
-from chronicles.language.words import COMMENT, Word, read_words_and_comments
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.words import COMMENT, Word
 
 _WIDTH = 120
 _INDENT = "  "
@@ -58,7 +58,7 @@ def format_text(text: str, name: str = "<text>") -> str:
     file = parse(text, name, reporter)
     if reporter.errors:
         raise ChronicleError.from_diagnostics(reporter.diagnostics)
-    words = _without_needless_ends(read_words_and_comments(text, name, reporter))
+    words = _without_needless_ends(words_and_comments(text, name, reporter))
     return "".join(line + "\n" for line in _Layout(words, file).lines())
 
 

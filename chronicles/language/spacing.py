@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from chronicles.language.words import COMMENT, Word
+from dyknow.language.words import COMMENT, Word
 
 _SIGNS = frozenset({"POSITIVE", "NEGATIVE"})
 _BRACKETS = frozenset({"OPENING", "CLOSING"})

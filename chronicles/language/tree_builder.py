@@ -11,17 +11,24 @@ import re
 from typing import Any, Literal, NamedTuple, cast  # Any: the parts of a rule are words, or what other rules built
 
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
-from chronicles.language.printer import US_PER_UNIT, format_duration
 from chronicles.language.syntax_errors import SELECTIONS
-from chronicles.language.units import meant
-from chronicles.language.words import Word
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.durations import (
+    LARGEST_US,
+    LONGEST_NUMBER,
+    US_PER_UNIT,
+    format_duration,
+    meant,
+    split_quantity,
+    to_us,
+)
+from dyknow.language.places import Span
+from dyknow.language.reading import Parts
+from dyknow.language.words import Word
 
-_DURATION = re.compile(r"([0-9.]+)(.*)")
 _EXPONENT = re.compile(r"[eE][-+]?[0-9]")
 _ESCAPED = re.compile(r"\\(.)")
 _UNIT_HINT = "a bare number counts microseconds here; put a unit such as 'timeunit 1s' into the text"
-Parts = list[Any]
 
 
 class _Item(NamedTuple):
@@ -40,6 +47,10 @@ class TreeBuilder:
         self._reporter = reporter
         self._unit_us = 1
         self._unit_span: Span | None = None
+
+    def build(self, rule: str, parts: Parts, span: Span) -> Any:
+        """Build what a finished rule stands for."""
+        return getattr(self, rule)(parts, span)
 
     # ---- declarations
 
@@ -365,7 +376,7 @@ class TreeBuilder:
 
     def _microseconds(self, word: Word) -> int:
         """Read a number with its unit; `UNREAD_US` after a report, also an earlier one of the unit of the text."""
-        digits, unit = cast(re.Match[str], _DURATION.fullmatch(word.text)).groups()
+        digits, unit = split_quantity(word.text)
         if _EXPONENT.match(unit):
             message = f"expected a number without an exponent, got {word.text!r}"
             self._reporter.error("C0105", message, self._span(word), "write it out, such as 0.00001s or 10us")
@@ -377,12 +388,10 @@ class TreeBuilder:
         unit_us = US_PER_UNIT[unit] if unit else self._unit_us
         if self._is_too_long(word) or unit_us == model.UNREAD_US:
             return model.UNREAD_US
-        whole, _, decimals = digits.partition(".")
-        scale: int = 10 ** len(decimals)
-        us, rest = divmod(int(whole + decimals) * unit_us, scale)
-        if rest or us > model.LARGEST_US:
-            wanted = "a whole number of microseconds" if rest else "at most 35 years"
-            mend = "time counts in whole microseconds" if unit or not rest else _UNIT_HINT
+        us = to_us(digits, unit_us)
+        if us is None or us > LARGEST_US:
+            wanted = "a whole number of microseconds" if us is None else "at most 35 years"
+            mend = "time counts in whole microseconds" if unit or us is not None else _UNIT_HINT
             self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), mend)
             return model.UNREAD_US
         return us
@@ -395,10 +404,10 @@ class TreeBuilder:
 
     def _is_too_long(self, word: Word) -> bool:
         length = len(word.text)
-        if length > model.LONGEST_NUMBER:
-            message = f"expected a number of at most {model.LONGEST_NUMBER} characters, got one of {length}"
+        if length > LONGEST_NUMBER:
+            message = f"expected a number of at most {LONGEST_NUMBER} characters, got one of {length}"
             self._reporter.error("C0105", message, self._span(word))
-        return length > model.LONGEST_NUMBER
+        return length > LONGEST_NUMBER
 
     # ---- words
 
@@ -409,7 +418,7 @@ class TreeBuilder:
         return model.TimePoint(word.text, self._span(word))
 
     def _span(self, word: Word) -> Span:
-        return Span(self._file, word.line, word.column, word.line, word.end_column)
+        return word.span(self._file)
 
 
 def _unquoted(word: Word) -> str:

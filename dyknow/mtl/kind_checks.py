@@ -6,12 +6,10 @@ so that ``3 m < 5 s`` is refused without one.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 from dyknow.language.diagnostics import Reporter, suggest
+from dyknow.language.reading import Node
 from dyknow.mtl.formula import Comparison, Feature, Number, Scaled, Sum, Term, Text, Variable
 from dyknow.mtl.kinds import NUMERIC, Kind, are_comparable, kind_of_unit, units_of, with_article
-from dyknow.mtl.places import Node, operands, span_of
 from dyknow.mtl.printer import print_term
 from dyknow.mtl.signature import Signature
 
@@ -34,11 +32,11 @@ class KindChecker:
         kind = self._signature.kinds.get(feature.name, Kind.TRUTH)
         if kind is not Kind.TRUTH:
             message = f"expected a truth value, got {print_term(feature)!r}, which is {with_article(kind)}"
-            self._reporter.error("F0401", message, span_of(tree), f"compare it: {print_term(feature)} = ...")
+            self._reporter.error("F0401", message, tree.span, f"compare it: {print_term(feature)} = ...")
 
     def check_comparison(self, comparison: Comparison, tree: Node) -> None:
         """Check both sides of a comparison, and that they go together."""
-        left_tree, sign, right_tree = tree.children
+        left_tree, sign, right_tree = tree.parts
         left, right = comparison.left, comparison.right
         kinds = self._kind_of(left, left_tree), self._kind_of(right, right_tree)
         if kinds[0] is not None and kinds[1] is not None and not are_comparable(kinds[0], kinds[1]):
@@ -50,7 +48,7 @@ class KindChecker:
         unordered = next((kind for kind in kinds if kind is not None and kind not in NUMERIC), None)
         if unordered is not None and comparison.comparator not in ("=", "!="):
             message = f"expected '=' or '!=' between {unordered.value}s, got {comparison.comparator!r}"
-            self._reporter.error("F0403", message, span_of(sign))
+            self._reporter.error("F0403", message, sign.span)
             return
         self._check_word(left, right, right_tree)
         self._check_word(right, left, left_tree)
@@ -67,12 +65,12 @@ class KindChecker:
             case Feature(name):
                 return self._signature.kinds.get(name)
             case Scaled(feature=feature):
-                return self._number(feature, tree.children[1])
+                return self._number(feature, tree.parts[1])
             case Sum():
                 return self._kind_of_sum(term, tree)
 
     def _kind_of_sum(self, term: Sum, tree: Node) -> Kind | None:
-        left_tree, right_tree = operands(tree.children)
+        left_tree, right_tree = tree.parts
         left, right = self._number(term.left, left_tree), self._number(term.right, right_tree)
         if left is None or right is None:
             return left or right
@@ -86,7 +84,7 @@ class KindChecker:
         if kind is None or kind in NUMERIC:
             return kind
         message = f"expected a number to reckon with, got {print_term(term)!r}, which is {with_article(kind)}"
-        self._reporter.error("F0404", message, span_of(tree))
+        self._reporter.error("F0404", message, tree.span)
         return None
 
     def _mismatch(self, sound: Term, expected: Kind, came: Kind, tree: Node) -> None:
@@ -98,7 +96,7 @@ class KindChecker:
             hint = f"truth values stand alone: {print_term(sound)}, or not {print_term(sound)}"
         elif expected is Kind.WORD:
             hint = 'words are written in "quotes"'
-        self._reporter.error("F0402", message, span_of(tree), hint)
+        self._reporter.error("F0402", message, tree.span, hint)
 
     def _check_word(self, feature: Term, word: Term, tree: Node) -> None:
         """Check a word against all that the feature can be: of others the comparison would always say the same."""
@@ -107,19 +105,7 @@ class KindChecker:
         known = self._signature.values.get(feature.name)
         if known is not None and word.text not in known:
             message = f"expected a value that {feature.name!r} can have, got {word.text!r}"
-            self._reporter.error("F0405", message, span_of(tree), suggest_name(word.text, known))
-
-
-def suggest_name(name: str, known: Collection[str]) -> str:
-    """Suggest the nearest known name, whatever its case; list the known names when they are few.
-
-    Examples
-    --------
-    >>> suggest_name("SPEED", ["speed", "road"]), suggest_name("spead", ["speed", "road"])
-    ("did you mean 'speed'?", "did you mean 'speed'?")
-    """
-    alike = [one for one in known if one.lower() == name.lower()]
-    return suggest(alike[0] if alike else name, known)
+            self._reporter.error("F0405", message, tree.span, suggest(word.text, known))
 
 
 def _has_feature(term: Term) -> bool:

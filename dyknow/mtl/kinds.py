@@ -1,9 +1,16 @@
-"""What is the value of a feature: a truth value, a word, a speed, a length? Only values of one kind can be compared."""
+"""What is the value of a feature: a truth value, a word, a speed, a length? Only values of one kind can be compared.
+
+Durations count in integer microseconds, everything else in metres, m/s and radians.
+"""
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from types import MappingProxyType
+
+from dyknow.language.durations import US_PER_UNIT
+from dyknow.mtl.formula import Number
 
 
 class Kind(Enum):
@@ -28,10 +35,15 @@ _UNITS = MappingProxyType(
         Kind.SPEED: ("m/s", "km/h"),
         Kind.ACCELERATION: ("m/s2",),
         Kind.ANGLE: ("rad", "deg"),
-        Kind.DURATION: ("us", "ms", "s", "min", "h"),
+        Kind.DURATION: tuple(US_PER_UNIT),
     }
 )
 _OF_UNIT = MappingProxyType({unit: kind for kind, units in _UNITS.items() for unit in units})
+
+_SI_PER_UNIT = MappingProxyType(
+    {"m": 1.0, "km": 1000.0, "m/s": 1.0, "km/h": 1 / 3.6, "m/s2": 1.0, "rad": 1.0, "deg": math.pi / 180, "": 1.0}
+)
+UNITS = tuple(unit for unit in (*US_PER_UNIT, *_SI_PER_UNIT) if unit)
 
 
 def kind_of_unit(unit: str) -> Kind:
@@ -78,3 +90,19 @@ def with_article(kind: Kind) -> str:
     ('an angle', 'a speed')
     """
     return f"{'an' if kind.value[0] in 'aeiou' else 'a'} {kind.value}"
+
+
+def value_of(number: Number) -> float:
+    """Give the value that a number is compared by: microseconds, metres, m/s, m/s2, radians, or itself.
+
+    Examples
+    --------
+    >>> from decimal import Decimal
+    >>> value_of(Number(Decimal(36), "km/h")), value_of(Number(Decimal(2), "s")), value_of(Number(Decimal("-1.5")))
+    (10.0, 2000000, -1.5)
+    """
+    if number.unit in US_PER_UNIT:
+        us = number.amount * US_PER_UNIT[number.unit]
+        return int(us) if us == us.to_integral_value() else float(us)
+    value = float(number.amount) * _SI_PER_UNIT[number.unit]
+    return int(value) if not number.unit and number.amount == number.amount.to_integral_value() else value

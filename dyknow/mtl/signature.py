@@ -21,7 +21,7 @@ class Signature:
 
     Examples
     --------
-    >>> from dyknow.mtl.errors import FormulaError
+    >>> from dyknow.errors import FormulaError
     >>> from dyknow.mtl.parser import parse_formula
     >>> traffic = Signature({"speed": 1, "class": 1}, kinds={"speed": Kind.SPEED}, values={"class": ("car", "bus")})
     >>> try:

@@ -12,9 +12,9 @@ from typing import Any, TypeAlias  # Any: features have values of any type
 
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
+from dyknow.mtl.kinds import value_of
 from dyknow.mtl.printer import print_formula, print_term
 from dyknow.mtl.states import State, StateError
-from dyknow.mtl.units import value_of
 
 Bound: TypeAlias = tuple[str, ...]
 """The objects that the variables stand for, each at the slot of its variable."""

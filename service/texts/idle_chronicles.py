@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event
-from chronicles.language.diagnostics import suggest
+from dyknow.language.diagnostics import suggest
 from qsr.relations import RANK
 
 _TOLD_AT_MOST = 5

@@ -14,7 +14,7 @@ from service.cli.texts.stream_option import STREAM_CODES, StreamChoice, StreamOp
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from chronicles.language.diagnostics import Diagnostic
+    from dyknow.language.diagnostics import Diagnostic
     from service.texts.chronicle_checks import Checked
     from service.texts.text_streams import Stream
 
@@ -117,8 +117,8 @@ def _print_code(code: str) -> None:
 
 
 def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
-    from chronicles.language.diagnostics import render_all
-    from chronicles.language.rendering import render_github, render_json
+    from dyknow.language.diagnostics import render_all
+    from dyknow.language.rendering import render_github, render_json
 
     render = {CheckFormat.text: render_all, CheckFormat.json: render_json, CheckFormat.github: render_github}[output]
     if found or output is CheckFormat.json:

@@ -6,7 +6,7 @@ import pytest
 
 from chronicles.chronicle_set import check_texts, load, load_texts
 from chronicles.errors import ChronicleError
-from chronicles.language.diagnostics import Diagnostic
+from dyknow.language.diagnostics import Diagnostic
 from tests.chronicles.language.doubts import DOUBTS
 from tests.chronicles.language.faults_of_examples import EXAMPLES
 from tests.chronicles.language.faults_of_meaning import MEANING

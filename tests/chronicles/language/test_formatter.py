@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from chronicles import library
 from chronicles.errors import ChronicleError
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.formatter import format_text
 from chronicles.language.model import ChronicleFile
-from chronicles.language.parser import parse
-from chronicles.language.words import COMMENT, Word, read_words_and_comments
+from chronicles.language.parser import parse, words_and_comments
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.words import COMMENT, Word
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 
@@ -20,7 +20,7 @@ BREAKS = (" ", " ", "  ", "\n", "\n\n", "\n\n\n  ", " # a\n", "\n  // b, ( {\n",
 
 
 def words_of(text: str) -> list[Word]:
-    return read_words_and_comments(text, "text", Reporter({"text": text}))
+    return words_and_comments(text, "text", Reporter({"text": text}))
 
 
 def tree(text: str) -> ChronicleFile:

@@ -1,10 +1,10 @@
 """What is left of a text with errors, and texts that other tools write."""
 
 from chronicles.chronicle_set import load
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.model import Chronicle, ChronicleFile
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_declaration
+from dyknow.language.diagnostics import Reporter
 from tests.chronicles.support import run, shown
 
 

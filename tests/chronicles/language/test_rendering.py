@@ -3,7 +3,7 @@
 import json
 
 from chronicles.chronicle_set import check_texts
-from chronicles.language.rendering import render_github, render_json
+from dyknow.language.rendering import render_github, render_json
 
 TEXT = (
     "domain Truth = {true, false}\nattribute on[?a] { value in Truth }\nchronicle c { event(on[a]:(true, ture), t1) }"

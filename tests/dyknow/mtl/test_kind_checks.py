@@ -2,7 +2,7 @@
 
 import pytest
 
-from dyknow.mtl.errors import FormulaError
+from dyknow.errors import FormulaError
 from dyknow.mtl.kinds import Kind
 from dyknow.mtl.parser import parse_formula, parse_monitors
 from dyknow.mtl.signature import Signature

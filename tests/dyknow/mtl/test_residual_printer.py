@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dyknow.mtl.errors import FormulaError
+from dyknow.errors import FormulaError
 from dyknow.mtl.nesting import MOST_CHANGES, window_changes
 from dyknow.mtl.parser import parse_formula
 from dyknow.mtl.progressor import Progressor

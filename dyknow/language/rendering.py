@@ -8,7 +8,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from chronicles.language.diagnostics import Diagnostic, Related
+from dyknow.language.diagnostics import Diagnostic
+from dyknow.language.places import Place
 
 Range = dict[str, dict[str, int]]
 
@@ -55,7 +56,7 @@ def _as_json(found: Diagnostic) -> dict[str, object]:
     }
 
 
-def _range(place: Diagnostic | Related) -> Range:
+def _range(place: Diagnostic | Place) -> Range:
     columns = [_utf16_length(place.source_line[: column - 1]) for column in (place.column, place.end_column)]
     start, end = ({"line": place.line - 1, "character": column} for column in columns)
     return {"start": start, "end": end}

@@ -1,20 +1,19 @@
-"""Which words does `chronicle.lark` know, and which tables does it give for reading them?
+"""Which words does a grammar know, and which tables does it give for reading them?
 
-Lark reads the grammar and makes the LALR(1) tables. They are run by `parser.py` and not by Lark, which spends most of
+Lark reads a grammar and makes the LALR(1) tables. They are run by `reading.py` and not by Lark, which spends most of
 its time on the places of trees that nobody keeps; so the tables are put here into the form that a short loop needs.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any  # lark leaves its tables untyped
 
 END = "$END"
-_START = "declaration"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +51,19 @@ class Grammar:
     """The words and the tables.
 
     `pattern` matches one word, its group names the kind; `keywords` gives the kinds of words that `NAME` would match;
-    `ignored` kinds are blanks and comments. `rows[state][kind]` is the next state (shift) or a reduction,
-    `after[state][rule]` the state after a rule. In the states of `statement_starts` a statement may start.
+    `spellings` is what a user types for each kind that has one spelling; `ignored` kinds are blanks and comments.
+    `rows[state][kind]` is the next state (shift) or a reduction, `after[state][rule]` the state after a rule. `starts`
+    is the first state of each rule that may stand alone; a text is read when one of the `ends` is reached.
     """
 
     pattern: re.Pattern[str]
     keywords: Mapping[str, str]
+    spellings: Mapping[str, str]
     ignored: frozenset[str]
     rows: Mapping[int, Mapping[str, int | Reduction]]
     after: Mapping[int, Mapping[str, int]]
-    start: int
-    end: int
-    statement_starts: frozenset[int]
+    starts: Mapping[str, int]
+    ends: frozenset[int]
 
     def accepts(self, states: Iterable[int], kind: str) -> bool:
         """Say whether a word of this kind fits after what led to a stack of states."""
@@ -73,7 +73,7 @@ class Grammar:
                 return True
             del stack[len(stack) - action.count :]
             stack.append(self.after[stack[-1]][action.origin])
-            if kind == END and stack[-1] == self.end:
+            if kind == END and stack[-1] in self.ends:
                 return True
         return False
 
@@ -81,29 +81,32 @@ class Grammar:
         """Give the kinds of words that fit after what led to a stack of states."""
         return frozenset(kind for kind in self.rows[states[-1]] if self.accepts(states, kind))
 
+    def where(self, shifts: Callable[[frozenset[str]], bool]) -> frozenset[int]:
+        """Give the states in which the words that fit make a condition true."""
+        kinds = {state: [kind for kind, act in row.items() if isinstance(act, int)] for state, row in self.rows.items()}
+        return frozenset(state for state, found in kinds.items() if shifts(frozenset(found)))
 
-def starts_statement(kinds: Container[str]) -> bool:
-    """Say whether a statement, an action or an item of an example may start where words of these kinds fit."""
-    return ("EVENT" in kinds and "NOEVENT" in kinds) or "REPORT" in kinds or "UNTIL" in kinds
 
-
-@cache  # The grammar is a constant that takes 70 ms to load: loaded when the first text is parsed, not on import.
-def load_grammar() -> Grammar:
-    """Load `chronicle.lark`."""
+@cache  # A grammar is a constant that takes 70 ms to load: loaded when the first text is parsed, not on import.
+def load_grammar(package: str, file: str, *starts: str) -> Grammar:
+    """Load a grammar of a package; a text of it, or a part that stands alone, is one of the rules `starts`."""
     from lark import Lark
 
-    text = files("chronicles.language").joinpath("chronicle.lark").read_text(encoding="utf-8")
-    lark = Lark(text, parser="lalr", lexer="basic", start=_START)
-    table = lark.parse_interactive("").parser_state.parse_conf.parse_table
+    text = files(package).joinpath(file).read_text(encoding="utf-8")
+    lark = Lark(text, parser="lalr", lexer="basic", start=list(starts))
+    table = lark.parse_interactive("", start=starts[0]).parser_state.parse_conf.parse_table
     rows, after = _tables(table.states, {rule.origin.name for rule in lark.rules})
-    starts = frozenset(
-        state
-        for state, row in rows.items()
-        if starts_statement([kind for kind, action in row.items() if isinstance(action, int)])
-    )
     pattern, keywords = _words(lark.terminals)
-    ends = table.start_states[_START], table.end_states[_START]
-    return Grammar(pattern, keywords, frozenset(lark.ignore_tokens), rows, after, *ends, starts)
+    return Grammar(
+        pattern,
+        keywords,
+        {one.name: one.pattern.value for one in lark.terminals if one.pattern.type == "str"},
+        frozenset(lark.ignore_tokens),
+        rows,
+        after,
+        dict(table.start_states),
+        frozenset(table.end_states.values()),
+    )
 
 
 def _tables(
