@@ -9,9 +9,8 @@ from __future__ import annotations
 from dyknow.language.diagnostics import Reporter, suggest
 from dyknow.language.reading import Node
 from dyknow.mtl.formula import Comparison, Feature, Number, Scaled, Sum, Term, Text, Variable
-from dyknow.mtl.kinds import NUMERIC, Kind, are_comparable, kind_of_unit, units_of, with_article
+from dyknow.mtl.kinds import NUMERIC, Kind, Signature, are_comparable, kind_of_unit, units_of, with_article
 from dyknow.mtl.printer import print_term
-from dyknow.mtl.signature import Signature
 
 
 class KindChecker:

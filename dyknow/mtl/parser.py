@@ -14,9 +14,8 @@ from dyknow.language.grammar import Grammar, load_grammar
 from dyknow.language.reading import Node, Reading, cut, report
 from dyknow.language.words import COMMENT, STRANGE, Source, Word, normalised, read_words
 from dyknow.mtl.formula import Formula, Monitor
-from dyknow.mtl.signature import Signature
-from dyknow.mtl.syntax_errors import describe_misfit
-from dyknow.mtl.syntax_hints import explain_character
+from dyknow.mtl.kinds import Signature
+from dyknow.mtl.syntax_errors import describe_misfit, explain_character
 from dyknow.mtl.tree_builder import TreeBuilder, check_nesting
 
 # Reading, printing and progression call themselves for each operator inside another.

@@ -20,9 +20,9 @@ from dyknow.language.words import Source, Word
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.kind_checks import KindChecker
-from dyknow.mtl.nesting import MOST_CHANGES, window_changes
-from dyknow.mtl.signature import Signature
+from dyknow.mtl.kinds import Signature
 from dyknow.mtl.structure import free_variables
+from dyknow.mtl.windows import MOST_CHANGES, window_changes
 
 Scope = Mapping[str, "str | None"]
 

@@ -8,11 +8,11 @@ from chronicles.chronicle_set import ChronicleSet
 from dyknow.errors import FormulaError
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.words import normalised
-from dyknow.monitors.features import features_of
 from dyknow.monitors.monitors import version_of
 from dyknow.mtl.formula import Monitor
 from dyknow.mtl.parser import parse_monitors
 from dyknow.mtl.printer import print_monitors
+from dyknow.mtl.structure import features_of
 from qsr.relations import RANK
 from service.errors import InputError
 from service.monitoring.monitor_messages import Messages, messages_of

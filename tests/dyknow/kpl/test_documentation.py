@@ -16,7 +16,7 @@ from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
 from dyknow.policies.policy_pipeline import PolicyPipeline
 from dyknow.streams.sample import Sample
-from tests.dyknow.language_codes import shared_codes
+from tests.dyknow.language.codes import shared_codes
 
 PAGE = Path(__file__).parents[3] / "docs" / "kpl.md"
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -9,11 +9,11 @@ from dyknow.errors import FormulaError
 from dyknow.language.words import Strange
 from dyknow.mtl import parser
 from dyknow.mtl.formula import And, Formula, Monitor, Not, Quantified, Subject, Truth, Variable
-from dyknow.mtl.nesting import MOST_CHANGES, window_changes
+from dyknow.mtl.kinds import Signature
 from dyknow.mtl.parser import parse_formula, parse_monitors
 from dyknow.mtl.printer import print_formula, print_monitors
-from dyknow.mtl.signature import Signature
-from dyknow.mtl.syntax_hints import explain_character
+from dyknow.mtl.syntax_errors import explain_character
+from dyknow.mtl.windows import MOST_CHANGES, window_changes
 from tests.dyknow.mtl.support import pick, random_formula
 
 SIGNATURE = Signature({"speed": 1, "behind": 2, "green": 0}, ["Car"])

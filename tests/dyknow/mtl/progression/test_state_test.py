@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.state_test import state_test
-from dyknow.mtl.states import DictState, StateError
+from dyknow.mtl.progression.state_test import state_test
+from dyknow.mtl.progression.states import DictState, StateError
 
 STATE = DictState(
     {

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dyknow.mtl.automaton import Automaton, automaton_of
-from dyknow.mtl.lull import Lull, opens_in_order
-from dyknow.mtl.moment import Moment
-from dyknow.mtl.residual import Residual
-from dyknow.mtl.states import State
-from dyknow.mtl.table import FormulaTable
-from dyknow.mtl.templates import Template, TemplateMaker
+from dyknow.mtl.progression.automaton import Automaton, automaton_of
+from dyknow.mtl.progression.lull import Lull, opens_in_order
+from dyknow.mtl.progression.residual import Moment, Residual
+from dyknow.mtl.progression.states import State
+from dyknow.mtl.progression.table import FormulaTable
+from dyknow.mtl.progression.templates import Template, TemplateMaker
 
 
 class SharedWork:
@@ -53,7 +52,7 @@ class SharedWork:
         return found
 
     def opens_in_order(self, template: Template) -> bool:
-        """Tell whether a formula opens its windows in the order in which they end; see `dyknow.mtl.lull`."""
+        """Tell whether a formula opens its windows in the order in which they end; see `lull`."""
         found = self._opens_in_order.get(template)
         if found is None:
             found = self._opens_in_order[template] = opens_in_order(template)

@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from dyknow.mtl.state_test import Bound
-from dyknow.mtl.templates import NEVER_US, Following, Shape, size_of
+from dyknow.mtl.progression.state_test import Bound
+from dyknow.mtl.progression.states import State
+from dyknow.mtl.progression.templates import NEVER_US, Following, Shape, size_of
 
 STARTED_US = -NEVER_US
 """Start of a window that is already open: windows that differ only in the past are the same obligation."""
@@ -148,3 +149,33 @@ def _implies_with_junction(one: Residual, other: Residual, known: Implied) -> bo
     if isinstance(one, Junction) and any(implies(part, other, known) for part in one.parts):
         return True
     return isinstance(other, Junction) and any(implies(one, part, known) for part in other.parts)
+
+
+class Moment:
+    """One state at one time.
+
+    Attributes
+    ----------
+    memo : residuals of what was asked or progressed in this state.
+    has_opened : whether a window was opened whose place in time depends on that of the state, since this was last set
+        to False: whoever wants to know does so before asking.
+    openers : the keys of `memo` whose residuals opened such a window; who finds one there has opened it as well.
+    """
+
+    __slots__ = ("_members", "has_opened", "memo", "openers", "state", "t_us")
+
+    def __init__(self, t_us: int, state: State) -> None:
+        self.t_us = t_us
+        self.state = state
+        self.memo: dict[object, Residual] = {}
+        self.has_opened = False
+        self.openers: set[object] = set()
+        self._members: dict[str, frozenset[str]] | None = None  # made when needed: most formulas name no sort
+
+    def has_member(self, sort: str, member: str) -> bool:
+        """Tell whether an object is a member of a sort in this state."""
+        if self._members is None:
+            self._members = {}
+        if sort not in self._members:
+            self._members[sort] = frozenset(self.state.members(sort))
+        return member in self._members[sort]

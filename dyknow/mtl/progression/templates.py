@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier
-from dyknow.mtl.state_test import StateTest, state_test
+from dyknow.mtl.progression.state_test import StateTest, state_test
 from dyknow.mtl.structure import has_tense
 
 NEVER_US = 2**62  # "oo": later than every time stamp plus every window

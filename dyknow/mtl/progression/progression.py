@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import operator
 
-from dyknow.mtl.moment import Moment
-from dyknow.mtl.residual import (
+from dyknow.mtl.progression.residual import (
     FALSE,
     STARTED_US,
     TRUE,
@@ -20,12 +19,13 @@ from dyknow.mtl.residual import (
     Guarded,
     Junction,
     Known,
+    Moment,
     Residual,
     Waiting,
 )
-from dyknow.mtl.state_test import Bound
-from dyknow.mtl.table import FormulaTable
-from dyknow.mtl.templates import NEVER_US, Following, ForEach, Joined, Operator, Shape, Template, Test
+from dyknow.mtl.progression.state_test import Bound
+from dyknow.mtl.progression.table import FormulaTable
+from dyknow.mtl.progression.templates import NEVER_US, Following, ForEach, Joined, Operator, Shape, Template, Test
 
 
 def ask(template: Template, bound: Bound, moment: Moment, table: FormulaTable) -> Residual:

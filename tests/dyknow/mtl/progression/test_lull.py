@@ -8,14 +8,13 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from dyknow.mtl import automaton
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import DictState
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression import automaton
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import DictState, Verdict
 from tests.dyknow.mtl.oracle import Objects, Sequences
 from tests.dyknow.mtl.support import VERDICTS, pick
 

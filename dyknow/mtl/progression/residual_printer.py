@@ -15,10 +15,10 @@ from typing import TypeAlias
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier
 from dyknow.mtl.printer import print_formula
-from dyknow.mtl.residual import Expected, Guarded, Junction, Known, Residual, Waiting
-from dyknow.mtl.state_test import Bound
+from dyknow.mtl.progression.residual import Expected, Guarded, Junction, Known, Residual, Waiting
+from dyknow.mtl.progression.state_test import Bound
+from dyknow.mtl.progression.templates import NEVER_US, Source, Template
 from dyknow.mtl.structure import parts_of, with_objects
-from dyknow.mtl.templates import NEVER_US, Source, Template
 
 SourceOf: TypeAlias = Callable[[Template], Source]
 _UNKNOWN = model.Proposition(model.Feature("<unknown>"))
@@ -40,8 +40,8 @@ def print_residual(residual: Residual, t_us: int, source_of: SourceOf) -> str:
     Examples
     --------
     >>> from dyknow.mtl.parser import parse_formula
-    >>> from dyknow.mtl.residual import STARTED_US
-    >>> from dyknow.mtl.templates import Operator, TemplateMaker
+    >>> from dyknow.mtl.progression.residual import STARTED_US
+    >>> from dyknow.mtl.progression.templates import Operator, TemplateMaker
     >>> maker = TemplateMaker()
     >>> operator = maker.make(parse_formula("eventually[0s, 1s] p"), ())
     >>> assert isinstance(operator, Operator)

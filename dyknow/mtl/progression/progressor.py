@@ -9,18 +9,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from dyknow.mtl import progression
-from dyknow.mtl.automaton import Place, Step, Values, residual_at, verdict_of
 from dyknow.mtl.formula import Formula
-from dyknow.mtl.lull import Lull, leads_alike
 from dyknow.mtl.printer import print_formula
-from dyknow.mtl.residual import Known, Residual, is_timeless, next_end_us, size_of_residual
-from dyknow.mtl.residual_printer import formula_with_objects, print_residual
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import State, StateError
+from dyknow.mtl.progression import progression
+from dyknow.mtl.progression.automaton import Place, Step, Values, residual_at, verdict_of
+from dyknow.mtl.progression.lull import Lull, leads_alike
+from dyknow.mtl.progression.residual import Known, Residual, is_timeless, next_end_us, size_of_residual
+from dyknow.mtl.progression.residual_printer import formula_with_objects, print_residual
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import State, StateError, Verdict
+from dyknow.mtl.progression.templates import NEVER_US
 from dyknow.mtl.structure import free_variables
-from dyknow.mtl.templates import NEVER_US
-from dyknow.mtl.verdict import Verdict
 
 _LONGEST_SHOWN = 100
 
@@ -42,7 +41,7 @@ class Progressor:
     Examples
     --------
     >>> from dyknow.mtl.parser import parse_formula
-    >>> from dyknow.mtl.states import DictState
+    >>> from dyknow.mtl.progression.states import DictState
     >>> green = Progressor(parse_formula("always eventually[0s, 2s] green"))
     >>> [green.progress(t_us, DictState({"green": t_us < 2_000_000})).value for t_us in range(0, 5_000_000, 1_000_000)]
     ['unknown', 'unknown', 'unknown', 'unknown', 'false']
@@ -141,7 +140,7 @@ class Progressor:
         Examples
         --------
         >>> from dyknow.mtl.parser import parse_formula
-        >>> from dyknow.mtl.states import DictState
+        >>> from dyknow.mtl.progression.states import DictState
         >>> goes_on = Progressor(parse_formula("always (stopped implies eventually[0s, 1min] not stopped)"))
         >>> for t_us, stopped in ((0, False), (10_000_000, True), (25_000_000, True)):
         ...     verdict = goes_on.progress(t_us, DictState({"stopped": stopped}))
@@ -209,7 +208,7 @@ class Progressor:
         Examples
         --------
         >>> from dyknow.mtl.parser import parse_formula
-        >>> from dyknow.mtl.states import DictState
+        >>> from dyknow.mtl.progression.states import DictState
         >>> soon = Progressor(parse_formula("eventually[0s, 1s] p"))
         >>> soon.progress(0, DictState({"p": False})), soon.next_deadline_us
         (<Verdict.UNKNOWN: 'unknown'>, 1000000)

@@ -5,9 +5,9 @@ import pytest
 
 from dyknow.mtl.formula import Formula
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.states import DictState
-from dyknow.mtl.templates import TemplateMaker, every
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.states import DictState
+from dyknow.mtl.progression.templates import TemplateMaker, every
 from tests.dyknow.mtl.support import expected_verdicts, verdicts
 
 

@@ -14,7 +14,7 @@ from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.kinds import value_of
 from dyknow.mtl.printer import print_formula, print_term
-from dyknow.mtl.states import State, StateError
+from dyknow.mtl.progression.states import State, StateError
 
 Bound: TypeAlias = tuple[str, ...]
 """The objects that the variables stand for, each at the slot of its variable."""
@@ -50,7 +50,7 @@ def state_test(formula: Formula, slots: Slots = MappingProxyType({})) -> StateTe
     Examples
     --------
     >>> from dyknow.mtl.parser import parse_formula
-    >>> from dyknow.mtl.states import DictState
+    >>> from dyknow.mtl.progression.states import DictState
     >>> fast = state_test(parse_formula("speed[?c] > 36 km/h", variables=["c"]), {"c": 0})
     >>> state = DictState({("speed", ("car7",)): 12.5})
     >>> fast(state, ("car7",)), fast(state, ("car8",))

@@ -5,12 +5,11 @@ import gc
 import numpy as np
 import pytest
 
-from dyknow.mtl.lull import Lull
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import DictState
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression.lull import Lull
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import DictState, Verdict
 
 NESTED = "always (not p implies eventually[0us, 20us] always[0us, 20us] p)"
 
@@ -167,7 +166,7 @@ def test_steps_at_irregular_times_are_forgotten_with_their_residuals() -> None:
 
 
 def test_leaving_the_automaton_for_an_older_residual_is_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dyknow.mtl.automaton._MOST_STEPS", 2)
+    monkeypatch.setattr("dyknow.mtl.progression.automaton._MOST_STEPS", 2)
     progressor = Progressor(parse_formula("always (p or eventually q)"))
     idle = []
     for t_us, values in ((0, "p"), (1, ""), (2, "q"), (3, ""), (8, "q"), (9, "q")):  # the step to 8 is one too many

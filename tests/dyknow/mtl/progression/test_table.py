@@ -3,9 +3,9 @@
 import pytest
 
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.residual import FALSE, STARTED_US, TRUE, UNKNOWN, Junction, Residual, Waiting
-from dyknow.mtl.table import FormulaTable
-from dyknow.mtl.templates import NEVER_US, Operator, Shape, TemplateMaker
+from dyknow.mtl.progression.residual import FALSE, STARTED_US, TRUE, UNKNOWN, Junction, Residual, Waiting
+from dyknow.mtl.progression.table import FormulaTable
+from dyknow.mtl.progression.templates import NEVER_US, Operator, Shape, TemplateMaker
 
 Windows = list[tuple[int, int]]
 OPEN = STARTED_US

@@ -7,9 +7,9 @@ remembered, so that states at irregular times cost little while nothing is at st
 
 from __future__ import annotations
 
-from dyknow.mtl.automaton import Values, verdict_of
-from dyknow.mtl.residual import STARTED_US, Guarded, Junction, Residual, Waiting, is_timeless
-from dyknow.mtl.templates import NEVER_US, Operator, Shape, Template, every
+from dyknow.mtl.progression.automaton import Values, verdict_of
+from dyknow.mtl.progression.residual import STARTED_US, Guarded, Junction, Residual, Waiting, is_timeless
+from dyknow.mtl.progression.templates import NEVER_US, Operator, Shape, Template, every
 
 
 class Lull:
@@ -56,7 +56,7 @@ def opens_in_order(template: Template) -> bool:
     Examples
     --------
     >>> from dyknow.mtl.parser import parse_formula
-    >>> from dyknow.mtl.templates import TemplateMaker
+    >>> from dyknow.mtl.progression.templates import TemplateMaker
     >>> def of(text):
     ...     return opens_in_order(TemplateMaker().make(parse_formula(text), ()))
     >>> of("always (p implies eventually[0s, 2s] q)"), of("always (p implies eventually[1s, 2s] q)")

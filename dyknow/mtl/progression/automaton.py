@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from dyknow.mtl.residual import (
+from dyknow.mtl.progression.residual import (
     STARTED_US,
     Expected,
     Guarded,
@@ -23,11 +23,10 @@ from dyknow.mtl.residual import (
     next_end_us,
     size_of_residual,
 )
-from dyknow.mtl.state_test import Bound, StateTest
-from dyknow.mtl.states import State
-from dyknow.mtl.table import FormulaTable
-from dyknow.mtl.templates import NEVER_US, Following, ForEach, Shape, Template, Test, every
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression.state_test import Bound, StateTest
+from dyknow.mtl.progression.states import State, Verdict
+from dyknow.mtl.progression.table import FormulaTable
+from dyknow.mtl.progression.templates import NEVER_US, Following, ForEach, Shape, Template, Test, every
 
 Values: TypeAlias = "bool | tuple[bool | None, ...] | None"
 Step: TypeAlias = "tuple[int | None, Values]"

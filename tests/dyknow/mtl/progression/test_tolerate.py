@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.states import DictState
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.states import DictState, Verdict
 
 STEP_US = 100_000
 

@@ -2,12 +2,11 @@
 
 import pytest
 
-from dyknow.mtl import automaton
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import DictState, StateError
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression import automaton
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import DictState, StateError, Verdict
 from tests.dyknow.mtl.support import agrees_with_the_oracle_while_time_passes, verdicts
 
 TRUE, FALSE, UNKNOWN = Verdict.TRUE, Verdict.FALSE, Verdict.UNKNOWN

@@ -14,6 +14,7 @@ from dyknow.mtl.formula import (
     Formula,
     Iff,
     Implies,
+    Next,
     Not,
     Tolerate,
     Until,
@@ -69,3 +70,32 @@ def _chains(formula: Formula) -> tuple[int, int]:  # noqa: PLR0911 - one case pe
 def _around(same: int, other: int, window: Window) -> int:
     counts = window != ALWAYS_OPEN or max(same, other) > 1
     return max(same, other + 1) if counts else same
+
+
+def horizon_us(formula: Formula) -> int:
+    """Give the time after which all that one state asks is decided, as far as windows end.
+
+    A window without an end counts up to its start. ``next`` counts a microsecond: any later state decides it.
+
+    Examples
+    --------
+    >>> from dyknow.mtl.parser import parse_formula
+    >>> horizon_us(parse_formula("always (stopped implies eventually[0s, 10s] always[0s, 2s] not stopped)"))
+    12000000
+    >>> horizon_us(parse_formula("always calm"))
+    0
+    """
+    inner_us = max(map(horizon_us, parts_of(formula)), default=0)
+    match formula:
+        case Always(window=window) | Eventually(window=window) | Until(window=window):
+            return _length_us(window) + inner_us
+        case Tolerate(return_us=return_us, stay_us=stay_us):
+            return return_us + stay_us + inner_us
+        case Next():
+            return 1 + inner_us
+        case _:
+            return inner_us
+
+
+def _length_us(window: Window) -> int:
+    return window.start_us if window.end_us is None else window.end_us

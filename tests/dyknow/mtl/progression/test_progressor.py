@@ -5,13 +5,12 @@ import pytest
 
 from anchoring.hypotheses.conditions import Condition
 from anchoring.hypotheses.conditions import Verdict as LinkVerdict
-from dyknow.mtl import automaton
 from dyknow.mtl import formula as model
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import DictState, StateError
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression import automaton
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import DictState, StateError, Verdict
 from tests.dyknow.mtl.support import agrees_with_the_oracle, pick, random_formula, random_states, verdicts
 
 TRUE, FALSE, UNKNOWN = Verdict.TRUE, Verdict.FALSE, Verdict.UNKNOWN

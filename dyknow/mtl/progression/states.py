@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from enum import Enum
 from types import MappingProxyType
 from typing import Any, Protocol
 
@@ -57,3 +58,11 @@ class DictState:
     def members(self, sort: str) -> Collection[str]:
         """Give the objects of a sort."""
         return self._sorts.get(sort, ())
+
+
+class Verdict(Enum):
+    """Answer so far: TRUE and FALSE are final, whatever states may come."""
+
+    TRUE = "true"
+    FALSE = "false"
+    UNKNOWN = "unknown"

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from dyknow.errors import FormulaError
-from dyknow.mtl.nesting import MOST_CHANGES, window_changes
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import DictState, StateError
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import DictState, StateError
+from dyknow.mtl.windows import MOST_CHANGES, window_changes
 from tests.dyknow.mtl.support import pick, random_formula, random_states
 
 

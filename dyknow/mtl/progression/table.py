@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import cast
 
-from dyknow.mtl.residual import (
+from dyknow.mtl.progression.residual import (
     FALSE,
     TRUE,
     Expected,
@@ -23,8 +23,8 @@ from dyknow.mtl.residual import (
     Waiting,
     implies,
 )
-from dyknow.mtl.state_test import Bound
-from dyknow.mtl.templates import Following, Shape
+from dyknow.mtl.progression.state_test import Bound
+from dyknow.mtl.progression.templates import Following, Shape
 
 
 class FormulaTable:
