@@ -9,8 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from chronicles.compilation.network import UNBOUNDED_US, Edge, distances, minimise, negative_cycle
-from chronicles.compilation.redundancy import sentence, warn_implied, warn_repeated
+from chronicles.compilation.network import (
+    UNBOUNDED_US,
+    Edge,
+    distances,
+    minimise,
+    negative_cycle,
+    sentence,
+    warn_implied,
+    warn_repeated,
+)
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
 from chronicles.language.printer import print_bound, print_statement

@@ -6,14 +6,18 @@ each statement.
 
 from __future__ import annotations
 
+from typing import Any  # the parts of a rule are words, nodes, or None
+
 from dyknow.errors import KplError
 from dyknow.kpl import model
+from dyknow.kpl.model import Constraint, ConstraintKind
 from dyknow.kpl.syntax_errors import STATEMENT_WORDS, describe_misfit, explain_character
-from dyknow.kpl.tree_builder import TreeBuilder
 from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import LARGEST_US, US_PER_UNIT, split_quantity, to_us
 from dyknow.language.grammar import Grammar, load_grammar
 from dyknow.language.reading import Node, Reading, cut, report
 from dyknow.language.words import COMMENT, STRANGE, Source, Word, normalised, read_words
+from dyknow.streams.mediation import MediationKind
 
 _STATEMENT_KINDS = frozenset(word.upper() for word in STATEMENT_WORDS)
 
@@ -144,3 +148,112 @@ def _parse(words: list[Word], start: str, source: Source) -> Node | None:
         misfit = reading.misfit(misfit.index + 1)
     report(source, misfit, *describe_misfit(misfit, _grammar().spellings))
     return None
+
+
+_DEEPEST = 20
+_WRONG = -1  # microseconds of a duration that was reported; none is negative
+
+
+class TreeBuilder:
+    """Builds the statements of one text; reports durations that are none."""
+
+    def __init__(self, source: Source) -> None:
+        self._file, self._reporter = source.file, source.reporter
+
+    def statement(self, tree: Node) -> model.Statement:  # noqa: PLR0911 - one form each
+        """Build one statement from its tree."""
+        [inner] = tree.parts
+        parts: list[Any] = inner.parts  # Any: words, trees, and None for what may be left out
+        match inner.rule:
+            case "sort":
+                return model.SortDeclaration(self._name(parts[0]), self.type(parts[1]) if parts[1] else None)
+            case "object":
+                return model.ObjectDeclaration(self._name(parts[0]), self._names(parts[1:]))
+            case "feature":
+                return model.FeatureDeclaration(self.type(parts[0]), self._name(parts[1]), self._names(parts[2:]))
+            case "source":
+                return model.SourceDeclaration(self.type(parts[0]), self._name(parts[1]))
+            case "compunit":
+                return model.UnitDeclaration(
+                    self.type(parts[0]), self._name(parts[1]), tuple(map(self.type, parts[2:]))
+                )
+            case "configuration":
+                return model.ConfigurationDeclaration(self._name(parts[0]), self.type(parts[1]))
+            case "strmgen":
+                return self._process(self._label(parts[0]), parts[1], parts[2:])
+            case "configure":
+                label = model.Label(self._name(parts[0]), (), parts[0].span(self._file))
+                return model.ConfigureDeclaration(label, self._name(parts[1]), self._term(parts[2]))
+            case _:
+                return model.StreamDeclaration(self._name(parts[0]), self._term(parts[1]))
+
+    def constraints(self, policy: Node) -> tuple[Constraint, ...]:
+        """Build the constraints of a policy in their order, none if one is wrong; `from a to b` becomes two."""
+        parts = [part for part in policy.parts if isinstance(part, Node)]  # not the commas
+        constraints = [constraint for part in parts for constraint in self._constraint(part)]
+        return () if _WRONG in (constraint.us for constraint in constraints) else tuple(constraints)
+
+    def type(self, tree: Node, depth: int = 0) -> model.Type:
+        """Build a type from its tree; ``depth`` counts the types around it."""
+        parts: list[Any] = tree.parts
+        if depth > _DEEPEST:
+            message = f"expected at most {_DEEPEST} types inside each other, got more"
+            self._reporter.error("K0106", message, tree.span, "name the inner ones by 'sort'")
+            return model.TupleType(())
+        match tree.rule:
+            case "tuple":
+                return model.TupleType(tuple(self.type(part, depth + 1) for part in parts))
+            case "set":
+                return model.SetType(self.type(parts[0], depth + 1))
+            case "collected":
+                return model.CollectedType(self.type(parts[0], depth + 1))
+            case _:
+                return model.NamedType(self._name(parts[0]))
+
+    def _process(self, label: model.Label, made_of: Node | Word, inputs: list[Node | None]) -> model.Producer:
+        if isinstance(made_of, Word):
+            return model.GeneratorDeclaration(
+                label, self._name(made_of), tuple(self._term(one) for one in inputs if one)
+            )
+        type_, policy, control = made_of.parts
+        kind = MediationKind(made_of.rule)
+        constraints = self.constraints(policy) if policy else ()
+        return model.MediationDeclaration(label, kind, self.type(type_), constraints, model.Term(self._label(control)))
+
+    def _term(self, tree: Node) -> model.Term:
+        label, policy = tree.parts
+        return model.Term(self._label(label), self.constraints(policy) if policy else ())
+
+    def _constraint(self, tree: Node) -> list[Constraint]:
+        kind = ConstraintKind(tree.rule.replace("_", " "))
+        values = [self._microseconds(part) for part in tree.parts if part]
+        span = tree.span
+        if kind is ConstraintKind.FROM and len(values) > 1:
+            return [Constraint(kind, values[0], span), Constraint(ConstraintKind.TO, values[1], span)]
+        return [Constraint(kind, values[0] if values else None, span)]
+
+    def _microseconds(self, part: Node | Word) -> int | None:
+        if isinstance(part, Word):  # now, oo
+            return None
+        [word] = part.parts
+        digits, unit = split_quantity(word.text)
+        if not unit and digits.strip("0."):
+            message = f"expected a duration with a unit, got {word.text!r}"
+            self._reporter.error("K0104", message, part.span, "units are " + ", ".join(US_PER_UNIT))
+            return _WRONG
+        us = to_us(digits, US_PER_UNIT[unit or "us"])
+        if us is None or us > LARGEST_US:
+            message = f"expected a whole number of microseconds up to 35 years, got {word.text!r}"
+            self._reporter.error("K0105", message, part.span)
+            return _WRONG
+        return us
+
+    def _name(self, word: Word) -> model.Name:
+        return model.Name(word.text, word.span(self._file))
+
+    def _names(self, words: list[Word | None]) -> tuple[model.Name, ...]:
+        return tuple(self._name(word) for word in words if word)
+
+    def _label(self, tree: Node) -> model.Label:
+        name, *arguments = tree.parts
+        return model.Label(self._name(name), self._names(arguments), tree.span)

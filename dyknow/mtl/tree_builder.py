@@ -19,8 +19,7 @@ from dyknow.language.reading import Node
 from dyknow.language.words import Source, Word
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
-from dyknow.mtl.kind_checks import KindChecker
-from dyknow.mtl.kinds import Signature
+from dyknow.mtl.kinds import KindChecker, Signature
 from dyknow.mtl.structure import free_variables
 from dyknow.mtl.windows import MOST_CHANGES, window_changes
 

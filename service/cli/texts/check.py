@@ -57,13 +57,18 @@ def check(
         raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")
     if rates and not cost:
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
+    from dyknow.language.diagnostics import TextError
     from service.monitoring.monitor_files import load_monitor_files
     from service.texts.chronicle_checks import check_chronicles
     from service.texts.chronicle_files import read_text_or_input, with_relations
 
     rates_hz = read_rates(rates or ())
     texts = [(name, read_text_or_input(name)) for name in files]
-    messages = load_monitor_files(monitors or ()).messages
+    try:
+        messages = load_monitor_files(monitors or ()).messages
+    except TextError as error:
+        _print_findings(error.diagnostics, output)
+        raise typer.Exit(exit_codes.INVALID) from None
     chosen = _chosen(stream, has_monitors=bool(monitors))
     checked = check_chronicles(texts, chosen, messages)
     _print_findings(checked.findings, output)

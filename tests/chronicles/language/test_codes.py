@@ -9,7 +9,7 @@ import chronicles
 from chronicles.chronicle_set import check_texts
 from chronicles.errors import ChronicleError
 from chronicles.language.codes import Code, all_codes, explain_code, page
-from tests.dyknow.language_codes import shared_codes
+from tests.dyknow.language.codes import shared_codes
 
 SOURCES = Path(chronicles.__file__).parent
 PRODUCED = {"C0901": ["enter"]}
