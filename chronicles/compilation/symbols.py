@@ -121,7 +121,12 @@ class Symbols:
 
     def _counted_us(self, duration: model.Duration, digits: str, reporter: Reporter) -> int:
         """Give how long so many units of the text that uses a constant are."""
-        unit_us = self.timeunits.get(duration.span.file, 1)
+        unit_us = self.timeunits.get(duration.span.file, 0 if digits.strip("0") == "" else None)
+        if unit_us is None:
+            message = f"expected a duration with a unit of time, got {duration.constant!r}, which is {digits!r}"
+            hint = f"write constant {duration.constant} = {digits}s, or say what numbers count: timeunit 1s"
+            reporter.error("C0106", message, duration.span, hint)
+            return 0
         if unit_us == model.UNREAD_US:
             reporter.count_again()
             return 0

@@ -28,7 +28,6 @@ from dyknow.language.words import Word
 
 _EXPONENT = re.compile(r"[eE][-+]?[0-9]")
 _ESCAPED = re.compile(r"\\(.)")
-_UNIT_HINT = "a bare number counts microseconds here; put a unit such as 'timeunit 1s' into the text"
 
 
 class _Item(NamedTuple):
@@ -45,7 +44,8 @@ class TreeBuilder:
     def __init__(self, file: str, reporter: Reporter) -> None:
         self._file = file
         self._reporter = reporter
-        self._unit_us = 1
+        self._unit_us: int | None = None
+        self._is_bare_told = False
         self._unit_span: Span | None = None
 
     def build(self, rule: str, parts: Parts, span: Span) -> Any:
@@ -386,15 +386,26 @@ class TreeBuilder:
             self._reporter.error("C0104", message, self._span(word), meant(digits, unit))
             return model.UNREAD_US
         unit_us = US_PER_UNIT[unit] if unit else self._unit_us
+        if unit_us is None and digits.strip("0."):
+            self._tell_bare(word)
+            return model.UNREAD_US
         if self._is_too_long(word) or unit_us == model.UNREAD_US:
             return model.UNREAD_US
-        us = to_us(digits, unit_us)
+        us = to_us(digits, unit_us or 0)
         if us is None or us > LARGEST_US:
             wanted = "a whole number of microseconds" if us is None else "at most 35 years"
-            mend = "time counts in whole microseconds" if unit or us is not None else _UNIT_HINT
-            self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), mend)
+            hint = "time counts in whole microseconds"
+            self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), hint)
             return model.UNREAD_US
         return us
+
+    def _tell_bare(self, word: Word) -> None:
+        """Report the first number without a unit of a text that does not say what numbers count; one line mends all."""
+        if not self._is_bare_told:
+            message = f"expected a duration with a unit of time, got {word.text!r}"
+            hint = f"write {word.text}s, or say what all numbers of the text count: timeunit 1s"
+            self._reporter.error("C0106", message, self._span(word), hint)
+        self._is_bare_told = True
 
     def _whole(self, word: Word) -> int:
         if not word.text.isdigit():

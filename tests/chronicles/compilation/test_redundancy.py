@@ -24,7 +24,7 @@ def random_constraint(pick: random.Random) -> str:
 
 
 def text(constraints: list[str]) -> str:
-    return "chronicle c {\n" + EVENTS + "\n" + "\n".join([*FRAME.split("\n"), *constraints]) + "\n}"
+    return "timeunit 1us\nchronicle c {\n" + EVENTS + "\n" + "\n".join([*FRAME.split("\n"), *constraints]) + "\n}"
 
 
 def network(constraints: list[str]) -> tuple[tuple[int, ...], ...]:

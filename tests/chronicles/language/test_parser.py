@@ -55,7 +55,8 @@ def test_any_prefix_of_a_text_is_read_without_a_crash() -> None:
 
 
 def test_text_of_crs_tools_is_recognised() -> None:
-    text = """chronicle C1[]()
+    text = """timeunit 1us
+chronicle C1[]()
 {
     event(A[], t001)
     event(B[], t002)
