@@ -41,7 +41,7 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number as it was written; `unit` is "" for a bare one. `dyknow.mtl.units` converts it."""
+    """A number as it was written; `unit` is "" for a bare one. `dyknow.mtl.kinds` converts it."""
 
     amount: Decimal
     unit: str = ""

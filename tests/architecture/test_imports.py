@@ -53,7 +53,7 @@ def package_of(path: Path) -> str:
 
 
 def level_of(module: str) -> str:
-    return LANGUAGE if f"{module}.".startswith(f"{LANGUAGE}.") else module.split(".")[0]
+    return LANGUAGE if f"{module}.".startswith(f"{LANGUAGE}.") else module.split(".", maxsplit=1)[0]
 
 
 def roots(path: Path) -> set[str]:
