@@ -46,11 +46,11 @@ def format_text(text: str, name: str = "<text>") -> str:
     --------
     >>> print(format_text('''message m[ ?a ]{?a in {x,y}} // ours
     ... chronicle c{event(m[?], t1) // now
-    ...   t1-t0 in [-3 ,10] ; }'''), end="")
+    ...   t1-t0 in [-3s ,10s] ; }'''), end="")
     message m[?a] { ?a in {x, y} }  // ours
     chronicle c {
       event(m[?], t1)  // now
-      t1 - t0 in [-3, 10]
+      t1 - t0 in [-3s, 10s]
     }
     """
     reporter = Reporter({name: text})

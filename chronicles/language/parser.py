@@ -14,6 +14,7 @@ from chronicles.language.syntax_errors import (
     DECLARATION_WORDS,
     EXAMPLE_WORDS,
     STATEMENT_WORDS,
+    WORDS_WITH_PARENTHESIS,
     describe_misfit,
     starts_statement,
 )
@@ -26,7 +27,7 @@ from dyknow.language.words import COMMENT, STRANGE, Source, Strange, Word, read_
 
 _DECLARATION_KINDS = frozenset(word.upper() for word in DECLARATION_WORDS)
 _STATEMENT_KINDS = frozenset(word.upper() for word in (*STATEMENT_WORDS, *EXAMPLE_WORDS, "emit", "report")) | {"RBRACE"}
-_WITH_PARENTHESIS = frozenset({"EVENT", "NOEVENT", "OCCURS", "HOLD", "ASSERT"})
+_WITH_PARENTHESIS = frozenset(word.upper() for word in WORDS_WITH_PARENTHESIS)
 _LINE_STARTS = frozenset({"TIME_POINT", "VARIABLE", "DURATION", "NUMBER"})  # constraints, and events of an example
 _CONTINUES_AFTER = frozenset({"COMMA", "LPAR", "OPENING", "CLOSING", "COLON", "POSITIVE", "NEGATIVE", "IN", "RANGE"})
 _SINGLE_QUOTED = re.compile(r"'[^'\n]*'")

@@ -14,7 +14,8 @@ from dyknow.language.wording import Misfit, described, listed
 from dyknow.language.words import Word
 
 DECLARATION_WORDS = ("timeunit", "constant", "domain", "attribute", "message", "chronicle", "example")
-STATEMENT_WORDS = ("event", "noevent", "occurs", "hold", "assert", "allow", "select", "when")
+WORDS_WITH_PARENTHESIS = ("event", "noevent", "occurs", "hold", "assert")
+STATEMENT_WORDS = (*WORDS_WITH_PARENTHESIS, "allow", "select", "when")
 ACTION_WORDS = ("emit", "report", "assert")
 EXAMPLE_WORDS = ("expect", "until")
 INFINITIES = frozenset({"inf", "infinity", "infinite"})  # what other tools write for oo, in lower case

@@ -1,13 +1,15 @@
 """What does each rule of `chronicle.lark` build of the tree in `model.py`?
 
-One short method per rule, named as the rule; its parts are words, and what the methods for its parts built. Numbers and
-durations become integer microseconds here, exactly: a duration that is no whole number of microseconds is an error,
-never rounded.
+A class of the model, or one short method named as the rule; the parts are words, and what was built of its parts.
+Numbers and durations become integer microseconds here, exactly: a duration that is no whole number of microseconds is
+an error, never rounded.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, cast  # Any: the parts of a rule are words, or what other rules built
 
 from chronicles.language import model
@@ -28,6 +30,21 @@ from dyknow.language.words import Word
 
 _EXPONENT = re.compile(r"[eE][-+]?[0-9]")
 _ESCAPED = re.compile(r"\\(.)")
+
+# Rules whose parts are those of their node; the others have a method each.
+_PLAIN: Mapping[str, Callable[..., object]] = MappingProxyType(
+    {
+        "noevent": model.NoEventStatement,
+        "hold": model.HoldStatement,
+        "assertion": model.AssertStatement,
+        "interval": model.Interval,
+        "emit": model.Emit,  # `emit event(pattern, t1)`
+        "emit_short": model.Emit,  # `emit pattern`, with a time or without
+        "assert_action": model.AssertAction,
+        "domain_symbol": model.DomainSymbol,
+        "anything": model.Anything,
+    }
+)
 
 
 class _Item(NamedTuple):
@@ -50,7 +67,8 @@ class TreeBuilder:
 
     def build(self, rule: str, parts: Parts, span: Span) -> Any:
         """Build what a finished rule stands for."""
-        return getattr(self, rule)(parts, span)
+        plain = _PLAIN.get(rule)
+        return plain(*parts, span) if plain else getattr(self, rule)(parts, span)
 
     # ---- declarations
 
@@ -139,10 +157,6 @@ class TreeBuilder:
         """Build `[1..5]`; the word between the numbers is the second part."""
         return model.DomainRange(parts[0], parts[2], span)
 
-    def domain_symbol(self, _: Parts, span: Span) -> model.DomainSymbol:
-        """Build `symbol`."""
-        return model.DomainSymbol(span)
-
     def domain_name(self, parts: Parts, span: Span) -> model.DomainName:
         """Build the name of a domain."""
         return model.DomainName(parts[0].text, span)
@@ -176,10 +190,6 @@ class TreeBuilder:
         """Build `event(pattern, t1)`."""
         return model.EventStatement(parts[0], self._point(parts[1]), span)
 
-    def noevent(self, parts: Parts, span: Span) -> model.NoEventStatement:
-        """Build `noevent(pattern, (t1, t2))`."""
-        return model.NoEventStatement(parts[0], parts[1], span)
-
     def occurs(self, parts: Parts, span: Span) -> model.OccursStatement:
         """Build `occurs((1, 2), pattern, (t1, t2))`."""
         (least, most), pattern, interval = parts
@@ -189,14 +199,6 @@ class TreeBuilder:
         """Read the least and the most number of events."""
         least, most = parts
         return self._whole(least), None if most.kind == "INFINITE" else self._whole(most)
-
-    def hold(self, parts: Parts, span: Span) -> model.HoldStatement:
-        """Build `hold(attribute:value, (t1, t2))`."""
-        return model.HoldStatement(parts[0], parts[1], span)
-
-    def assertion(self, parts: Parts, span: Span) -> model.AssertStatement:
-        """Build `assert(attribute:value, (t1, t2))`."""
-        return model.AssertStatement(parts[0], parts[1], span)
 
     def comparison(self, parts: Parts, span: Span) -> model.Comparison:
         """Build `t1 < t2 + 5s`."""
@@ -257,19 +259,9 @@ class TreeBuilder:
         """Collect what is done when an instance is recognised."""
         return tuple(one for one in parts if one is not None)
 
-    def emit(self, parts: Parts, span: Span) -> model.Emit:
-        """Build `emit event(pattern, t1)`, or `emit pattern` with a time or without."""
-        return model.Emit(parts[0], parts[1], span)
-
-    emit_short = emit
-
     def report(self, parts: Parts, span: Span) -> model.Report:
         """Build `report "text"`."""
         return model.Report(_unquoted(parts[0]), span)
-
-    def assert_action(self, parts: Parts, span: Span) -> model.AssertAction:
-        """Build `assert(attribute:value, t1)` as an action."""
-        return model.AssertAction(parts[0], parts[1], span)
 
     # ---- parts of statements
 
@@ -292,19 +284,11 @@ class TreeBuilder:
         """Build a variable."""
         return model.Variable(parts[0].text[1:], span)
 
-    def anything(self, _: Parts, span: Span) -> model.Anything:
-        """Build `?`."""
-        return model.Anything(span)
-
     def literal(self, parts: Parts, span: Span) -> model.Literal:
         """Build a value; the sign of a negative number is a part of its own."""
         if parts[-1].kind == "STRING":
             return model.Literal(_unquoted(parts[-1]), True, span)
         return model.Literal("".join(word.text for word in parts), False, span)
-
-    def interval(self, parts: Parts, span: Span) -> model.Interval:
-        """Build `(t1, t2)`."""
-        return model.Interval(parts[0], parts[1], span)
 
     def time(self, parts: Parts, span: Span) -> model.TimeExpression:
         """Build `t1 + 5s`."""

@@ -18,7 +18,7 @@ CASES_A_BLOCK = 100
 BLOCKS = 8
 CHAIN = """
 chronicle chain[?x](t1, t3) {
-  event(a[?x], t1) event(b[?x, ?y], t2) event(c[?y], t3)  t2 - t1 in [1, 5]  t3 - t2 in [1, 5]
+  event(a[?x], t1) event(b[?x, ?y], t2) event(c[?y], t3)  t2 - t1 in [1us, 5us]  t3 - t2 in [1us, 5us]
 }
 """
 
@@ -83,7 +83,7 @@ def feed_all(store: LazyStore, events: Sequence[Event]) -> list[list[Instance]]:
 
 def test_simultaneous_events_complete_an_instance_once() -> None:
     plan = plan_of(
-        "chronicle tie[] { event(a[], t1) event(a[], t2) event(b[], t3) t2 - t1 in [0, 3] t3 - t1 in [-2, 2] }"
+        "chronicle tie[] { event(a[], t1) event(a[], t2) event(b[], t3) t2 - t1 in [0us, 3us] t3 - t1 in [-2us, 2us] }"
     )
     events = [Event("a", (), 5), Event("b", (), 5), Event("a", (), 5)]
     assert [len(found) for found in feed_all(LazyStore(plan), events)] == [0, 0, 2]
@@ -97,7 +97,7 @@ def test_variables_of_the_middle_join_both_sides() -> None:
 
 
 def test_number_of_instances_is_known_without_making_them() -> None:
-    plan = plan_of("chronicle burst[] { event(a[], t1) event(b[], t2) t2 - t1 in [0, 9] }")
+    plan = plan_of("chronicle burst[] { event(a[], t1) event(b[], t2) t2 - t1 in [0us, 9us] }")
     store = LazyStore(plan)
     feed_all(store, [Event("a", (), t_us) for t_us in range(5)])
     complete = store.feed((6, 9, Event("b", (), 6)))[0]
@@ -153,7 +153,7 @@ def test_an_eager_store_goes_on_where_the_lazy_one_stopped() -> None:
 def test_search_begins_with_the_rarest_position() -> None:
     plan = plan_of(
         "chronicle skewed[] { event(a[], t1) event(b[], t2) event(c[], t3)"
-        " t3 - t1 in [1, 9] t3 - t2 in [1, 9] t2 - t1 in [-9, 9] }"
+        " t3 - t1 in [1us, 9us] t3 - t2 in [1us, 9us] t2 - t1 in [-9us, 9us] }"
     )
     store = LazyStore(plan)
     many = [Event("a", (), 0)] + [Event("b", (), t_us) for t_us in range(8)]

@@ -143,7 +143,7 @@ def test_spacing_of_marks_follows_their_meaning() -> None:
     text = 'example "x" { 1s p[ a , -3 ]:( b,c ) expect d[ r = -3 ] 1s .. 2s }'
     assert format_text(text) == 'example "x" {\n  1s p[a, -3]:(b, c)\n  expect d[r=-3] 1s..2s\n}\n'
     text = "chronicle c { t2-t1 in ]-oo,3[ t1=t2-5 occurs((1 ,oo),m[?],( t1,t2+1 )) select first ( t1 ) ?a==-3 }"
-    assert format_text(text).split("\n")[1:-2] == [
+    assert format_text("timeunit 1us " + text).split("\n")[2:-2] == [
         "  t2 - t1 in ]-oo, 3[",
         "  t1 = t2 - 5",
         "  occurs((1, oo), m[?], (t1, t2 + 1))",
