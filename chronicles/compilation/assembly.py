@@ -145,9 +145,10 @@ class Assembly:
     def _check_holds(self) -> None:
         """Refuse a hold of a value that an event of the chronicle changes at its start, in it or at its end."""
         for one, cells in self._resolved.holds:
-            start, end = self._window(one.interval)
             for index, (event, event_cells) in enumerate(self._events):
-                at = Anchor(index, 0)
+                if event_cells.name != cells.name or len(event_cells.values) != 2:
+                    continue
+                start, end, at = *self._window(one.interval), Anchor(index, 0)
                 after = at == start or (self._between_us(at, start) <= 0 and self._between_us(end, at) < 0)
                 before = at == end or (self._between_us(at, start) < 0 and self._between_us(end, at) <= 0)
                 sides = [value for value, is_asked in zip((0, 1), (before, after), strict=True) if is_asked]
@@ -162,8 +163,6 @@ class Assembly:
     def _contradicted(self, hold: Cells, event: Cells, sides: Sequence[int]) -> tuple[str, str, int] | None:
         """Give the value of a hold, another one that a change has on a side, and that side: 0 before, 1 after."""
         content = self._variables.content
-        if hold.name != event.name or len(event.values) != 2:
-            return None
         if [*map(content, hold.arguments)] != [*map(content, event.arguments)]:
             return None
         held = content(hold.values[0])

@@ -18,7 +18,7 @@ from chronicles.language.syntax_errors import (
     describe_misfit,
     starts_statement,
 )
-from chronicles.language.tree_builder import TreeBuilder
+from chronicles.language.tree_builder import Methods, TreeBuilder
 from dyknow.language.diagnostics import Hint, Reporter
 from dyknow.language.grammar import END, Grammar, load_grammar
 from dyknow.language.reading import Reading, cut, report
@@ -94,7 +94,7 @@ class _PieceReader:
 
     def __init__(self, name: str, reporter: Reporter) -> None:
         self._source = Source(name, "C", reporter)
-        self._builder = TreeBuilder(name, reporter)
+        self._methods = Methods(TreeBuilder(name, reporter))
         self._grammar = grammar()
         self._states = _statement_states()
 
@@ -107,7 +107,7 @@ class _PieceReader:
                 "declaration",
                 words,
                 self._source.file,
-                build=self._builder.build,
+                build=self._methods,
                 statements=self._states,
             )
             if reading.failed_at is None:

@@ -47,6 +47,20 @@ _PLAIN: Mapping[str, Callable[..., object]] = MappingProxyType(
 )
 
 
+class Methods(dict[str, Callable[[Parts, Span], Any]]):
+    """What builds each rule, found once: the loop that asks for it runs thousands of times in a text."""
+
+    def __init__(self, builder: TreeBuilder) -> None:
+        super().__init__()
+        self._builder = builder
+
+    def __missing__(self, rule: str) -> Callable[[Parts, Span], Any]:
+        plain = _PLAIN.get(rule)
+        made = (lambda parts, span: plain(*parts, span)) if plain is not None else getattr(self._builder, rule)
+        self[rule] = made
+        return made
+
+
 class _Item(NamedTuple):
     """Something that may stand once in a declaration."""
 
@@ -64,11 +78,6 @@ class TreeBuilder:
         self._unit_us: int | None = None
         self._is_bare_told = False
         self._unit_span: Span | None = None
-
-    def build(self, rule: str, parts: Parts, span: Span) -> Any:
-        """Build what a finished rule stands for."""
-        plain = _PLAIN.get(rule)
-        return plain(*parts, span) if plain else getattr(self, rule)(parts, span)
 
     # ---- declarations
 

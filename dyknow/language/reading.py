@@ -5,7 +5,8 @@ When a word does not fit, the loop tells what would have: one malformed place do
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple  # Any: the values on the stack are words, and whatever was built
 
 from dyknow.language.diagnostics import Hint, Related
@@ -15,15 +16,26 @@ from dyknow.language.wording import Misfit
 from dyknow.language.words import Source, Word
 
 Parts = list[Any]
-Build = Callable[[str, Parts, Span], Any]  # of a rule, its parts and its place
+Build = Mapping[str, Callable[[Parts, Span], Any]]  # for each rule, what makes something of its parts and its place
 
 
 class Node(NamedTuple):
-    """What a rule is built of, for languages that read it from the outside in: the simplest `Build`."""
+    """What a rule is built of, for languages that read it from the outside in."""
 
     rule: str
     parts: Parts
     span: Span
+
+
+class _Nodes(dict[str, Callable[[Parts, Span], Any]]):
+    """The simplest `Build`: nodes of every rule."""
+
+    def __missing__(self, rule: str) -> Callable[[Parts, Span], Any]:
+        made = self[rule] = partial(Node, rule)
+        return made
+
+
+_NODES = _Nodes()
 
 
 def cut(words: Iterable[Word], is_start: Callable[[Word, Word], bool]) -> Iterator[list[Word]]:
@@ -60,7 +72,7 @@ class Reading:
         words: Sequence[Word],
         file: str,
         *,
-        build: Build = Node,
+        build: Build = _NODES,
         statements: frozenset[int] = frozenset(),
     ) -> None:
         self._grammar, self._start, self._words, self._file = grammar, start, words, file
@@ -106,7 +118,7 @@ class Reading:
                 elif action.builder:
                     start, end = words[first], words[index - 1]
                     span = Span(self._file, start.line, start.column, end.line, end.end_column)
-                    values.append(build(action.builder, parts, span))
+                    values.append(build[action.builder](parts, span))
                 else:
                     values.append(parts)
                 state = after[states[-1]][action.origin]
