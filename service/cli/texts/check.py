@@ -67,6 +67,8 @@ def check(
     try:
         messages = load_monitor_files(monitors or ()).messages
     except TextError as error:
+        if output is CheckFormat.text:
+            raise  # told where all refused files are told
         _print_findings(error.diagnostics, output)
         raise typer.Exit(exit_codes.INVALID) from None
     chosen = _chosen(stream, has_monitors=bool(monitors))
