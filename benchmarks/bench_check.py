@@ -16,8 +16,8 @@ import time
 from collections.abc import Callable
 
 from chronicles import check_texts
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
+from dyknow.language.diagnostics import Reporter
 
 HEAD = """domain Car = symbol
 domain Road = symbol
@@ -47,9 +47,9 @@ chronicle manoeuvre{n}[?a, ?b, ?road](t1, t3) {{
 """
 START = """
 import time
-from chronicles.language.grammar import load_grammar
+from chronicles.language.parser import grammar
 start = time.perf_counter()
-load_grammar()
+grammar()
 print(time.perf_counter() - start)
 """
 

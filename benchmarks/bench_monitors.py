@@ -10,7 +10,7 @@ import numpy as np
 from dyknow.monitors.monitors import Monitors
 from dyknow.mtl.formula import Monitor
 from dyknow.mtl.parser import parse_monitors
-from dyknow.mtl.states import DictState
+from dyknow.mtl.progression.states import DictState
 
 OF_CARS = parse_monitors("""
 monitor limit per ?car in Car: always tolerate(speed[?car] < 80 km/h, 1s, 500ms)

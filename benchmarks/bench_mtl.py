@@ -17,10 +17,9 @@ import numpy as np
 
 from dyknow.mtl.formula import Formula
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import DictState
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import DictState, Verdict
 
 SIMPLE = "always eventually[0s, 1s] p"
 NESTED = "always (not p implies eventually[0s, 1s] always[0s, 1s] p)"

@@ -9,18 +9,17 @@ import hashlib
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-from chronicles.compilation.canonical import canonical_texts, print_all
 from chronicles.compilation.compiler import compile_chronicle
 from chronicles.compilation.cost import warn_unjoined
 from chronicles.compilation.example_checks import check_examples
 from chronicles.compilation.hierarchy import order_by_emission
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import Signature, collect_symbols
-from chronicles.compilation.usage import warn_unproduced, warn_unused
+from chronicles.compilation.usage import canonical_texts, print_all, warn_unproduced, warn_unused
 from chronicles.errors import ChronicleError
 from chronicles.language import model
-from chronicles.language.diagnostics import Diagnostic, Reporter
 from chronicles.language.parser import parse
+from dyknow.language.diagnostics import Diagnostic, Reporter
 
 _VERSION_LENGTH = 12
 

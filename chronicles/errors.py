@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chronicles.language.diagnostics import Diagnostic, render_all
+from dyknow.language.diagnostics import Diagnostic, render_all
 
 
 class ChronicleError(Exception):

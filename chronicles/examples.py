@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from chronicles.events import Event, Occurrence
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
-from chronicles.language.printer import format_duration
 from chronicles.recogniser import recognise
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import format_duration
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,20 @@
 # What `from dyknow import ...` offers: `__init__.py` reads the names and their modules from here.
-from .errors import DyKnowError as DyKnowError, PolicyError as PolicyError
+from .errors import (
+    DyKnowError as DyKnowError,
+    FormulaError as FormulaError,
+    KplError as KplError,
+    PolicyError as PolicyError,
+)
 from .graph import to_dot as to_dot
 from .kpl.checks import check_kpl as check_kpl
-from .kpl.findings import KplError as KplError
 from .kpl.loader import load_kpl as load_kpl
 from .kpl.policies import parse_policy as parse_policy
 from .monitors.monitors import Monitors as Monitors
-from .mtl.errors import FormulaError as FormulaError
-from .mtl.kinds import Kind as Kind
+from .mtl.kinds import Kind as Kind, Signature as Signature
 from .mtl.parser import parse_formula as parse_formula, parse_monitors as parse_monitors
-from .mtl.progressor import Progressor as Progressor
-from .mtl.shared_work import SharedWork as SharedWork
-from .mtl.signature import Signature as Signature
-from .mtl.states import DictState as DictState
-from .mtl.verdict import Verdict as Verdict
+from .mtl.progression.progressor import Progressor as Progressor
+from .mtl.progression.shared_work import SharedWork as SharedWork
+from .mtl.progression.states import DictState as DictState, Verdict as Verdict
 from .node import Node as Node
 from .policies.policy import (
     AnyChange as AnyChange,

@@ -22,8 +22,8 @@ from chronicles.compilation.timing import Timing, moved
 from chronicles.compilation.usage import VARIABLE
 from chronicles.compilation.variables import Variables
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.printer import print_pattern
+from dyknow.language.diagnostics import Reporter
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +96,7 @@ class Assembly:
         """Put the plan together; an emission without a time, or a count that can never be right, is an error."""
         chronicle, timing = self._chronicle, self._timing
         self._check_counts()
+        self._check_holds()
         positions = tuple(self._position(one, cells) for one, cells in self._events)
         header = [self._anchor(timing.anchors[point.name]) for point in chronicle.points]
         starts = [one.start for one in self._counts] + [one.start for one in self._persistences]
@@ -140,6 +141,36 @@ class Assembly:
                 message = f"expected {word} that can be true, got one that forbids {events} itself"
                 hint = f"let its interval start after that event: ({own[-1]} + 1us, ...)"
                 self._reporter.error("C0502", message, one.span, hint)
+
+    def _check_holds(self) -> None:
+        """Refuse a hold of a value that an event of the chronicle changes at its start, in it or at its end."""
+        for one, cells in self._resolved.holds:
+            for index, (event, event_cells) in enumerate(self._events):
+                if event_cells.name != cells.name or len(event_cells.values) != 2:
+                    continue
+                start, end, at = *self._window(one.interval), Anchor(index, 0)
+                after = at == start or (self._between_us(at, start) <= 0 and self._between_us(end, at) < 0)
+                before = at == end or (self._between_us(at, start) < 0 and self._between_us(end, at) <= 0)
+                sides = [value for value, is_asked in zip((0, 1), (before, after), strict=True) if is_asked]
+                held = self._contradicted(cells, event_cells, sides)
+                if held:
+                    message = f"expected a hold that can be true, got {held[0]!r} where the event at {event.point.name}"
+                    said = f" {'leaves' if held[2] else 'starts from'} {held[1]!r}"
+                    hint = f"hold the value {held[1]!r}, or an interval without that event"
+                    related = [(event.span, f"the event: {print_pattern(event.pattern)}")]
+                    self._reporter.error("C0503", message + said, one.span, hint, related=related)
+
+    def _contradicted(self, hold: Cells, event: Cells, sides: Sequence[int]) -> tuple[str, str, int] | None:
+        """Give the value of a hold, another one that a change has on a side, and that side: 0 before, 1 after."""
+        content = self._variables.content
+        if [*map(content, hold.arguments)] != [*map(content, event.arguments)]:
+            return None
+        held = content(hold.values[0])
+        for side in sides:
+            given = content(event.values[side])
+            if held[0] == given[0] == "constant" and held != given:
+                return held[1], given[1], side
+        return None
 
     def _selection(self, header: Sequence[Anchor]) -> Selection:
         one = self._resolved.selection

@@ -18,8 +18,9 @@ from chronicles.compilation.timing import resolve_timing
 from chronicles.compilation.usage import VARIABLE
 from chronicles.compilation.variables import Variables, resolve_variables
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span, suggest
 from chronicles.language.printer import print_statement
+from dyknow.language.diagnostics import Reporter, suggest
+from dyknow.language.places import Span
 
 
 def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str, reporter: Reporter) -> Plan | None:

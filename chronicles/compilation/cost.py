@@ -26,8 +26,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from chronicles.compilation.plan import Plan
-from chronicles.language.diagnostics import Reporter, Span
-from chronicles.language.printer import format_duration
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import format_duration
+from dyknow.language.places import Span
 
 _SECOND_US = 1_000_000
 # Below this window, pairs of unrelated events are few at the rates of traffic.

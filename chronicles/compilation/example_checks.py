@@ -12,8 +12,9 @@ from dataclasses import replace
 from chronicles.compilation.patterns import Cell, PatternResolver
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, suggest
-from chronicles.language.printer import format_duration, print_term
+from chronicles.language.printer import print_term
+from dyknow.language.diagnostics import Reporter, suggest
+from dyknow.language.durations import format_duration
 
 
 def check_examples(

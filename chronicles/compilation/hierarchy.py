@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from chronicles.compilation.plan import Emission, Plan
-from chronicles.language.diagnostics import Reporter, Span
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.places import Span
 
 # A chronicle that must run before another one, and those of its emissions that the other one waits for.
 Source = tuple[Plan, list[Emission]]

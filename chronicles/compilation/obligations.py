@@ -15,8 +15,8 @@ from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.plan import Anchor, Count, EventTest, Persistence
 from chronicles.compilation.variables import Variables
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.printer import print_statement
+from dyknow.language.diagnostics import Reporter
 
 CountStatement = model.NoEventStatement | model.OccursStatement
 

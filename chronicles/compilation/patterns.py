@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from chronicles.compilation.symbols import UNDECLARED_FIELD, Field, Symbols, check_value
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.places import Span
 
 
 @dataclass(frozen=True, slots=True)

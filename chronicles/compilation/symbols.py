@@ -10,12 +10,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from chronicles.compilation.arities import warn_arities
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
 from chronicles.language.printer import print_domain, print_term
 from chronicles.language.syntax_errors import INFINITIES
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.durations import LARGEST_US, LONGEST_NUMBER
+from dyknow.language.places import Span
 
 # Every attribute has this value while nothing is known about it, whatever its domain.
 UNKNOWN = "unknown"
@@ -120,11 +121,16 @@ class Symbols:
 
     def _counted_us(self, duration: model.Duration, digits: str, reporter: Reporter) -> int:
         """Give how long so many units of the text that uses a constant are."""
-        unit_us = self.timeunits.get(duration.span.file, 1)
+        unit_us = self.timeunits.get(duration.span.file, 0 if digits.strip("0") == "" else None)
+        if unit_us is None:
+            message = f"expected a duration with a unit of time, got {duration.constant!r}, which is {digits!r}"
+            hint = f"write constant {duration.constant} = {digits}s, or say what numbers count: timeunit 1s"
+            reporter.error("C0106", message, duration.span, hint)
+            return 0
         if unit_us == model.UNREAD_US:
             reporter.count_again()
             return 0
-        if len(digits) <= model.LONGEST_NUMBER and (us := int(digits) * unit_us) <= model.LARGEST_US:
+        if len(digits) <= LONGEST_NUMBER and (us := int(digits) * unit_us) <= LARGEST_US:
             return us
         message = f"expected at most 35 years, got {duration.constant!r}, which counts more times {unit_us} us"
         reporter.error("C0105", message, duration.span, f"write constant {duration.constant} = 5s")
@@ -310,3 +316,38 @@ def _unknown_domain(expression: model.DomainName, known: list[str], reporter: Re
     message = f"expected a domain, got the unknown name {expression.name!r}"
     reporter.error("C0202", message, expression.span, suggest(expression.name, known))
     return ANY_VALUE
+
+
+def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> None:
+    """Warn about names that stand with different numbers of arguments: an event has one number, so one is a slip.
+
+    Parameters
+    ----------
+    files : texts that declare neither messages nor attributes.
+    reporter : receives a warning for the first place of each further number of arguments.
+    """
+    first: dict[str, model.Pattern | model.Fluent] = {}
+    warned: set[tuple[str, int]] = set()
+    for one in (named for file in files for declaration in file.declarations for named in _named(declaration)):
+        known, count = first.setdefault(one.name, one), len(one.arguments)
+        if count != len(known.arguments) and (one.name, count) not in warned:
+            warned.add((one.name, count))
+            wanted = "1 argument" if len(known.arguments) == 1 else f"{len(known.arguments)} arguments"
+            message = f"expected {wanted} for {one.name!r} as in line {known.span.line}"
+            hint = "an event fits only a pattern with as many arguments as it has; ? stands for anything"
+            related = [(known.span, f"{wanted} here")]
+            reporter.warning("C0308", f"{message}, got {count}", one.span, hint, related=related)
+
+
+def _named(declaration: model.Declaration) -> Iterator[model.Pattern | model.Fluent]:
+    if isinstance(declaration, model.Example):
+        yield from (event.pattern for event in declaration.events)
+    elif isinstance(declaration, model.Chronicle):
+        for one in (*declaration.statements, *declaration.actions):
+            match one:
+                case model.EventStatement() | model.NoEventStatement() | model.OccursStatement() | model.Emit():
+                    yield one.pattern
+                case model.HoldStatement() | model.AssertStatement() | model.AssertAction():
+                    yield one.fluent
+                case _:
+                    pass

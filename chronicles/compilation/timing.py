@@ -9,12 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from chronicles.compilation.network import UNBOUNDED_US, Edge, distances, minimise, negative_cycle
-from chronicles.compilation.redundancy import sentence, warn_implied, warn_repeated
+from chronicles.compilation.network import (
+    UNBOUNDED_US,
+    Edge,
+    distances,
+    minimise,
+    negative_cycle,
+    sentence,
+    warn_implied,
+    warn_repeated,
+)
 from chronicles.compilation.symbols import Symbols
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
-from chronicles.language.printer import format_duration, print_bound, print_statement
+from chronicles.language.printer import print_bound, print_statement
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.durations import format_duration
+from dyknow.language.places import Span
 
 Distances = Sequence[Sequence[int]]  # plain integers: single numbers are read far more often than rows
 

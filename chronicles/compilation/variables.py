@@ -14,7 +14,8 @@ from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.symbols import UNKNOWN, Symbols, domain_of
 from chronicles.compilation.usage import warn_single_uses
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span, suggest
+from dyknow.language.diagnostics import Reporter, suggest
+from dyknow.language.places import Span
 
 _NO_ANYTHING = "leave the constraint out: everything fits '?'"
 

@@ -15,9 +15,10 @@ from chronicles.compilation.plan import Plan, Position
 from chronicles.compilation.symbols import collect_symbols
 from chronicles.compilation.timing import closed_bounds_us, difference, offset_us
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter, Span
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file, print_pattern, print_statement
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.places import Span
 
 End = Literal["low", "high"]
 

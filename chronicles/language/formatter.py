@@ -15,11 +15,10 @@ from dataclasses import dataclass, field
 
 from chronicles.errors import ChronicleError
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
-from chronicles.language.parser import parse
-from chronicles.language.spacing import gaps
+from chronicles.language.parser import parse, words_and_comments
 from chronicles.language.syntax_errors import DECLARATION_WORDS
-from chronicles.language.words import COMMENT, Word, read_words_and_comments
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.words import COMMENT, Word
 
 _WIDTH = 120
 _INDENT = "  "
@@ -47,18 +46,18 @@ def format_text(text: str, name: str = "<text>") -> str:
     --------
     >>> print(format_text('''message m[ ?a ]{?a in {x,y}} // ours
     ... chronicle c{event(m[?], t1) // now
-    ...   t1-t0 in [-3 ,10] ; }'''), end="")
+    ...   t1-t0 in [-3s ,10s] ; }'''), end="")
     message m[?a] { ?a in {x, y} }  // ours
     chronicle c {
       event(m[?], t1)  // now
-      t1 - t0 in [-3, 10]
+      t1 - t0 in [-3s, 10s]
     }
     """
     reporter = Reporter({name: text})
     file = parse(text, name, reporter)
     if reporter.errors:
         raise ChronicleError.from_diagnostics(reporter.diagnostics)
-    words = _without_needless_ends(read_words_and_comments(text, name, reporter))
+    words = _without_needless_ends(words_and_comments(text, name, reporter))
     return "".join(line + "\n" for line in _Layout(words, file).lines())
 
 
@@ -233,3 +232,60 @@ class _Layout:
                 segment = []
         if segment:
             yield segment
+
+
+_SIGNS = frozenset({"POSITIVE", "NEGATIVE"})
+_BRACKETS = frozenset({"OPENING", "CLOSING"})
+_GLUED = frozenset({"COMMA", "RPAR", "COLON", "RANGE", "_END"})  # to the word before
+_GLUING = frozenset({"LPAR", "COLON", "RANGE"})  # the word after
+_BEFORE_VALUES = frozenset({"COMMA", "EQUAL", "IN", "VBAR", "TILDE"})
+
+
+def gaps(words: Sequence[Word]) -> dict[int, str]:
+    """Give what stands before each word: a space or nothing; nothing before comments and the first word."""
+    state = _Spacing()
+    found: dict[int, str] = {}
+    for index, word in enumerate(words):
+        found[index] = "" if word.kind == COMMENT else state.before(word)
+    return found
+
+
+class _Spacing:
+    """Reads words one after the other; remembers what brackets, braces and signs around the place mean."""
+
+    def __init__(self) -> None:
+        self._previous = ""
+        self._glues = True
+        self._in_brackets = False
+        self._in_example = False
+        self._values_depth = 0
+
+    def before(self, word: Word) -> str:
+        """Give what stands before the next word."""
+        kind = word.kind
+        glued, glues = kind in _GLUED, kind in _GLUING
+        if kind in _BRACKETS:
+            # ]0s, 3s[ is a range too: the first bracket opens, whichever it is.
+            glued = self._in_brackets or self._previous not in _BEFORE_VALUES
+            glues = not self._in_brackets
+            self._in_brackets = not self._in_brackets
+        elif kind == "LPAR":
+            glued = self._previous not in _BEFORE_VALUES
+        elif kind == "LBRACE":
+            glues = self._previous in _BEFORE_VALUES or self._previous == "LPAR"
+            self._values_depth += glues
+        elif kind == "RBRACE" and self._values_depth:
+            glued = True
+            self._values_depth -= 1
+        elif kind in _SIGNS:
+            # After a time point the sign stands between two things, elsewhere it belongs to what follows.
+            glues = self._previous != "TIME_POINT"
+        elif kind == "EQUAL":
+            glued = glues = self._in_example
+        elif kind == "EXAMPLE":
+            self._in_example = True
+        elif kind == "CHRONICLE":
+            self._in_example = False
+        gap = "" if glued or self._glues else " "
+        self._previous, self._glues = kind, glues
+        return gap

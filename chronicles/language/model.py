@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal as OneOf
 
-from chronicles.language.diagnostics import Span
+from dyknow.language.places import Span
 
 Comparator = OneOf["<", "<=", "=", ">=", ">"]
 
-LARGEST_US = 2**50  # 35 years: sums of bounds stay far inside 64 bits
 UNREAD_US = -1  # stands for a duration that could not be read, which was reported
 DEEPEST_DOMAIN = 100  # operations in one another: domains are evaluated, compared and printed recursively
-LONGEST_NUMBER = 30  # in characters; Python converts no text of thousands of digits
 
 
 @dataclass(frozen=True, slots=True)

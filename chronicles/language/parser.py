@@ -1,28 +1,37 @@
 """What tree does a chronicle text have, and where is it malformed?
 
-The words are read once; the text is cut at the words that start a declaration, and each piece is run through the LALR
-tables of the grammar. When a word does not fit, the statement around it is reported and left out and the piece is read
-again: at most one syntax error a statement, and the rest of the text is still checked.
+The text is cut at the words that start a declaration. When a word does not fit, the statement around it is reported and
+left out and the piece is read again: at most one syntax error a statement, and the rest of the text is still checked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import Any  # the values on the stack are words, and whatever the rules built
+import re
+from functools import cache
 
-from chronicles.language.constraint_hints import rewritten_constraint
-from chronicles.language.diagnostics import Reporter, Span
-from chronicles.language.grammar import END, Grammar, load_grammar, starts_statement
 from chronicles.language.model import ChronicleFile, Declaration
-from chronicles.language.syntax_errors import DECLARATION_WORDS, EXAMPLE_WORDS, STATEMENT_WORDS, describe_unexpected
-from chronicles.language.tree_builder import TreeBuilder
-from chronicles.language.words import Word, read_words
+from chronicles.language.syntax_errors import (
+    DECLARATION_WORDS,
+    EXAMPLE_WORDS,
+    STATEMENT_WORDS,
+    WORDS_WITH_PARENTHESIS,
+    describe_misfit,
+    starts_statement,
+)
+from chronicles.language.tree_builder import Methods, TreeBuilder
+from dyknow.language.diagnostics import Hint, Reporter
+from dyknow.language.grammar import END, Grammar, load_grammar
+from dyknow.language.reading import Reading, cut, report
+from dyknow.language.wording import Misfit
+from dyknow.language.words import COMMENT, STRANGE, Source, Strange, Word, read_words
 
 _DECLARATION_KINDS = frozenset(word.upper() for word in DECLARATION_WORDS)
 _STATEMENT_KINDS = frozenset(word.upper() for word in (*STATEMENT_WORDS, *EXAMPLE_WORDS, "emit", "report")) | {"RBRACE"}
-_WITH_PARENTHESIS = frozenset({"EVENT", "NOEVENT", "OCCURS", "HOLD", "ASSERT"})
+_WITH_PARENTHESIS = frozenset(word.upper() for word in WORDS_WITH_PARENTHESIS)
 _LINE_STARTS = frozenset({"TIME_POINT", "VARIABLE", "DURATION", "NUMBER"})  # constraints, and events of an example
 _CONTINUES_AFTER = frozenset({"COMMA", "LPAR", "OPENING", "CLOSING", "COLON", "POSITIVE", "NEGATIVE", "IN", "RANGE"})
+_SINGLE_QUOTED = re.compile(r"'[^'\n]*'")
+_OTHER_COMMENT = re.compile(r"/\*(.*?\*/)?", re.DOTALL)
 
 
 def parse(text: str, name: str, reporter: Reporter) -> ChronicleFile:
@@ -39,8 +48,9 @@ def parse(text: str, name: str, reporter: Reporter) -> ChronicleFile:
     >>> parse(text, "a", Reporter({"a": text})).declarations[0].name
     'honk'
     """
+    words = [word for word in words_and_comments(text, name, reporter) if word.kind not in (COMMENT, STRANGE)]
     reader = _PieceReader(name, reporter)
-    pieces = list(_pieces(read_words(text, name, reporter)))
+    pieces = list(cut(words, lambda _, word: word.kind in _DECLARATION_KINDS))
     # The unit of bare numbers holds for the whole text, wherever it stands.
     order = sorted(range(len(pieces)), key=lambda index: pieces[index][0].kind != "TIMEUNIT")
     built = {index: reader.read(pieces[index]) for index in order}
@@ -48,153 +58,96 @@ def parse(text: str, name: str, reporter: Reporter) -> ChronicleFile:
     return ChronicleFile(name, tuple(one for one in found if one is not None))
 
 
-def _pieces(words: Iterable[Word]) -> Iterator[list[Word]]:
-    """Cut before each word that starts a declaration: those words are reserved."""
-    piece: list[Word] = []
-    for word in words:
-        if word.kind in _DECLARATION_KINDS and piece:
-            yield piece
-            piece = []
-        piece.append(word)
-    if piece:
-        yield piece
+def words_and_comments(text: str, name: str, reporter: Reporter) -> list[Word]:
+    """Cut a text into words and comments, in the order of the text; characters that no word has go to the reporter."""
+    return read_words(text, Source(name, "C", reporter), grammar(), _explained)
+
+
+def grammar() -> Grammar:
+    """Load the grammar of chronicles."""
+    return load_grammar("chronicles.language", "chronicle.lark", "declaration")
+
+
+@cache
+def _statement_states() -> frozenset[int]:
+    return grammar().where(starts_statement)
+
+
+def _explained(text: str, at: int, before: str) -> Strange:
+    """Say what characters that no word has may be: one character if nothing is clear."""
+    if text[at] == '"':  # a text without its second quote, to the end of the line
+        return Strange(text[at:].split("\n", 1)[0], Hint('texts start and end with " on one line'), "STRING")
+    if found := _SINGLE_QUOTED.match(text, at):
+        inner = found.group()[1:-1]
+        edit = None if '"' in inner or "\\" in inner else f'"{inner}"'
+        return Strange(found.group(), Hint("texts stand in double quotes", edit), "STRING", marked=len(found.group()))
+    if found := _OTHER_COMMENT.match(text, at):
+        hint = Hint("comments start with # and end with their line")
+        return Strange(found.group(), hint, COMMENT, came=repr(found.group()[:2]), marked=2)
+    if text[at] == "*" and before == "COMMA":
+        return Strange("*", Hint("no bound is written oo", "oo"), "INFINITE")
+    return Strange(text[at], Hint("leave it out"))
 
 
 class _PieceReader:
     """Reads the words of one declaration at a time, leaving out what is malformed."""
 
     def __init__(self, name: str, reporter: Reporter) -> None:
-        self._name = name
-        self._reporter = reporter
-        self._builder = TreeBuilder(name, reporter)
-        self._grammar = load_grammar()
+        self._source = Source(name, "C", reporter)
+        self._methods = Methods(TreeBuilder(name, reporter))
+        self._grammar = grammar()
+        self._states = _statement_states()
 
     def read(self, words: list[Word]) -> Declaration | None:
         """Build the declaration; None if nothing of it can be read."""
         end_reported = False
         while words:
-            attempt = _Attempt(self._grammar, self._builder, self._name)
-            if attempt.run(words):
-                tree: Declaration = attempt.tree
+            reading = Reading(
+                self._grammar,
+                "declaration",
+                words,
+                self._source.file,
+                build=self._methods,
+                statements=self._states,
+            )
+            if reading.failed_at is None:
+                tree: Declaration = reading.tree
                 return tree
-            at_end = attempt.failed_at == len(words)
-            if not (at_end and end_reported):
-                self._report(attempt, words)
-            end_reported = end_reported or at_end
-            words = _mended(attempt, words)
+            misfit = reading.misfit(_blamed(reading, words))
+            if not (misfit.is_end and end_reported):
+                report(self._source, misfit, *describe_misfit(misfit))
+            end_reported = end_reported or misfit.is_end
+            words = _mended(misfit, reading.statement_at, words)
         return None
 
-    def _report(self, attempt: _Attempt, words: list[Word]) -> None:
-        at = attempt.failed_at
-        previous = words[at - 1] if at else None
-        if at < len(words):
-            message, hint = describe_unexpected(words[at], attempt.expected, previous)
-            rewritten = rewritten_constraint(words, at)
-            self._reporter.error("C0102", message, self._span(words[at]), rewritten or hint)
-        else:
-            message, _ = describe_unexpected(_with_kind(words[-1], END, ""), attempt.expected, previous)
-            unclosed = f"the {words[0].text} that starts in line {words[0].line} is not closed"
-            related = [(self._span(words[0]), "starts here")] if words[0].line != words[-1].line else []
-            self._reporter.error("C0103", message, self._span(words[-1]), unclosed, related=related)
 
-    def _span(self, word: Word) -> Span:
-        return Span(self._name, word.line, word.column, word.line, word.end_column)
+def _blamed(reading: Reading, words: list[Word]) -> int:
+    """Give which word is one too many: the name that starts a statement and is no bound of a chain, not the next."""
+    at = reading.failed_at or 0
+    return at - 1 if at and reading.statement_at == at - 1 and words[at - 1].kind == "NAME" else at
 
 
-class _Attempt:
-    """One run of the tables over the words of a declaration.
-
-    When a word did not fit, `failed_at` is its index (the number of words at the end), `expected` the kinds that would
-    have fitted, and `statement_at` the index where the latest statement started, 0 if none did.
-    """
-
-    def __init__(self, grammar: Grammar, builder: TreeBuilder, name: str) -> None:
-        self._grammar = grammar
-        self._builder = builder
-        self._name = name
-        self._states = [grammar.start]
-        self.tree: Any = None
-        self.failed_at = 0
-        self.statement_at = 0
-
-    def run(self, words: list[Word]) -> bool:
-        """Run over all words; give whether they fit."""
-        rows, after, starts = self._grammar.rows, self._grammar.after, self._grammar.statement_starts
-        states, state = self._states, self._grammar.start
-        values: list[Any] = []
-        firsts: list[int] = []  # index of the first word of each value
-        for index, word in enumerate((*words, _with_kind(words[-1], END, ""))):
-            kind = word.kind
-            while (action := rows[state].get(kind)) is not None:
-                if isinstance(action, int):
-                    if state in starts:
-                        self.statement_at = index
-                    state = action
-                    states.append(state)
-                    values.append(word)
-                    firsts.append(index)
-                    break
-                kept = len(values) - action.count
-                first = firsts[kept]
-                parts = action.select(values[kept:])
-                del states[kept + 1 :], values[kept:], firsts[kept + 1 :]
-                if action.is_transparent and len(parts) == 1:
-                    values += parts
-                elif action.builder:
-                    start, end = words[first], words[index - 1]
-                    span = Span(self._name, start.line, start.column, end.line, end.end_column)
-                    values.append(getattr(self._builder, action.builder)(parts, span))
-                else:
-                    values.append(parts)
-                state = after[states[-1]][action.origin]
-                states.append(state)
-                if state == self._grammar.end:
-                    self.tree = values[-1]
-                    return True
-            else:
-                self._stop(words, index)
-                return False
-        raise AssertionError("the end of the words either fits or does not")
-
-    def _stop(self, words: list[Word], index: int) -> None:
-        """Note which word did not fit: a name that starts a statement and is no bound of a chain was one too many."""
-        self.failed_at = index
-        if index and self.statement_at == index - 1 and words[index - 1].kind == "NAME":
-            self.failed_at -= 1
-            self._states.pop()
-
-    @property
-    def expected(self) -> frozenset[str]:
-        """The kinds of words that would have fitted."""
-        return self._grammar.expected(self._states)
-
-    @property
-    def before_is_complete(self) -> bool:
-        """Whether a new statement could have started at the failing word."""
-        return starts_statement(self.expected)
-
-
-def _mended(attempt: _Attempt, words: list[Word]) -> list[Word]:
+def _mended(misfit: Misfit, statement_at: int, words: list[Word]) -> list[Word]:
     """Leave out what was just reported; the result is shorter, or closed by a brace."""
-    at, expected = attempt.failed_at, attempt.expected
+    at, expected = misfit.index, misfit.expected
     if END in expected:
         return words[:at]
     if words[0].kind not in ("CHRONICLE", "EXAMPLE"):
         return []
     opening = next((index for index, word in enumerate(words) if word.kind == "LBRACE"), len(words))
     if at <= opening:
-        return _with_plain_head(attempt, words, opening)
+        return _with_plain_head(misfit, words, opening)
     if at == len(words):
-        kept = words if "RBRACE" in expected else words[: attempt.statement_at]
+        kept = words if "RBRACE" in expected else words[:statement_at]
         return [*kept, _with_kind(words[-1], "RBRACE", "}")]
-    start = at if attempt.before_is_complete else attempt.statement_at
+    start = at if starts_statement(expected) else statement_at
     return words[:start] + words[_next_statement(words, start, at) :]
 
 
-def _with_plain_head(attempt: _Attempt, words: list[Word], opening: int) -> list[Word]:
+def _with_plain_head(misfit: Misfit, words: list[Word], opening: int) -> list[Word]:
     """Keep the body of a chronicle or example whose head is broken, so that the body is checked too."""
-    at = attempt.failed_at
-    if "LBRACE" in attempt.expected and at < len(words) and words[at].kind in _STATEMENT_KINDS:
+    at = misfit.index
+    if "LBRACE" in misfit.expected and at < len(words) and words[at].kind in _STATEMENT_KINDS:
         return [*words[:at], _with_kind(words[at], "LBRACE", "{"), *words[at:]]
     if opening == len(words):
         return []

@@ -12,8 +12,8 @@ from typing import Any  # the table of printers maps each class to a function of
 
 from chronicles.language import model
 from chronicles.language.syntax_errors import ACTION_WORDS, DECLARATION_WORDS, EXAMPLE_WORDS, STATEMENT_WORDS
+from dyknow.language.durations import format_duration
 
-US_PER_UNIT = {"h": 3_600_000_000, "min": 60_000_000, "s": 1_000_000, "ms": 1_000, "us": 1}
 _OTHER_WORDS = ("in", "value", "default", "symbol", "oo", "recognised", "recognized", "at")
 _WORDS = frozenset((*DECLARATION_WORDS, *STATEMENT_WORDS, *ACTION_WORDS, *EXAMPLE_WORDS, *_OTHER_WORDS))
 _PLAIN = re.compile(r"(?!t[0-9])[A-Za-z_][A-Za-z0-9_]*|-?[0-9]+(\.[0-9]+)?")
@@ -24,7 +24,7 @@ def print_file(file: model.ChronicleFile) -> str:
 
     Examples
     --------
-    >>> from chronicles.language.diagnostics import Reporter
+    >>> from dyknow.language.diagnostics import Reporter
     >>> from chronicles.language.parser import parse
     >>> text = "chronicle a(t1){event(b[?x ,?],t1) t1<t2+1500ms}"
     >>> print(print_file(parse(text, "a", Reporter({"a": text}))))
@@ -45,20 +45,6 @@ def print_declaration(declaration: model.Declaration) -> str:
 def print_statement(statement: model.Statement | model.Action) -> str:
     """Write one statement or action of a chronicle's body."""
     return _PRINTERS[type(statement)](statement)
-
-
-def format_duration(us: int) -> str:
-    """Write a duration in the largest unit that divides it.
-
-    Examples
-    --------
-    >>> format_duration(1_500_000), format_duration(-60_000_000), format_duration(0)
-    ('1500ms', '-1min', '0s')
-    """
-    if us == 0:
-        return "0s"
-    unit, size = next(pair for pair in US_PER_UNIT.items() if us % pair[1] == 0)
-    return f"{us // size}{unit}"
 
 
 def print_pattern(pattern: model.Pattern) -> str:

@@ -1,18 +1,21 @@
-"""How is a syntax error said to somebody who has never heard of terminals?
+"""How is a syntax error of a chronicle said, and how is it mended?
 
-Turns the parser's position (the word that came, the kinds of words that could have come) into a code, a message and a
-hint. No name from inside the grammar ever reaches a message.
+Many mistakes are constraints that are clear to people and have another form in the language.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Container, Sequence
+from types import MappingProxyType
 
-from chronicles.language.diagnostics import Hint, suggest
-from chronicles.language.words import Word
+from dyknow.language.diagnostics import Hint, suggest
+from dyknow.language.grammar import load_grammar
+from dyknow.language.wording import Misfit, described, listed
+from dyknow.language.words import Word
 
 DECLARATION_WORDS = ("timeunit", "constant", "domain", "attribute", "message", "chronicle", "example")
-STATEMENT_WORDS = ("event", "noevent", "occurs", "hold", "assert", "allow", "select", "when")
+WORDS_WITH_PARENTHESIS = ("event", "noevent", "occurs", "hold", "assert")
+STATEMENT_WORDS = (*WORDS_WITH_PARENTHESIS, "allow", "select", "when")
 ACTION_WORDS = ("emit", "report", "assert")
 EXAMPLE_WORDS = ("expect", "until")
 INFINITIES = frozenset({"inf", "infinity", "infinite"})  # what other tools write for oo, in lower case
@@ -25,33 +28,11 @@ _KINDS = {
     "DURATION": "a duration such as 5s",
     "NUMBER": "a number",
     "STRING": 'a text in "quotes"',
-    "INFINITE": "'oo'",
-    "POSITIVE": "'+'",
-    "NEGATIVE": "'-'",
-    "LESS": "'<'",
-    "AT_MOST": "'<='",
-    "EQUAL": "'='",
-    "AT_LEAST": "'>='",
-    "MORE": "'>'",
-    "SAME": "'=='",
-    "DIFFERENT": "'!='",
-    "RANGE": "'..'",
-    "OPENING": "'['",
-    "CLOSING": "']'",
-    "_END": "';'",
-    "LBRACE": "'{'",
-    "RBRACE": "'}'",
-    "LPAR": "'('",
-    "RPAR": "')'",
-    "COMMA": "','",
-    "COLON": "':'",
-    "VBAR": "'|'",
-    "TILDE": "'~'",
-    "QMARK": "'?'",
-    "RECOGNISED": "'recognised'",
     "RECOGNIZED": "",
     "$END": "the end of the declaration",
 }
+# Closing marks first: a forgotten one is the commonest mistake.
+_CLOSING = ("COMMA", "RPAR", "CLOSING", "RBRACE", "COLON")
 # Where a new statement may start, which words start one says more than all that fits: (kinds, what it is, words).
 _STARTS = (
     (frozenset({"EVENT", "NOEVENT"}), "a statement", STATEMENT_WORDS),
@@ -59,52 +40,52 @@ _STARTS = (
     (frozenset({"UNTIL"}), "a time and an event, 'expect' or 'until'", EXAMPLE_WORDS),
     (frozenset({"CHRONICLE"}), "a declaration", DECLARATION_WORDS),
 )
+_MIRRORED = MappingProxyType({"<": ">", "<=": ">=", "=": "=", ">=": "<=", ">": "<"})
+_LENGTHS = ("DURATION", "NUMBER", "NAME")
+_SIGNS = ("POSITIVE", "NEGATIVE")
 # What may follow a finished statement says nothing about the mistake inside an unfinished one.
 _MOST_LISTED = 5
 
 
-def describe_kind(kind: str) -> str:
-    """Name a kind of word as a reader would.
-
-    Examples
-    --------
-    >>> describe_kind("TIME_POINT"), describe_kind("EVENT")
-    ('a time point such as t1', "'event'")
-    """
-    return _KINDS[kind] if kind in _KINDS else repr(kind.lower())
+def starts_statement(kinds: Container[str]) -> bool:
+    """Say whether a statement, an action or an item of an example may start where words of these kinds fit."""
+    return ("EVENT" in kinds and "NOEVENT" in kinds) or "REPORT" in kinds or "UNTIL" in kinds
 
 
-def describe_unexpected(word: Word, expected: frozenset[str], previous: Word | None) -> tuple[str, Hint]:
-    """Say what was expected and what came.
+def describe_misfit(misfit: Misfit) -> tuple[str, Hint]:
+    """Say what was expected and what came, and how that is mended (may be empty)."""
+    wanted, words = _expected(misfit)
+    message = misfit.message(wanted, "declaration")
+    if misfit.is_end:
+        first = misfit.words[0]
+        return message, Hint(f"the {first.text} that starts in line {first.line} is not closed")
+    rewritten = rewritten_constraint(misfit.words, misfit.index)
+    if rewritten:
+        return message, Hint(rewritten)
+    return message, _statement_hint(misfit, words) if words else _hint(misfit)
 
-    Parameters
-    ----------
-    word : the word that does not fit; its kind is "$END" at the end of a declaration.
-    expected : kinds of words that would fit.
-    previous : the word before, None at the start.
 
-    Returns
-    -------
-    Message and hint (may be empty).
-    """
-    came = "the end of the declaration" if word.kind == "$END" else repr(word.text)
-    after = f" after {previous.text!r}" if previous is not None else ""
+def _expected(misfit: Misfit) -> tuple[str, tuple[str, ...]]:
+    """Say what was expected, and which words start it where it is a statement or the like."""
+    expected = misfit.expected
     for kinds, wanted, words in _STARTS:
         if kinds <= expected:
-            return f"expected {wanted}{after}, got {came}", _statement_hint(word, words)
-    if expected <= {"$END", "_END"} or ("$END" in expected and word.kind == "NAME"):
-        return f"expected a new declaration{after}, got {came}", _statement_hint(word, DECLARATION_WORDS)
-    listed = [text for text in dict.fromkeys(map(describe_kind, sorted(expected, key=_rank))) if text][:_MOST_LISTED]
-    return f"expected {_join(listed)}{after}, got {came}", _hint(word, expected)
+            return wanted, words
+    if expected <= {"$END", "_END"} or ("$END" in expected and misfit.kind() == "NAME"):
+        return "a new declaration", DECLARATION_WORDS
+    spellings = load_grammar("chronicles.language", "chronicle.lark", "declaration").spellings
+    texts = [text for text in described(expected, _KINDS, spellings, _CLOSING) if text]
+    return listed(texts[:_MOST_LISTED], "something else"), ()
 
 
-def _statement_hint(word: Word, words: tuple[str, ...]) -> Hint:
-    if word.kind == "NAME":
-        return suggest(word.text, words)
+def _statement_hint(misfit: Misfit, words: tuple[str, ...]) -> Hint:
+    if misfit.kind() == "NAME":
+        return suggest(misfit.text(), words)
     return Hint("one of " + ", ".join(map(repr, words)) + " starts here")
 
 
-def _hint(word: Word, expected: Collection[str]) -> Hint:
+def _hint(misfit: Misfit) -> Hint:
+    word, expected = misfit.words[misfit.index], misfit.expected
     if word.kind == "SAME" and "EQUAL" in expected:
         return Hint("time points are compared with '=', variables with '=='", "=")
     if word.kind == "EQUAL" and "SAME" in expected:
@@ -137,13 +118,65 @@ def _name_hint(word: Word, expected: Collection[str]) -> Hint:
     return Hint()
 
 
-def _rank(kind: str) -> tuple[int, str]:
-    # Closing marks first: a forgotten one is the commonest mistake.
-    order = ("COMMA", "RPAR", "CLOSING", "RBRACE", "COLON")
-    return (order.index(kind) if kind in order else len(order), kind)
+def rewritten_constraint(words: Sequence[Word], at: int) -> str:
+    """Give a hint for a constraint that is read up to the word at an index, which does not fit; "" if it is none.
+
+    Examples
+    --------
+    >>> from chronicles.language.parser import words_and_comments
+    >>> from dyknow.language.diagnostics import Reporter
+    >>> rewritten_constraint(words_and_comments("t2 - t1 < 5s", "a", Reporter({"a": ""})), 3)
+    'write t2 < t1 + 5s, or a range such as t2 - t1 in [0s, 5s]'
+    """
+    for hint in (_difference, _offset_on_the_left, _chain):
+        if text := hint(words, at):
+            return text
+    return ""
 
 
-def _join(texts: list[str]) -> str:
-    if len(texts) <= 1:
-        return "".join(texts) or "something else"
-    return ", ".join(texts[:-1]) + " or " + texts[-1]
+def _kinds(words: Sequence[Word], start: int, *wanted: Sequence[str]) -> bool:
+    """Say whether words of certain kinds stand from an index on."""
+    found = words[start : start + len(wanted)] if start >= 0 else ()
+    return len(found) == len(wanted) and all(one.kind in kinds for one, kinds in zip(found, wanted, strict=True))
+
+
+def _is_comparator(word: Word) -> bool:
+    return word.text in _MIRRORED
+
+
+def _difference(words: Sequence[Word], at: int) -> str:
+    """`t2 - t1 < 5s`."""
+    if not (_kinds(words, at - 3, ["TIME_POINT"], ["NEGATIVE"], ["TIME_POINT"]) and _is_comparator(words[at])):
+        return ""
+    if not _kinds(words, at + 1, _LENGTHS):
+        return "write a range such as t2 - t1 in [0s, 5s]"
+    later, earlier, length, sign = words[at - 3].text, words[at - 1].text, words[at + 1].text, words[at].text
+    low, high = ("0s", length) if sign[0] == "<" else (length, length if sign == "=" else "oo")
+    return f"write {later} {sign} {earlier} + {length}, or a range such as {later} - {earlier} in [{low}, {high}]"
+
+
+def _offset_on_the_left(words: Sequence[Word], at: int) -> str:
+    """`t1 + 5s < t2`: fails at the plus, or behind the minus."""
+    sign = at if words[at].kind == "POSITIVE" else at - 1
+    if not (_kinds(words, sign - 1, ["TIME_POINT"], _SIGNS, _LENGTHS) and sign + 3 < len(words)):
+        return ""
+    point, comparator, other = words[sign - 1].text, words[sign + 2], words[sign + 3]
+    if not _is_comparator(comparator) or other.kind != "TIME_POINT":
+        return ""
+    offset = f"{words[sign].text} {words[sign + 1].text}"
+    return f"the offset stands on the right: write {other.text} {_MIRRORED[comparator.text]} {point} {offset}"
+
+
+def _chain(words: Sequence[Word], at: int) -> str:
+    """`t1 <= t2 <= t3`: fails at the second comparator."""
+    if not (
+        _is_comparator(words[at]) and at > 2 and words[at - 1].kind == "TIME_POINT" and _is_comparator(words[at - 2])
+    ):
+        return ""
+    first, middle = words[at - 3], words[at - 1]
+    if first.kind != "TIME_POINT" or not _kinds(words, at + 1, ["TIME_POINT"]):
+        return ""
+    has_offset = _kinds(words, at + 2, _SIGNS, _LENGTHS)
+    last = " ".join(one.text for one in words[at + 1 : at + (4 if has_offset else 2)])
+    left, right = words[at - 2].text, words[at].text
+    return f"write two constraints: {first.text} {left} {middle.text}; {middle.text} {right} {last}"

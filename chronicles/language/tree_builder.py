@@ -1,27 +1,64 @@
 """What does each rule of `chronicle.lark` build of the tree in `model.py`?
 
-One short method per rule, named as the rule; its parts are words, and what the methods for its parts built. Numbers and
-durations become integer microseconds here, exactly: a duration that is no whole number of microseconds is an error,
-never rounded.
+A class of the model, or one short method named as the rule; the parts are words, and what was built of its parts.
+Numbers and durations become integer microseconds here, exactly: a duration that is no whole number of microseconds is
+an error, never rounded.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, cast  # Any: the parts of a rule are words, or what other rules built
 
 from chronicles.language import model
-from chronicles.language.diagnostics import Hint, Reporter, Span, suggest
-from chronicles.language.printer import US_PER_UNIT, format_duration
 from chronicles.language.syntax_errors import SELECTIONS
-from chronicles.language.units import meant
-from chronicles.language.words import Word
+from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.durations import (
+    LARGEST_US,
+    LONGEST_NUMBER,
+    US_PER_UNIT,
+    format_duration,
+    meant,
+    split_quantity,
+    to_us,
+)
+from dyknow.language.places import Span
+from dyknow.language.reading import Parts
+from dyknow.language.words import Word
 
-_DURATION = re.compile(r"([0-9.]+)(.*)")
 _EXPONENT = re.compile(r"[eE][-+]?[0-9]")
 _ESCAPED = re.compile(r"\\(.)")
-_UNIT_HINT = "a bare number counts microseconds here; put a unit such as 'timeunit 1s' into the text"
-Parts = list[Any]
+
+# Rules whose parts are those of their node; the others have a method each.
+_PLAIN: Mapping[str, Callable[..., object]] = MappingProxyType(
+    {
+        "noevent": model.NoEventStatement,
+        "hold": model.HoldStatement,
+        "assertion": model.AssertStatement,
+        "interval": model.Interval,
+        "emit": model.Emit,  # `emit event(pattern, t1)`
+        "emit_short": model.Emit,  # `emit pattern`, with a time or without
+        "assert_action": model.AssertAction,
+        "domain_symbol": model.DomainSymbol,
+        "anything": model.Anything,
+    }
+)
+
+
+class Methods(dict[str, Callable[[Parts, Span], Any]]):
+    """What builds each rule, found once: the loop that asks for it runs thousands of times in a text."""
+
+    def __init__(self, builder: TreeBuilder) -> None:
+        super().__init__()
+        self._builder = builder
+
+    def __missing__(self, rule: str) -> Callable[[Parts, Span], Any]:
+        plain = _PLAIN.get(rule)
+        made = (lambda parts, span: plain(*parts, span)) if plain is not None else getattr(self._builder, rule)
+        self[rule] = made
+        return made
 
 
 class _Item(NamedTuple):
@@ -38,7 +75,8 @@ class TreeBuilder:
     def __init__(self, file: str, reporter: Reporter) -> None:
         self._file = file
         self._reporter = reporter
-        self._unit_us = 1
+        self._unit_us: int | None = None
+        self._is_bare_told = False
         self._unit_span: Span | None = None
 
     # ---- declarations
@@ -128,10 +166,6 @@ class TreeBuilder:
         """Build `[1..5]`; the word between the numbers is the second part."""
         return model.DomainRange(parts[0], parts[2], span)
 
-    def domain_symbol(self, _: Parts, span: Span) -> model.DomainSymbol:
-        """Build `symbol`."""
-        return model.DomainSymbol(span)
-
     def domain_name(self, parts: Parts, span: Span) -> model.DomainName:
         """Build the name of a domain."""
         return model.DomainName(parts[0].text, span)
@@ -165,10 +199,6 @@ class TreeBuilder:
         """Build `event(pattern, t1)`."""
         return model.EventStatement(parts[0], self._point(parts[1]), span)
 
-    def noevent(self, parts: Parts, span: Span) -> model.NoEventStatement:
-        """Build `noevent(pattern, (t1, t2))`."""
-        return model.NoEventStatement(parts[0], parts[1], span)
-
     def occurs(self, parts: Parts, span: Span) -> model.OccursStatement:
         """Build `occurs((1, 2), pattern, (t1, t2))`."""
         (least, most), pattern, interval = parts
@@ -178,14 +208,6 @@ class TreeBuilder:
         """Read the least and the most number of events."""
         least, most = parts
         return self._whole(least), None if most.kind == "INFINITE" else self._whole(most)
-
-    def hold(self, parts: Parts, span: Span) -> model.HoldStatement:
-        """Build `hold(attribute:value, (t1, t2))`."""
-        return model.HoldStatement(parts[0], parts[1], span)
-
-    def assertion(self, parts: Parts, span: Span) -> model.AssertStatement:
-        """Build `assert(attribute:value, (t1, t2))`."""
-        return model.AssertStatement(parts[0], parts[1], span)
 
     def comparison(self, parts: Parts, span: Span) -> model.Comparison:
         """Build `t1 < t2 + 5s`."""
@@ -246,19 +268,9 @@ class TreeBuilder:
         """Collect what is done when an instance is recognised."""
         return tuple(one for one in parts if one is not None)
 
-    def emit(self, parts: Parts, span: Span) -> model.Emit:
-        """Build `emit event(pattern, t1)`, or `emit pattern` with a time or without."""
-        return model.Emit(parts[0], parts[1], span)
-
-    emit_short = emit
-
     def report(self, parts: Parts, span: Span) -> model.Report:
         """Build `report "text"`."""
         return model.Report(_unquoted(parts[0]), span)
-
-    def assert_action(self, parts: Parts, span: Span) -> model.AssertAction:
-        """Build `assert(attribute:value, t1)` as an action."""
-        return model.AssertAction(parts[0], parts[1], span)
 
     # ---- parts of statements
 
@@ -281,19 +293,11 @@ class TreeBuilder:
         """Build a variable."""
         return model.Variable(parts[0].text[1:], span)
 
-    def anything(self, _: Parts, span: Span) -> model.Anything:
-        """Build `?`."""
-        return model.Anything(span)
-
     def literal(self, parts: Parts, span: Span) -> model.Literal:
         """Build a value; the sign of a negative number is a part of its own."""
         if parts[-1].kind == "STRING":
             return model.Literal(_unquoted(parts[-1]), True, span)
         return model.Literal("".join(word.text for word in parts), False, span)
-
-    def interval(self, parts: Parts, span: Span) -> model.Interval:
-        """Build `(t1, t2)`."""
-        return model.Interval(parts[0], parts[1], span)
 
     def time(self, parts: Parts, span: Span) -> model.TimeExpression:
         """Build `t1 + 5s`."""
@@ -365,7 +369,7 @@ class TreeBuilder:
 
     def _microseconds(self, word: Word) -> int:
         """Read a number with its unit; `UNREAD_US` after a report, also an earlier one of the unit of the text."""
-        digits, unit = cast(re.Match[str], _DURATION.fullmatch(word.text)).groups()
+        digits, unit = split_quantity(word.text)
         if _EXPONENT.match(unit):
             message = f"expected a number without an exponent, got {word.text!r}"
             self._reporter.error("C0105", message, self._span(word), "write it out, such as 0.00001s or 10us")
@@ -375,17 +379,26 @@ class TreeBuilder:
             self._reporter.error("C0104", message, self._span(word), meant(digits, unit))
             return model.UNREAD_US
         unit_us = US_PER_UNIT[unit] if unit else self._unit_us
+        if unit_us is None and digits.strip("0."):
+            self._tell_bare(word)
+            return model.UNREAD_US
         if self._is_too_long(word) or unit_us == model.UNREAD_US:
             return model.UNREAD_US
-        whole, _, decimals = digits.partition(".")
-        scale: int = 10 ** len(decimals)
-        us, rest = divmod(int(whole + decimals) * unit_us, scale)
-        if rest or us > model.LARGEST_US:
-            wanted = "a whole number of microseconds" if rest else "at most 35 years"
-            mend = "time counts in whole microseconds" if unit or not rest else _UNIT_HINT
-            self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), mend)
+        us = to_us(digits, unit_us or 0)
+        if us is None or us > LARGEST_US:
+            wanted = "a whole number of microseconds" if us is None else "at most 35 years"
+            hint = "time counts in whole microseconds"
+            self._reporter.error("C0105", f"expected {wanted}, got {word.text!r}", self._span(word), hint)
             return model.UNREAD_US
         return us
+
+    def _tell_bare(self, word: Word) -> None:
+        """Report the first number without a unit of a text that does not say what numbers count; one line mends all."""
+        if not self._is_bare_told:
+            message = f"expected a duration with a unit of time, got {word.text!r}"
+            hint = f"write {word.text}s, or say what all numbers of the text count: timeunit 1s"
+            self._reporter.error("C0106", message, self._span(word), hint)
+        self._is_bare_told = True
 
     def _whole(self, word: Word) -> int:
         if not word.text.isdigit():
@@ -395,10 +408,10 @@ class TreeBuilder:
 
     def _is_too_long(self, word: Word) -> bool:
         length = len(word.text)
-        if length > model.LONGEST_NUMBER:
-            message = f"expected a number of at most {model.LONGEST_NUMBER} characters, got one of {length}"
+        if length > LONGEST_NUMBER:
+            message = f"expected a number of at most {LONGEST_NUMBER} characters, got one of {length}"
             self._reporter.error("C0105", message, self._span(word))
-        return length > model.LONGEST_NUMBER
+        return length > LONGEST_NUMBER
 
     # ---- words
 
@@ -409,7 +422,7 @@ class TreeBuilder:
         return model.TimePoint(word.text, self._span(word))
 
     def _span(self, word: Word) -> Span:
-        return Span(self._file, word.line, word.column, word.line, word.end_column)
+        return word.span(self._file)
 
 
 def _unquoted(word: Word) -> str:

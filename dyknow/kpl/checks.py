@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from graphlib import TopologicalSorter
 
+from dyknow.errors import KplError
 from dyknow.kpl import model
-from dyknow.kpl.cycles import take_out_cycles
 from dyknow.kpl.doubts import doubt
-from dyknow.kpl.findings import KplError, normalised
-from dyknow.kpl.parser import read_statements
+from dyknow.kpl.model import policies_of
+from dyknow.kpl.parser import open_kpl
 from dyknow.kpl.policies import check_policy
-from dyknow.kpl.terms import policies_of
 from dyknow.kpl.type_checks import check_declarations, check_process, check_term
 from dyknow.kpl.vocabulary import Vocabulary
 from dyknow.language.diagnostics import Diagnostic, Reporter
@@ -56,15 +56,14 @@ def check_kpl(text: str, *, name: str = "kpl") -> Checked:
     (['pos'], ())
     >>> check_kpl("source float gps; strmgen pos = gsp; stream seen = pos;")
     Traceback (most recent call last):
-    dyknow.kpl.findings.KplError: error[K0202]: expected a declared source, got 'gsp'
+    dyknow.errors.KplError: error[K0202]: expected a declared source, got 'gsp'
      --> kpl:1:33
       |
     1 | source float gps; strmgen pos = gsp; stream seen = pos;
       |                                 ^^^
       = help: did you mean 'gps'?
     """
-    reporter = Reporter(normalised(text), name, KplError)
-    specification, doubtful = read_statements(text, reporter)
+    specification, doubtful, reporter = open_kpl(text, name)
     vocabulary = Vocabulary(specification, reporter, doubtful)
     check_declarations(specification, vocabulary, reporter)
     for statement in specification.statements:
@@ -75,7 +74,7 @@ def check_kpl(text: str, *, name: str = "kpl") -> Checked:
     for constraints in policies_of(specification):
         check_policy(constraints, reporter)
     processes = _inputs_first(vocabulary, reporter)
-    reporter.raise_if_any()
+    reporter.raise_if_any(KplError)
     doubt(specification, vocabulary, reporter)
     return Checked(specification, vocabulary, processes, reporter.warnings)
 
@@ -96,3 +95,51 @@ def _inputs_first(vocabulary: Vocabulary, reporter: Reporter) -> tuple[model.Pro
         message = f"expected a label that does not read itself, got the cycle {path}"
         reporter.error("K0501", message, processes[cycle[0]].label.span)
     return (*(processes[label] for label in TopologicalSorter(inputs).static_order()), *vocabulary.configures.values())
+
+
+def take_out_cycles(inputs: Mapping[str, list[str]]) -> Iterator[list[str]]:
+    """Find every cycle that a depth-first search meets, and take what closes it out of the inputs.
+
+    Parameters
+    ----------
+    inputs : what each label reads; afterwards there are no cycles in it. Every label that is read is a key.
+
+    Returns
+    -------
+    The labels of each cycle, each read by the next and the last by the first; that which comes first in ``inputs``
+    stands at the start.
+
+    Examples
+    --------
+    >>> inputs = {"a": ["a", "b"], "b": ["c"], "c": ["b"]}
+    >>> list(take_out_cycles(inputs)), inputs
+    ([['a'], ['b', 'c']], {'a': ['b'], 'b': ['c'], 'c': []})
+    """
+    place = {label: index for index, label in enumerate(inputs)}
+    done: set[str] = set()
+    for root in inputs:
+        if root not in done:
+            yield from _cycles_from(root, inputs, place, done)
+
+
+def _cycles_from(
+    root: str, inputs: Mapping[str, list[str]], place: Mapping[str, int], done: set[str]
+) -> Iterator[list[str]]:
+    """Search from one label; an explicit path, as chains may be longer than any stack."""
+    path, on_path, left = [root], {root: 0}, [list(inputs[root])]
+    while path:
+        if not left[-1]:
+            done.add(path[-1])
+            del on_path[path.pop()]
+            left.pop()
+            continue
+        label = left[-1].pop(0)
+        if label in on_path:
+            inputs[path[-1]].remove(label)
+            cycle = path[on_path[label] :][::-1]
+            start = cycle.index(min(cycle, key=place.__getitem__))
+            yield cycle[start:] + cycle[:start]
+        elif label not in done:
+            on_path[label] = len(path)
+            path.append(label)
+            left.append(list(inputs[label]))

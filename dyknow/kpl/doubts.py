@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from dyknow.kpl import model
-from dyknow.kpl.findings import shown
-from dyknow.kpl.model import ConstraintKind, Name
-from dyknow.kpl.terms import policies_of, terms_of
+from dyknow.kpl.model import ConstraintKind, Name, policies_of, terms_of
 from dyknow.kpl.type_checks import types_in
 from dyknow.kpl.vocabulary import Vocabulary, names_in
 from dyknow.language.diagnostics import Reporter
@@ -37,7 +35,7 @@ def _doubt_unread(specification: model.Specification, vocabulary: Vocabulary, re
     for label, process in vocabulary.processes.items():
         if label not in read and vocabulary.output_of(process) not in mediated:
             hint = f"stream NAME = {label}; hands it to the host"
-            message = f"label {shown(label)} is read by no unit and no stream"
+            message = f"label {label!r} is read by no unit and no stream"
             reporter.warning("K0601", message, process.label.span, hint)
 
 
@@ -63,7 +61,7 @@ def _doubt_host_code(specification: model.Specification, vocabulary: Vocabulary,
 def _doubt_unused(kind: str, declared: Iterable[Name], used: set[str], reporter: Reporter) -> None:
     for name in declared:
         if name.text not in used:
-            reporter.warning("K0602", f"{kind} {shown(name.text)} is declared, but not used", name.span)
+            reporter.warning("K0602", f"{kind} {name.text!r} is declared, but not used", name.span)
 
 
 def _doubt_approximation(constraints: tuple[model.Constraint, ...], reporter: Reporter) -> None:

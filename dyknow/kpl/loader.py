@@ -11,16 +11,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from dyknow.errors import KplError
 from dyknow.kpl import model
 from dyknow.kpl.checks import Checked, check_kpl
-from dyknow.kpl.findings import KplError, normalised, shown
-from dyknow.kpl.model import ConstraintKind
+from dyknow.kpl.model import ConstraintKind, terms_of
 from dyknow.kpl.parser import parse_type
 from dyknow.kpl.policies import policy_of
 from dyknow.kpl.printer import print_statement
-from dyknow.kpl.terms import terms_of
 from dyknow.kpl.type_checks import types_in
 from dyknow.language.diagnostics import Diagnostic, Reporter
+from dyknow.language.words import normalised
 from dyknow.node import Node
 from dyknow.policies.policy import Policy
 from dyknow.registry import Registry
@@ -135,10 +135,10 @@ def load_kpl(text: str, registry: Registry, node: Node, *, name: str = "kpl") ->
     [(0, False), (2, True), (4, False)]
     """
     checked = check_kpl(text, name=name)
-    reporter = Reporter(normalised(text), name, KplError)
+    reporter = Reporter({name: normalised(text)})
     _check_host_code(checked, registry, reporter)
     _check_labels(checked, node, reporter)
-    reporter.raise_if_any()
+    reporter.raise_if_any(KplError)
     return _deploy(checked, registry, node)
 
 
@@ -152,7 +152,7 @@ def _check_host_code(checked: Checked, registry: Registry, reporter: Reporter) -
         if name in offered:
             _check_signature(statement, _as_registered(name, registry), checked, reporter)
         else:
-            message = f"expected a {kind} that the host offers, got {shown(name)}"
+            message = f"expected a {kind} that the host offers, got {name!r}"
             reporter.error("K0701", message, statement.name.span, checked.vocabulary.nearest(name, offered))
 
 
@@ -191,7 +191,7 @@ def _check_signature(declared: _HostCode, registered: _HostCode, checked: Checke
 def _check_labels(checked: Checked, node: Node, reporter: Reporter) -> None:
     for process in checked.processes:
         if str(process.label) in node:
-            message = f"expected a label that is new in the node, got {shown(str(process.label))}"
+            message = f"expected a label that is new in the node, got {str(process.label)!r}"
             reporter.error("K0703", message, process.label.span)
 
 

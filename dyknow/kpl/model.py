@@ -5,13 +5,12 @@ Two models are equal when they say the same in the same order; the places in the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from dyknow.language.diagnostics import Span
+from dyknow.language.places import NOWHERE, Span
 from dyknow.streams.mediation import MediationKind
-
-_NOWHERE = Span(1, 1, 1, 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +18,7 @@ class Name:
     """Hold one name and where it stands."""
 
     text: str
-    span: Span = field(default=_NOWHERE, compare=False, repr=False)
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
 
     def __str__(self) -> str:
         return self.text
@@ -116,7 +115,7 @@ class Constraint:
 
     kind: ConstraintKind
     us: int | None = None
-    span: Span = field(default=_NOWHERE, compare=False, repr=False)
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +124,7 @@ class Label:
 
     name: Name
     arguments: tuple[Name, ...] = ()
-    span: Span = field(default=_NOWHERE, compare=False, repr=False)
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.name}[{', '.join(map(str, self.arguments))}]" if self.arguments else self.name.text
@@ -267,3 +266,23 @@ class Specification:
     """Hold the statements of one text in their order."""
 
     statements: tuple[Statement, ...]
+
+
+def terms_of(specification: Specification) -> Iterator[Term]:
+    """Give every place where the stream of a declared label is read, in the order of the text."""
+    for statement in specification.statements:
+        if isinstance(statement, Process):
+            yield from statement.inputs
+        elif isinstance(statement, StreamDeclaration):
+            yield statement.term
+
+
+def policies_of(specification: Specification) -> Iterator[tuple[Constraint, ...]]:
+    """Give the constraints of every policy, those under which mediations read included, in the order of the text."""
+    for statement in specification.statements:
+        if isinstance(statement, MediationDeclaration):
+            yield statement.constraints
+        elif isinstance(statement, Process):
+            yield from (term.constraints for term in statement.inputs)
+        elif isinstance(statement, StreamDeclaration):
+            yield statement.term.constraints

@@ -6,20 +6,18 @@ each statement.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from functools import cache
-from importlib.resources import files
-from typing import Any  # lark leaves the children of a tree untyped
+from typing import Any  # the parts of a rule are words, nodes, or None
 
-from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedToken
-from lark.parsers.lalr_interactive_parser import InteractiveParser
-
+from dyknow.errors import KplError
 from dyknow.kpl import model
-from dyknow.kpl.findings import KplError, normalised
-from dyknow.kpl.syntax_errors import STATEMENT_WORDS, describe_unexpected, hint_on_character
-from dyknow.kpl.tree_builder import TreeBuilder, span_of
-from dyknow.language.diagnostics import Reporter, Span
+from dyknow.kpl.model import Constraint, ConstraintKind
+from dyknow.kpl.syntax_errors import STATEMENT_WORDS, describe_misfit, explain_character
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.durations import LARGEST_US, US_PER_UNIT, split_quantity, to_us
+from dyknow.language.grammar import Grammar, load_grammar
+from dyknow.language.reading import Node, Reading, cut, report
+from dyknow.language.words import COMMENT, STRANGE, Source, Word, normalised, read_words
+from dyknow.streams.mediation import MediationKind
 
 _STATEMENT_KINDS = frozenset(word.upper() for word in STATEMENT_WORDS)
 
@@ -47,56 +45,56 @@ def parse_kpl(text: str, *, name: str = "kpl") -> model.Specification:
     GeneratorDeclaration(label=Label(name=Name(text='pos'), arguments=()), function=Name(text='gps'), inputs=())
     >>> parse_kpl("stream fast = pos with sample evry 100ms;")
     Traceback (most recent call last):
-    dyknow.kpl.findings.KplError: error[K0102]: expected 'every' after 'sample', got 'evry'
+    dyknow.errors.KplError: error[K0102]: expected 'every' after 'sample', got 'evry'
      --> kpl:1:31
       |
     1 | stream fast = pos with sample evry 100ms;
       |                               ^^^^
       = help: did you mean 'every'?
     """
-    reporter = Reporter(normalised(text), name, KplError)
-    specification, _ = read_statements(text, reporter)
-    reporter.raise_if_any()
+    specification, _, reporter = open_kpl(text, name)
+    reporter.raise_if_any(KplError)
     return specification
 
 
-def read_statements(text: str, reporter: Reporter) -> tuple[model.Specification, frozenset[str]]:
+def open_kpl(text: str, name: str) -> tuple[model.Specification, frozenset[str], Reporter]:
     """Read the statements that are well formed and report the others; see `parse_kpl`.
 
     Returns
     -------
-    The statements, and every name in the malformed ones: those may be what they were to declare.
+    The statements, every name in the malformed ones (those may be what they were to declare), and who has the findings.
 
     Examples
     --------
-    >>> text = "source float gps strmgen pos = gps;"
-    >>> specification, doubtful = read_statements(text, Reporter(text, "kpl"))
-    >>> len(specification.statements), "pos" in doubtful
-    (0, True)
+    >>> specification, doubtful, reporter = open_kpl("source float gps strmgen pos = gps;", "kpl")
+    >>> len(specification.statements), "pos" in doubtful, reporter.error_count
+    (0, True, 1)
     """
-    builder = TreeBuilder(reporter)
+    source, words = _opened(text, name)
+    builder = TreeBuilder(source)
     statements: list[model.Statement] = []
     doubtful: set[str] = set()
-    for piece in _pieces(_read_words(text, reporter)):
-        tree = _parse(piece, "statement", reporter)
+    for piece in cut(words, _starts_statement):
+        tree = _parse(piece, "statement", source)
         if tree is None:
-            doubtful.update(str(word) for word in piece if word.isidentifier())
+            doubtful.update(word.text for word in piece if word.text.isidentifier())
         else:
             statements.append(builder.statement(tree))
-    return model.Specification(tuple(statements)), frozenset(doubtful)
+    return model.Specification(tuple(statements)), frozenset(doubtful), source.reporter
 
 
-def read_constraints(text: str, reporter: Reporter) -> tuple[model.Constraint, ...]:
+def open_constraints(text: str, name: str) -> tuple[tuple[model.Constraint, ...], Reporter]:
     """Read the constraints of a policy that stands alone.
 
     Examples
     --------
-    >>> text = "sample every 200ms, max delay oo"
-    >>> [(one.kind.value, one.us) for one in read_constraints(text, Reporter(text, "policy"))]
+    >>> constraints, _ = open_constraints("sample every 200ms, max delay oo", "policy")
+    >>> [(one.kind.value, one.us) for one in constraints]
     [('sample every', 200000), ('max delay', None)]
     """
-    tree = _parse(_read_words(text, reporter), "policy", reporter)
-    return TreeBuilder(reporter).constraints(tree) if tree is not None else ()
+    source, words = _opened(text, name)
+    tree = _parse(words, "policy", source)
+    return TreeBuilder(source).constraints(tree) if tree is not None else (), source.reporter
 
 
 def parse_type(text: str, *, name: str = "type") -> model.Type:
@@ -112,82 +110,150 @@ def parse_type(text: str, *, name: str = "type") -> model.Type:
     >>> str(parse_type("set(<float,float>)"))
     'set(<float, float>)'
     """
-    reporter = Reporter(normalised(text), name, KplError)
-    tree = _parse(_read_words(text, reporter), "type", reporter)
-    type_ = TreeBuilder(reporter).type(tree) if tree is not None else None
-    reporter.raise_if_any()
+    source, words = _opened(text, name)
+    tree = _parse(words, "type", source)
+    type_ = TreeBuilder(source).type(tree) if tree is not None else None
+    source.reporter.raise_if_any(KplError)
     assert type_ is not None
     return type_
 
 
-@cache  # The grammar is a constant that costs 50 ms to load: loaded when the first text is parsed, not on import.
-def _grammar() -> Lark:
-    text = files("dyknow.kpl").joinpath("kpl.lark").read_text(encoding="utf-8")
-    starts = ["statement", "policy", "type", "file", "strange"]
-    return Lark(text, parser="lalr", lexer="basic", start=starts, propagate_positions=True, maybe_placeholders=True)
+def _grammar() -> Grammar:
+    return load_grammar("dyknow.kpl", "kpl.lark", "statement", "policy", "type")
 
 
-def _read_words(text: str, reporter: Reporter) -> list[Token]:
-    """Cut a text into words; each kind of character that no word has is reported once."""
-    words = list(_grammar().lex(normalised(text)))
-    strange = {str(word): word for word in reversed(words) if word.type == "STRANGE"}
-    for bad, word in strange.items():
-        message = f"expected a word of the language, got the character {bad!r}"
-        reporter.error("K0101", message, span_of(word), hint_on_character(bad))
-    return words
+def _opened(text: str, name: str) -> tuple[Source, list[Word]]:
+    text = normalised(text)
+    source = Source(name, "K", Reporter({name: text}))
+    return source, [word for word in read_words(text, source, _grammar(), explain_character) if word.kind != COMMENT]
 
 
-def _pieces(words: Iterable[Token]) -> Iterator[list[Token]]:
-    """Cut behind each ';' and before each statement word at the start of a line: there a ';' was forgotten."""
-    piece: list[Token] = []
-    for word in words:
-        if piece and word.type in _STATEMENT_KINDS and (word.line or 0) > (piece[-1].line or 0):
-            yield piece
-            piece = []
-        piece.append(word)
-        if word.type == "SEMICOLON":
-            yield piece
-            piece = []
-    if piece:
-        yield piece
+def _starts_statement(before: Word, word: Word) -> bool:
+    """Tell whether a statement begins: behind a ';', and, where one is missing, with its word in a new line."""
+    return before.kind == "SEMICOLON" or (word.kind in _STATEMENT_KINDS and word.line > before.line)
 
 
-def _parse(words: list[Token], start: str, reporter: Reporter) -> Tree[Any] | None:
+def _parse(words: list[Word], start: str, source: Source) -> Node | None:
     """Parse words from a start symbol; None if they do not fit or if one is strange, which is reported already."""
-    if any(word.type == "STRANGE" for word in words):
+    if any(word.kind == STRANGE for word in words):
         return None
-    parser = _grammar().parse_interactive("", start=start)
-    end = Token.new_borrow_pos("$END", "", words[-1]) if words else Token("$END", "", 0, 1, 1)
-    for count, word in enumerate([*words, end]):
-        try:
-            tree = parser.feed_token(word)
-        except UnexpectedToken:
-            _report_misfit(words, count, start, reporter)
-            return None
-    result: Tree[Any] = tree
-    return result
-
-
-def _report_misfit(words: list[Token], count: int, start: str, reporter: Reporter) -> None:
-    """Report that the word behind the first ``count`` ones does not fit.
-
-    Those are fed once more: a parser that has seen a misfit may have closed rules that still took other words.
-    """
-    parser = _grammar().parse_interactive("", start=start)
-    for word in words[:count]:
-        parser.feed_token(word)
-    fitting = _fitting(parser)
-    if count < len(words) and words[count].type == "COMMA" and "COMMA" not in fitting and "POLICY_COMMA" in fitting:
+    reading = Reading(_grammar(), start, words, source.file)
+    if reading.failed_at is None:
+        tree: Node = reading.tree
+        return tree
+    misfit = reading.misfit(reading.failed_at)
+    if misfit.kind() == "COMMA" and "COMMA" not in misfit.expected and "POLICY_COMMA" in misfit.expected:
         # The comma is not at fault: what follows does not start a constraint, and nothing else may follow here.
-        parser.feed_token(Token.new_borrow_pos("POLICY_COMMA", ",", words[count]))
-        fitting, count = _fitting(parser), count + 1
-    previous = words[count - 1] if count else None
-    found = words[count] if count < len(words) else None
-    message, hint = describe_unexpected(found, fitting, previous)
-    place = found if found is not None else previous
-    span = span_of(place) if place is not None else Span(1, 1, 1, 2)
-    reporter.error("K0102" if found is not None else "K0103", message, span, hint)
+        words[misfit.index] = words[misfit.index]._replace(kind="POLICY_COMMA")
+        misfit = reading.misfit(misfit.index + 1)
+    report(source, misfit, *describe_misfit(misfit, _grammar().spellings))
+    return None
 
 
-def _fitting(parser: InteractiveParser) -> frozenset[str]:
-    return frozenset(parser.accepts())  # type: ignore[no-untyped-call]  # lark's
+_DEEPEST = 20
+_WRONG = -1  # microseconds of a duration that was reported; none is negative
+
+
+class TreeBuilder:
+    """Builds the statements of one text; reports durations that are none."""
+
+    def __init__(self, source: Source) -> None:
+        self._file, self._reporter = source.file, source.reporter
+
+    def statement(self, tree: Node) -> model.Statement:  # noqa: PLR0911 - one form each
+        """Build one statement from its tree."""
+        [inner] = tree.parts
+        parts: list[Any] = inner.parts  # Any: words, trees, and None for what may be left out
+        match inner.rule:
+            case "sort":
+                return model.SortDeclaration(self._name(parts[0]), self.type(parts[1]) if parts[1] else None)
+            case "object":
+                return model.ObjectDeclaration(self._name(parts[0]), self._names(parts[1:]))
+            case "feature":
+                return model.FeatureDeclaration(self.type(parts[0]), self._name(parts[1]), self._names(parts[2:]))
+            case "source":
+                return model.SourceDeclaration(self.type(parts[0]), self._name(parts[1]))
+            case "compunit":
+                return model.UnitDeclaration(
+                    self.type(parts[0]), self._name(parts[1]), tuple(map(self.type, parts[2:]))
+                )
+            case "configuration":
+                return model.ConfigurationDeclaration(self._name(parts[0]), self.type(parts[1]))
+            case "strmgen":
+                return self._process(self._label(parts[0]), parts[1], parts[2:])
+            case "configure":
+                label = model.Label(self._name(parts[0]), (), parts[0].span(self._file))
+                return model.ConfigureDeclaration(label, self._name(parts[1]), self._term(parts[2]))
+            case _:
+                return model.StreamDeclaration(self._name(parts[0]), self._term(parts[1]))
+
+    def constraints(self, policy: Node) -> tuple[Constraint, ...]:
+        """Build the constraints of a policy in their order, none if one is wrong; `from a to b` becomes two."""
+        parts = [part for part in policy.parts if isinstance(part, Node)]  # not the commas
+        constraints = [constraint for part in parts for constraint in self._constraint(part)]
+        return () if _WRONG in (constraint.us for constraint in constraints) else tuple(constraints)
+
+    def type(self, tree: Node, depth: int = 0) -> model.Type:
+        """Build a type from its tree; ``depth`` counts the types around it."""
+        parts: list[Any] = tree.parts
+        if depth > _DEEPEST:
+            message = f"expected at most {_DEEPEST} types inside each other, got more"
+            self._reporter.error("K0106", message, tree.span, "name the inner ones by 'sort'")
+            return model.TupleType(())
+        match tree.rule:
+            case "tuple":
+                return model.TupleType(tuple(self.type(part, depth + 1) for part in parts))
+            case "set":
+                return model.SetType(self.type(parts[0], depth + 1))
+            case "collected":
+                return model.CollectedType(self.type(parts[0], depth + 1))
+            case _:
+                return model.NamedType(self._name(parts[0]))
+
+    def _process(self, label: model.Label, made_of: Node | Word, inputs: list[Node | None]) -> model.Producer:
+        if isinstance(made_of, Word):
+            return model.GeneratorDeclaration(
+                label, self._name(made_of), tuple(self._term(one) for one in inputs if one)
+            )
+        type_, policy, control = made_of.parts
+        kind = MediationKind(made_of.rule)
+        constraints = self.constraints(policy) if policy else ()
+        return model.MediationDeclaration(label, kind, self.type(type_), constraints, model.Term(self._label(control)))
+
+    def _term(self, tree: Node) -> model.Term:
+        label, policy = tree.parts
+        return model.Term(self._label(label), self.constraints(policy) if policy else ())
+
+    def _constraint(self, tree: Node) -> list[Constraint]:
+        kind = ConstraintKind(tree.rule.replace("_", " "))
+        values = [self._microseconds(part) for part in tree.parts if part]
+        span = tree.span
+        if kind is ConstraintKind.FROM and len(values) > 1:
+            return [Constraint(kind, values[0], span), Constraint(ConstraintKind.TO, values[1], span)]
+        return [Constraint(kind, values[0] if values else None, span)]
+
+    def _microseconds(self, part: Node | Word) -> int | None:
+        if isinstance(part, Word):  # now, oo
+            return None
+        [word] = part.parts
+        digits, unit = split_quantity(word.text)
+        if not unit and digits.strip("0."):
+            message = f"expected a duration with a unit, got {word.text!r}"
+            self._reporter.error("K0104", message, part.span, "units are " + ", ".join(US_PER_UNIT))
+            return _WRONG
+        us = to_us(digits, US_PER_UNIT[unit or "us"])
+        if us is None or us > LARGEST_US:
+            message = f"expected a whole number of microseconds up to 35 years, got {word.text!r}"
+            self._reporter.error("K0105", message, part.span)
+            return _WRONG
+        return us
+
+    def _name(self, word: Word) -> model.Name:
+        return model.Name(word.text, word.span(self._file))
+
+    def _names(self, words: list[Word | None]) -> tuple[model.Name, ...]:
+        return tuple(self._name(word) for word in words if word)
+
+    def _label(self, tree: Node) -> model.Label:
+        name, *arguments = tree.parts
+        return model.Label(self._name(name), self._names(arguments), tree.span)

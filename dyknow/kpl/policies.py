@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dyknow.kpl.findings import KplError, normalised
+from dyknow.errors import KplError
 from dyknow.kpl.model import Constraint, ConstraintKind
-from dyknow.kpl.parser import read_constraints
+from dyknow.kpl.parser import open_constraints
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
 from dyknow.policies.policy import AnyChange, AnyUpdate, Approximation, Cause, Order, Policy, SampleEvery
@@ -30,11 +30,9 @@ def parse_policy(text: str, *, name: str = "policy") -> Policy:
     Policy(cause=AnyChange(), approximation=<Approximation.NONE: 'no approximation'>, max_delay_us=2000000,
            from_us=None, to_us=None, oldest_us=None, order=<Order.ANY: 'any order'>)
     """
-    text = normalised(text)
-    reporter = Reporter(text, name, KplError)
-    constraints = read_constraints(text, reporter)
+    constraints, reporter = open_constraints(text, name)
     check_policy(constraints, reporter)
-    reporter.raise_if_any()
+    reporter.raise_if_any(KplError)
     return policy_of(constraints)
 
 
@@ -63,8 +61,8 @@ def check_policy(constraints: Sequence[Constraint], reporter: Reporter) -> None:
 
     Examples
     --------
-    >>> reporter = Reporter("sample every 1ms", "policy")
-    >>> check_policy([Constraint(ConstraintKind.SAMPLE_EVERY, 1_000)], reporter)
+    >>> constraints, reporter = open_constraints("sample every 1ms", "policy")
+    >>> check_policy(constraints, reporter)
     >>> [found.code for found in reporter.diagnostics]
     ['K0404']
     """
@@ -75,7 +73,7 @@ def check_policy(constraints: Sequence[Constraint], reporter: Reporter) -> None:
             message = (
                 f"expected one constraint of each kind, got {constraint.kind.value!r} besides {earlier.kind.value!r}"
             )
-            reporter.error("K0401", message, constraint.span)
+            reporter.error("K0401", message, constraint.span, related=[(earlier.span, "the first")])
     _check_limits(first, reporter)
     cause = first.get("cause")
     if cause is not None and cause.kind is ConstraintKind.SAMPLE_EVERY:
@@ -88,7 +86,7 @@ def _check_limits(written: dict[str, Constraint], reporter: Reporter) -> None:
         message = (
             f"expected an end that is not before the start {format_duration(from_us)}, got {format_duration(to_us)}"
         )
-        reporter.error("K0405", message, written["to"].span)
+        reporter.error("K0405", message, written["to"].span, related=[(written["from"].span, "the start")])
 
 
 def _check_sampling(cause: Constraint, written: dict[str, Constraint], reporter: Reporter) -> None:

@@ -1,19 +1,14 @@
-"""How is a syntax error of KPL said to somebody who has never heard of terminals?
-
-Turns the word that came and the kinds of words that could have come into a message and a hint. No name from inside the
-grammar ever reaches a message.
-"""
+"""How is a syntax error of KPL said, and how is it mended?"""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from types import MappingProxyType
 
-from lark import Token
-
-from dyknow.kpl.findings import shown
-from dyknow.language.diagnostics import suggest
-from dyknow.language.durations import US_PER_UNIT
+from dyknow.language.diagnostics import Hint, near, suggest
+from dyknow.language.durations import meant
+from dyknow.language.wording import Misfit, described, listed
+from dyknow.language.words import Strange
 
 STATEMENT_WORDS = ("sort", "object", "feature", "source", "compunit", "configuration", "strmgen", "configure", "stream")
 _CONSTRAINT_WORDS = ("any", "sample", "no", "use", "linear", "max", "from", "to", "oldest", "monotone", "strict")
@@ -22,118 +17,99 @@ _KINDS = {
     "NAME": "a name",
     "QUANTITY": "a duration such as 200ms",
     "NUMBER": "",  # Wherever a bare number fits, so does one with a unit, which says more.
-    "INFINITE": "'oo'",
-    "EQUAL": "'='",
-    "LPAR": "'('",
-    "RPAR": "')'",
-    "LSQB": "'['",
-    "RSQB": "']'",
-    "MORETHAN": "'>'",
-    "COMMA": "','",
     "POLICY_COMMA": "','",
-    "SEMICOLON": "';'",
     "$END": "the end",
 }
+_SIGNS = ("INFINITE", "EQUAL", "LPAR", "RPAR", "LSQB", "RSQB", "MORETHAN", "COMMA", "SEMICOLON")
+_MARKS = frozenset({*_KINDS, *_SIGNS})  # what is no word of the language
 
 
-def describe_unexpected(word: Token | None, fitting: Collection[str], previous: Token | None) -> tuple[str, str]:
-    """Say what was expected and what came.
+def describe_misfit(misfit: Misfit, spellings: Mapping[str, str]) -> tuple[str, Hint]:
+    """Say what was expected and what came, and how that is mended (may be empty).
 
     Parameters
     ----------
-    word : the word that does not fit; None where the statement ends too early.
-    fitting : kinds of words that would fit.
-    previous : the word before; None at the start.
-
-    Returns
-    -------
-    Message and hint (may be empty).
+    spellings : what a user types, for each kind of word that has one spelling.
 
     Examples
     --------
-    >>> describe_unexpected(Token("NAME", "ordr"), {"ORDER", "UPDATE"}, Token("ANY", "any"))
-    ("expected 'order' or 'update' after 'any', got 'ordr'", "did you mean 'order'?")
+    >>> from dyknow.language.words import Word
+    >>> words = [Word("ANY", "any", 1, 1, 4), Word("NAME", "ordr", 1, 5, 9)]
+    >>> describe_misfit(Misfit(words, 1, {"ORDER", "UPDATE"}), {"ORDER": "order", "UPDATE": "update"})
+    ("expected 'order' or 'update' after 'any', got 'ordr'", Hint(text="did you mean 'order'?", edit='order'))
     """
-    came = shown(str(word)) if word is not None else "the end of the statement"
-    after = f" after {shown(str(previous))}" if previous is not None else ""
-    hint = _hint(word, fitting, previous) if word is not None else _hint_on_end(fitting)
-    return f"expected {_expected(fitting)}{after}, got {came}", hint
+    message = misfit.message(_expected(misfit.expected, spellings), "statement")
+    if misfit.is_end:
+        return message, Hint("statements end with ';'" if "SEMICOLON" in misfit.expected else "")
+    hint = _hint(misfit, spellings)
+    return message, hint if isinstance(hint, Hint) else Hint(hint)
 
 
-def _hint_on_end(fitting: Collection[str]) -> str:
-    return "statements end with ';'" if "SEMICOLON" in fitting else ""
-
-
-def _expected(fitting: Collection[str]) -> str:
+def _expected(fitting: Collection[str], spellings: Mapping[str, str]) -> str:
     if "STRMGEN" in fitting:
         return "a statement"
     if "SAMPLE" in fitting:
         return "a constraint such as 'strict order'"
     if "LESSTHAN" in fitting:
         return "a type"
-    texts = [_KINDS.get(kind, repr(kind.lower())) for kind in sorted(_without_words_as_names(fitting), key=_rank)]
-    return _join([text for text in dict.fromkeys(texts) if text])
+    kinds = _without_words_as_names(fitting)
+    marks = sorted((kind for kind in kinds if kind in _MARKS), key=lambda kind: (kind == "$END", kind))
+    words = described([kind for kind in kinds if kind not in _MARKS], {}, spellings)
+    return listed([*words, *described(marks, _KINDS, spellings, marks)])
 
 
 def _without_words_as_names(fitting: Collection[str]) -> Collection[str]:
     """Leave out the words that may be names where "a name" says it all."""
-    return [kind for kind in fitting if kind in _KINDS or kind == "WITH"] if "NAME" in fitting else fitting
+    return [kind for kind in fitting if kind in _MARKS or kind == "WITH"] if "NAME" in fitting else fitting
 
 
-def _rank(kind: str) -> tuple[bool, bool, str]:
-    return kind in _KINDS, kind == "$END", kind
-
-
-def _hint(word: Token, fitting: Collection[str], previous: Token | None) -> str:
-    text = str(word)
-    if "STRMGEN" in fitting:
-        return _near(text, STATEMENT_WORDS) or "statements start with " + ", ".join(STATEMENT_WORDS)
-    if "SAMPLE" in fitting:
-        return _hint_on_constraint(word)
+def _hint(at: Misfit, spellings: Mapping[str, str]) -> str | Hint:
+    if "STRMGEN" in at.expected:
+        return _near(at.text(), STATEMENT_WORDS) or "statements start with " + ", ".join(STATEMENT_WORDS)
+    if "SAMPLE" in at.expected:
+        return _hint_on_constraint(at)
     return (
-        _hint_on_policy(word, fitting)
-        or _hint_on_previous(word, fitting, previous)
-        or _hint_on_name(word, fitting)
-        or _near(text, [kind.lower() for kind in fitting if kind not in _KINDS])
+        _hint_on_policy(at)
+        or _hint_on_previous(at)
+        or _hint_on_name(at)
+        or _near(at.text(), [spellings[kind] for kind in at.expected if kind not in _MARKS])
     )
 
 
-def _hint_on_constraint(word: Token) -> str:
-    if word.type in ("NUMBER", "QUANTITY"):
+def _hint_on_constraint(at: Misfit) -> str | Hint:
+    if at.kind() in ("NUMBER", "QUANTITY"):
         return "decimals have a point, as in 0.5s"
-    near = _near(word, _CONSTRAINT_WORDS)
-    later = suggest(word.lower()[:_LONGEST_WORD], _PHRASES)
-    phrase = next((phrase for inside, phrase in _PHRASES.items() if repr(inside) in later), "")
-    if phrase and (not near or str(word) in _PHRASES):
-        return f"did you mean {phrase!r}?"
-    return near or "constraints start with " + ", ".join(_CONSTRAINT_WORDS)
+    word = _near(at.text(), _CONSTRAINT_WORDS)
+    phrase = _PHRASES.get(suggest(at.text().lower()[:_LONGEST_WORD], _PHRASES).edit or "")
+    if phrase and (not word or at.text() in _PHRASES):
+        return Hint(f"did you mean {phrase!r}?", phrase)
+    return word or "constraints start with " + ", ".join(_CONSTRAINT_WORDS)
 
 
-def _hint_on_policy(word: Token, fitting: Collection[str]) -> str:
-    if word.type in _CONSTRAINT_KINDS and "WITH" in fitting:
+def _hint_on_policy(at: Misfit) -> str | Hint:
+    if at.kind() in _CONSTRAINT_KINDS and "WITH" in at.expected:
         return "constraints come after 'with'"
-    if word.type in _CONSTRAINT_KINDS and "POLICY_COMMA" in fitting:
+    if at.kind() in _CONSTRAINT_KINDS and "POLICY_COMMA" in at.expected:
         return "constraints are joined by ','"
-    if word.type == "WITH" and "SEMICOLON" in fitting:
-        return "a policy comes before 'by'" if "LSQB" in fitting else "a policy belongs to a label that is read"
-    return "'oo' is infinite" if "INFINITE" in fitting and word.lower().startswith("inf") else ""
+    if at.kind() == "WITH" and "SEMICOLON" in at.expected:
+        return "a policy comes before 'by'" if "LSQB" in at.expected else "a policy belongs to a label that is read"
+    is_infinite = "INFINITE" in at.expected and at.text().lower().startswith("inf")
+    return Hint("'oo' is infinite", "oo") if is_infinite else ""
 
 
-def _hint_on_previous(word: Token, fitting: Collection[str], previous: Token | None) -> str:
-    if previous is None:
-        return ""
-    if previous.type in ("NUMBER", "QUANTITY") and word.type == "NAME":
-        return "units are " + ", ".join(US_PER_UNIT)
-    if previous.type == "NAME" and "WITH" in fitting:
-        return _near(previous, _CONSTRAINT_WORDS)
-    return _near(previous, ("selection", "collection")) if word.type == "OF" else ""
+def _hint_on_previous(at: Misfit) -> str | Hint:
+    if at.kind(-1) in ("NUMBER", "QUANTITY") and at.kind() == "NAME":
+        return meant("", at.text())
+    if at.kind(-1) == "NAME" and "WITH" in at.expected:
+        return _near(at.text(-1), _CONSTRAINT_WORDS).text
+    return _near(at.text(-1), ("selection", "collection")).text if at.kind() == "OF" else ""
 
 
-def _hint_on_name(word: Token, fitting: Collection[str]) -> str:
-    if word.type == "LPAR" and "LSQB" in fitting:
+def _hint_on_name(at: Misfit) -> str:
+    if at.kind() == "LPAR" and "LSQB" in at.expected:
         return "labels have their arguments in [ ]; units are applied by 'strmgen', which gives what comes out a label"
-    if "NAME" in fitting and word.isidentifier():
-        return f"{shown(str(word))} is a word of the language; choose another name"
+    if "NAME" in at.expected and at.text().isidentifier():
+        return f"{at.text()!r} is a word of the language; choose another name"
     return ""
 
 
@@ -153,17 +129,18 @@ _PHRASES = MappingProxyType(
 )
 
 
-def hint_on_character(character: str) -> str:
-    """Say what may have been meant by a character that no word has; empty where nobody knows.
+def explain_character(text: str, at: int, _before: str) -> Strange:
+    """Say what may have been meant by a character that no word has; nothing where nobody knows.
 
     Examples
     --------
-    >>> hint_on_character("{"), hint_on_character("é"), hint_on_character("~")
-    ('labels have their arguments in [ ]', "names are made of the letters a to z and A to Z, digits and '_'", '')
+    >>> explain_character("{", 0, "").hint.text, explain_character("~", 0, "").hint.text
+    ('labels have their arguments in [ ]', '')
     """
-    if character.isalnum():
-        return "names are made of the letters a to z and A to Z, digits and '_'"
-    return next((hint for characters, hint in _HINTS_ON_CHARACTERS.items() if character in characters), "")
+    if text[at].isalnum():
+        return Strange(text[at], Hint("names are made of the letters a to z and A to Z, digits and '_'"))
+    hints = (hint for characters, hint in _HINTS_ON_CHARACTERS.items() if text[at] in characters)
+    return Strange(text[at], Hint(next(hints, "")))
 
 
 _HINTS_ON_CHARACTERS = MappingProxyType(
@@ -181,12 +158,5 @@ _HINTS_ON_CHARACTERS = MappingProxyType(
 _CONSTRAINT_KINDS = frozenset(word.upper() for word in _CONSTRAINT_WORDS)
 
 
-def _near(text: str, words: Collection[str]) -> str:
-    near = suggest(text.lower()[:_LONGEST_WORD], words)
-    return near if near.startswith("did") else ""
-
-
-def _join(texts: list[str]) -> str:
-    if len(texts) <= 1:
-        return "".join(texts) or "the end"
-    return ", ".join(texts[:-1]) + " or " + texts[-1]
+def _near(text: str, words: Collection[str]) -> Hint:
+    return near(text.lower()[:_LONGEST_WORD], words)

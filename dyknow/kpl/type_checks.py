@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dyknow.kpl import model
-from dyknow.kpl.findings import shown
 from dyknow.kpl.model import ConstraintKind, Name
 from dyknow.kpl.vocabulary import BASIC_TYPES, Vocabulary, names_in
-from dyknow.language.diagnostics import Reporter
+from dyknow.language.diagnostics import Hint, Reporter
 
 
 def check_declarations(specification: model.Specification, vocabulary: Vocabulary, reporter: Reporter) -> None:
@@ -18,7 +17,7 @@ def check_declarations(specification: model.Specification, vocabulary: Vocabular
             _check_type(written, vocabulary)
         match statement:
             case model.SortDeclaration(name, type_) if type_ and vocabulary.is_made_of_itself(name):
-                message = f"expected a sort that is not made of itself, got {shown(name.text)}"
+                message = f"expected a sort that is not made of itself, got {name.text!r}"
                 reporter.error("K0306", message, name.span)
             case model.ObjectDeclaration(sort):
                 vocabulary.knows(vocabulary.sorts, "sort", sort)
@@ -75,7 +74,7 @@ def check_term(term: model.Term, vocabulary: Vocabulary, reporter: Reporter) -> 
     if vocabulary.knows(vocabulary.processes, "label", term.label, hint=hint):
         type_ = vocabulary.output_of(vocabulary.processes[label])
         if type_:
-            _check_interpolation(term.constraints, f"{shown(label)} of type {type_}", type_, vocabulary, reporter)
+            _check_interpolation(term.constraints, f"{label!r} of type {type_}", type_, vocabulary, reporter)
 
 
 def _check_interpolation(
@@ -101,7 +100,7 @@ def _check_label(label: model.Label, vocabulary: Vocabulary, reporter: Reporter)
         if vocabulary.knows(vocabulary.objects, "object", argument):
             actual = vocabulary.objects[argument.text]
             if not vocabulary.are_same(model.NamedType(actual), model.NamedType(sort)):
-                message = f"expected an object of sort {sort}, got {shown(argument.text)} of sort {actual}"
+                message = f"expected an object of sort {sort}, got {argument.text!r} of sort {actual}"
                 reporter.error("K0305", message, argument.span)
     return feature
 
@@ -133,7 +132,7 @@ def _check_function(process: model.GeneratorDeclaration, vocabulary: Vocabulary,
         _report_unknown_function(process, vocabulary)
     elif isinstance(function, model.SourceDeclaration):
         if process.inputs:
-            reporter.error("K0302", f"expected a unit before '(', got the source {shown(name.text)}", name.span)
+            reporter.error("K0302", f"expected a unit before '(', got the source {name.text!r}", name.span)
     elif len(function.inputs) != len(process.inputs):
         message = (
             f"expected {_count(len(function.inputs), 'input')} for the unit {name}, got {len(process.inputs) or 'none'}"
@@ -149,11 +148,11 @@ def _report_unknown_function(process: model.GeneratorDeclaration, vocabulary: Vo
     kind, class_ = ("unit", model.UnitDeclaration) if process.inputs else ("source", model.SourceDeclaration)
     known = [text for text, one in vocabulary.functions.items() if isinstance(one, class_)]
     hint = vocabulary.nearest(name.text, known)
-    if not hint.startswith("did"):
+    if hint.edit is None:
         if name.text in vocabulary.configurations:
-            hint = "'configure' runs a configuration"
+            hint = Hint("'configure' runs a configuration")
         elif name.text in vocabulary.processes:
-            hint = "a stream under a policy is declared by 'stream'"
+            hint = Hint("a stream under a policy is declared by 'stream'")
     vocabulary.knows({}, kind, name, hint=hint)
 
 
@@ -177,8 +176,9 @@ def _check_type(type_: model.Type, vocabulary: Vocabulary) -> None:
             vocabulary.knows(vocabulary.sorts, "type", name, hint=hint)
 
 
-def _nearest_type(name: Name, vocabulary: Vocabulary) -> str:
-    return vocabulary.nearest(name.text, [*BASIC_TYPES, *vocabulary.sorts]) or f"'sort {name};' declares it"
+def _nearest_type(name: Name, vocabulary: Vocabulary) -> str | Hint:
+    found = vocabulary.nearest(name.text, [*BASIC_TYPES, *vocabulary.sorts])
+    return found if found.edit is not None else f"'sort {name};' declares it"
 
 
 def _count(number: int, word: str) -> str:

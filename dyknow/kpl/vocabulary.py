@@ -10,9 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from dyknow.kpl import model
-from dyknow.kpl.findings import shown
 from dyknow.kpl.model import Label, Name
-from dyknow.language.diagnostics import Reporter, suggest
+from dyknow.language.diagnostics import Hint, Reporter, suggest
 
 BASIC_TYPES = ("bool", "int", "float", "string", "time", "object")
 _NUMERIC = ("float", "int")
@@ -51,7 +50,7 @@ class Vocabulary:
         for statement in specification.statements:
             self._enter(statement)
 
-    def knows(self, table: Mapping[str, object], kind: str, name: Name | Label, *, hint: str = "") -> bool:
+    def knows(self, table: Mapping[str, object], kind: str, name: Name | Label, *, hint: str | Hint = "") -> bool:
         """Tell whether a table has a name; report it if not.
 
         Parameters
@@ -65,14 +64,14 @@ class Vocabulary:
             return True
         stem = name.name.text if isinstance(name, Label) else text
         if stem not in self._doubtful:
-            message = f"expected a declared {kind}, got {shown(text)}"
+            message = f"expected a declared {kind}, got {text!r}"
             self._reporter.error("K0202", message, name.span, hint or self.nearest(text, table))
         return False
 
-    def nearest(self, text: str, known: Iterable[str]) -> str:
+    def nearest(self, text: str, known: Iterable[str]) -> Hint:
         """Suggest the nearest of the known names; after many suggestions, which nobody reads, nothing any more."""
         self._suggestions_left -= 1
-        return suggest(text, known) if self._suggestions_left >= 0 else ""
+        return suggest(text, known) if self._suggestions_left >= 0 else Hint()
 
     def meaning(self, type_: model.Type) -> model.Type:
         """Follow the names of sorts to the type that they stand for, but not into its parts."""
@@ -172,12 +171,10 @@ class Vocabulary:
         text = str(name)
         earlier = self._declared.setdefault((kind, text), name)
         if kind == "sort" and text in BASIC_TYPES:
-            self._reporter.error(
-                "K0203", f"expected a new name for a sort, got the basic type {shown(text)}", name.span
-            )
+            self._reporter.error("K0203", f"expected a new name for a sort, got the basic type {text!r}", name.span)
         elif earlier is not name:
-            message = f"expected a new {kind}, got {shown(text)}, declared in line {earlier.span.line}"
-            self._reporter.error("K0201", message, name.span)
+            message = f"expected a new {kind}, got {text!r}, declared in line {earlier.span.line}"
+            self._reporter.error("K0201", message, name.span, related=[(earlier.span, "the first")])
         else:
             table[text] = value
 

@@ -1,47 +1,59 @@
-"""What is wrong in a text of one of the languages, where, and how can it be mended?
+"""What is wrong in a text of one of our languages, where, and how can it be mended?
 
-A diagnostic is a value; its text form has a caret line under the place. All diagnostics of a text are collected by a
-`Reporter`, so that one reading shows every error at once.
+A diagnostic is a value; its text form has a caret line under the place. All diagnostics of some texts are collected by
+a `Reporter`, so that one check shows every error at once. `rendering.py` writes them for programs.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from dyknow.errors import DyKnowError
+from dyknow.language.places import Place, Span, printable
 
-_FEW = 6
-_WIDEST = 120  # characters of a source line that are shown
+Severity = Literal["error", "warning"]
+Related = Iterable[tuple[Span, str]]
+_FEW = 12
+_MOST_SHOWN = 50
 
 
-class Span(NamedTuple):
-    """A place in a text: lines and columns from 1, `end_column` one past the last character."""
+class Hint(NamedTuple):
+    """How to mend a text: in words, and, where that is certain, what to write in place of the marked text.
 
-    line: int
-    column: int
-    end_line: int
-    end_column: int
+    Without words it is false, so that hints can be tried with `or`.
+    """
+
+    text: str = ""
+    edit: str | None = None
+
+    def __bool__(self) -> bool:
+        return bool(self.text)
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding: `code` such as "F0201", place (lines and columns from 1), the source line, a hint or ""."""
+    """One finding: `code` such as "C0201", place (lines and columns from 1), the source line, a hint or "".
+
+    `edit` is what to write in place of the marked text, None where no change is certain to be meant; `related` are
+    other places, in the order of the text.
+    """
 
     code: str
+    severity: Severity
     message: str
-    name: str
+    file: str
     line: int
     column: int
     end_column: int
     source_line: str
     hint: str = ""
-    severity: str = "error"
+    edit: str | None = None
+    related: tuple[Place, ...] = ()
 
     def render(self) -> str:
-        """Write the error with its source line and a caret line.
+        """Write the diagnostic with its source line and a caret line, and related places with dashes.
 
         Returns
         -------
@@ -49,111 +61,173 @@ class Diagnostic:
 
         Examples
         --------
-        >>> print(Diagnostic("F0201", "expected a known feature, got 'spead'", "a.mtl", 3, 8, 13,
-        ...                  "always spead[?c] < 30", "did you mean 'speed'?").render())
-        error[F0201]: expected a known feature, got 'spead'
-         --> a.mtl:3:8
+        >>> print(Diagnostic("C0201", "error", "unknown attribute 'behnd'", "a.chronicle", 3, 9, 14,
+        ...                  "  event(behnd[?a,?b]:(true,false), t1)", "did you mean 'behind'?").render())
+        error[C0201]: unknown attribute 'behnd'
+         --> a.chronicle:3:9
           |
-        3 | always spead[?c] < 30
-          |        ^^^^^
-          = help: did you mean 'speed'?
+        3 |   event(behnd[?a,?b]:(true,false), t1)
+          |         ^^^^^
+          = help: did you mean 'behind'?
         """
-        margin = " " * len(str(self.line))
-        shown, column = _window(self.source_line, self.column)
-        carets = (" " * (column - 1) + "^" * max(1, self.end_column - self.column))[:_WIDEST]
+        here = Place(self.file, self.line, self.column, self.end_column, self.source_line)
+        margin = " " * max(len(str(one.line)) for one in (here, *self.related))
+        same = sorted([here, *(one for one in self.related if one.file == self.file)], key=lambda one: one.line)
         lines = [
             f"{self.severity}[{self.code}]: {self.message}",
-            f"{margin}--> {self.name}:{self.line}:{self.column}",
+            f"{margin}--> {printable(self.file)}:{self.line}:{self.column}",
             f"{margin} |",
-            f"{self.line} | {shown}".rstrip(),
-            f"{margin} | {carets}",
+            *_excerpt(same, here, margin),
         ]
+        for one in self.related:
+            if one.file != self.file:
+                lines += [f"{margin}::: {printable(one.file)}:{one.line}:{one.column}", f"{margin} |"]
+                lines += _excerpt([one], here, margin)
         if self.hint:
             lines.append(f"{margin} = help: {self.hint}")
         return "\n".join(lines)
 
 
-def _window(line: str, column: int) -> tuple[str, int]:
-    """Cut the part around a column out of a long line, for people to see; say which column of the part that is."""
-    clean = "".join(one if one.isprintable() else " " for one in line)
-    start = 0 if len(line) <= _WIDEST else max(0, column - 1 - _WIDEST // 2)
-    return clean[start : start + _WIDEST], column - start
+def _excerpt(places: Iterable[Place], here: Place, margin: str) -> Iterator[str]:
+    """Write source lines with marks under the places, which are sorted by line."""
+    line, before = 0, ""
+    for one in places:
+        text, marks = one.shown("^" if one is here else "-")
+        if line and one.line > line + 1:
+            yield "..."
+        if one.line != line or text != before:
+            yield f"{one.line:>{len(margin)}} | {text}".rstrip()
+        yield f"{margin} | {marks}"
+        line, before = one.line, text
 
 
-class TextError(DyKnowError):
-    """A text that cannot be used; `diagnostics` lists every error, the message shows them."""
+def render_all(diagnostics: Iterable[Diagnostic]) -> str:
+    """Write diagnostics one after the other with a blank line between them."""
+    return "\n\n".join(found.render() for found in diagnostics)
+
+
+class TextError(Exception):
+    """A text that cannot be used; `diagnostics` lists all that was found in it, the message shows the first fifty."""
 
     def __init__(self, diagnostics: tuple[Diagnostic, ...]) -> None:
-        super().__init__("\n\n".join(found.render() for found in diagnostics))
+        more = len(diagnostics) - _MOST_SHOWN
+        super().__init__(render_all(diagnostics[:_MOST_SHOWN]) + (f"\n\nand {more} more errors" if more > 0 else ""))
         self.diagnostics = diagnostics
 
 
 class Reporter:
-    """Collects what is found in one text; invariant: each finding carries the source line it points at.
+    """Collects the diagnostics of some texts; invariant: each carries the source line it points at.
 
     Parameters
     ----------
-    text : the whole text.
-    name : its file name or label, for messages.
-    error : what `raise_if_any` raises.
+    sources : the texts by name.
     """
 
-    def __init__(self, text: str, name: str, error: type[TextError] = TextError) -> None:
-        self._error = error
-        self._lines = text.split("\n")
-        self._name = name
-        self._found: list[Diagnostic] = []
+    def __init__(self, sources: Mapping[str, str]) -> None:
+        self._lines = {name: text.split("\n") for name, text in sources.items()}
+        self._found: dict[Diagnostic, None] = {}
+        self._error_count = 0
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All errors so far, in the order of their places."""
-        return self._in_order("error")
+        """All diagnostics so far, without doubles, in the order of the texts and then of the places."""
+        order = {name: rank for rank, name in enumerate(self._lines)}
+        return tuple(sorted(self._found, key=lambda found: (order[found.file], found.line, found.column, found.code)))
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The diagnostics that forbid the text to be used."""
+        return tuple(found for found in self.diagnostics if found.severity == "error") if self._error_count else ()
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """All warnings so far, in the order of their places."""
-        return self._in_order("warning")
+        """The diagnostics that leave the text usable."""
+        return tuple(found for found in self.diagnostics if found.severity == "warning")
 
-    def error(self, code: str, message: str, span: Span, hint: str = "") -> None:
-        """Add an error at a place."""
-        self._add(code, message, span, hint, "error")
+    @property
+    def error_count(self) -> int:
+        """How many errors were added so far."""
+        return self._error_count
 
-    def warning(self, code: str, message: str, span: Span, hint: str = "") -> None:
-        """Add a finding that does not refuse the text."""
-        self._add(code, message, span, hint, "warning")
+    def error(self, code: str, message: str, span: Span, hint: str | Hint = "", *, related: Related = ()) -> None:
+        """Add an error at a place; `related` are other places with what they have to do with it."""
+        self._add("error", code, message, span, hint=hint, related=related)
+        self._error_count += 1
 
-    def raise_if_any(self) -> None:
-        """Raise what was found.
+    def warning(self, code: str, message: str, span: Span, hint: str | Hint = "", *, related: Related = ()) -> None:
+        """Add a warning at a place; the text stays usable."""
+        self._add("warning", code, message, span, hint=hint, related=related)
+
+    def raise_if_any(self, error: type[TextError] = TextError) -> None:
+        """Raise the errors found so far.
 
         Raises
         ------
         TextError
             Or the class of it that was given, if there is any error.
         """
-        if self.diagnostics:
-            raise self._error(self.diagnostics)
+        if self._error_count:
+            raise error(self.errors)
 
-    def _add(self, code: str, message: str, span: Span, hint: str, severity: str) -> None:
-        source_line = self._lines[span.line - 1].removesuffix("\r")
+    def count_again(self) -> None:
+        """Count an error that was reported already, where something rests on it and therefore cannot be judged."""
+        self._error_count += 1
+
+    def has_syntax_error_in(self, span: Span) -> bool:
+        """Say whether a part of the text at a place could not be read (codes C01.. and their like)."""
+        return any(found.code[1:3] == "01" for found in self._errors_in(span))
+
+    def has_error_in(self, span: Span) -> bool:
+        """Say whether there is an error at a place."""
+        return any(self._errors_in(span))
+
+    def _errors_in(self, span: Span) -> Iterator[Diagnostic]:
+        if self._error_count:
+            for found in self._found:
+                is_inside = found.file == span.file and span.line <= found.line <= span.end_line
+                if is_inside and found.severity == "error":
+                    yield found
+
+    def _add(
+        self, severity: Severity, code: str, message: str, span: Span, *, hint: str | Hint, related: Related
+    ) -> None:
+        text, edit = (hint, None) if isinstance(hint, str) else hint
+        # Only what lies on one line is marked as a whole, so only that can be replaced.
+        edit = edit if span.line == span.end_line else None
+        others = tuple(sorted(self._place(other, printable(label)) for other, label in related))
+        place = self._place(span)[:-1]
+        self._found[Diagnostic(code, severity, printable(message), *place, printable(text), edit, others)] = None
+
+    def _place(self, span: Span, label: str = "") -> Place:
+        lines = self._lines[span.file]
+        source_line = lines[span.line - 1].removesuffix("\r") if 0 < span.line <= len(lines) else ""
         end_column = span.end_column if span.end_line == span.line else len(source_line) + 1
-        place = (self._name, span.line, span.column, end_column, source_line)
-        self._found.append(Diagnostic(code, message, *place, hint, severity))
-
-    def _in_order(self, severity: str) -> tuple[Diagnostic, ...]:
-        found = [one for one in self._found if one.severity == severity]
-        return tuple(sorted(found, key=lambda one: (one.line, one.column, one.code)))
+        return Place(span.file, span.line, span.column, end_column, source_line, label)
 
 
-def suggest(name: str, known: Iterable[str]) -> str:
-    """Suggest the nearest known name, or list the known names when they are few.
+def suggest(name: str, known: Iterable[str]) -> Hint:
+    """Suggest the nearest known name, whatever its case, or list the known names when they are few.
 
     Examples
     --------
-    >>> suggest("spead", ["speed", "road"]), suggest("x", ["speed", "road"]), suggest("x", [])
-    ("did you mean 'speed'?", "known: 'road', 'speed'", '')
+    >>> suggest("behnd", ["behind", "beside"]), suggest("ROAD", ["broad", "road"]).edit
+    (Hint(text="did you mean 'behind'?", edit='behind'), 'road')
+    >>> suggest("x", ["behind", "beside"])
+    Hint(text="known: 'behind', 'beside'", edit=None)
+    >>> suggest("x", [])
+    Hint(text='', edit=None)
     """
-    names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1)
+    names = list(known)
+    alike = [one for one in names if one.lower() == name.lower()]
+    near = alike or difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     if near:
-        return f"did you mean {near[0]!r}?"
-    return "known: " + ", ".join(map(repr, names)) if 0 < len(names) <= _FEW else ""
+        return Hint(f"did you mean {near[0]!r}?", near[0])
+    if 0 < len(names) <= _FEW:
+        return Hint("known: " + ", ".join(map(repr, sorted(names))))
+    return Hint()
+
+
+def near(name: str, known: Iterable[str]) -> Hint:
+    """Suggest the nearest known name; nothing where none is near."""
+    found = suggest(name, known)
+    return found if found.edit is not None else Hint()

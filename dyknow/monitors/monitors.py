@@ -18,13 +18,12 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
-from dyknow.monitors.horizon import horizon_us
 from dyknow.mtl.formula import Monitor
 from dyknow.mtl.printer import print_monitors
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.shared_work import SharedWork
-from dyknow.mtl.states import State
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.shared_work import SharedWork
+from dyknow.mtl.progression.states import State, Verdict
+from dyknow.mtl.windows import horizon_us
 
 Outcome = Literal["violated", "satisfied"]
 Objects = tuple[str, ...]
@@ -104,7 +103,7 @@ class Monitors:
     Examples
     --------
     >>> from dyknow.mtl.parser import parse_monitors
-    >>> from dyknow.mtl.states import DictState
+    >>> from dyknow.mtl.progression.states import DictState
     >>> monitors = Monitors(parse_monitors("monitor careful per Car: always speed[?car] < 50 km/h"))
     >>> for t_s, speed_mps in enumerate([12.0, 15.0, 16.0, 13.0, 15.0]):
     ...     state = DictState({("speed", ("car7",)): speed_mps}, {"Car": ["car7"]})
@@ -146,7 +145,7 @@ class Monitors:
         Examples
         --------
         >>> from dyknow.mtl.parser import parse_monitors
-        >>> from dyknow.mtl.states import DictState
+        >>> from dyknow.mtl.progression.states import DictState
         >>> monitors = Monitors(parse_monitors("monitor starts per Car: eventually[0s, 10s] moving[?c]"))
         >>> monitors.update(0, DictState({("moving", ("car7",)): False}, {"Car": ["car7"]}))
         ()

@@ -6,10 +6,12 @@ Trees are values without places in a text: equal formulas are equal, wherever th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import Enum
 from typing import Literal, TypeAlias
+
+from dyknow.language.places import NOWHERE, Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +41,7 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number as it was written; `unit` is "" for a bare one. `dyknow.mtl.units` converts it."""
+    """A number as it was written; `unit` is "" for a bare one. `dyknow.mtl.kinds` converts it."""
 
     amount: Decimal
     unit: str = ""
@@ -242,3 +244,4 @@ class Monitor:
     name: str
     subjects: tuple[Subject, ...]
     formula: Formula
+    span: Span = field(default=NOWHERE, compare=False, repr=False)  # of the name

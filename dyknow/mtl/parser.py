@@ -1,35 +1,25 @@
 """Which formulas does a text have, and where is it malformed?
 
-The words are read once; a text of monitors is cut at the word ``monitor``, and each piece is parsed on its own, so that
-one reading finds one malformed place in each monitor and everything that is wrong with the meaning of the others.
+A text of monitors is cut at the word ``monitor``, and each piece is parsed on its own, so that one reading finds one
+malformed place in each monitor and everything that is wrong with the meaning of the others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from functools import cache
-from importlib.resources import files
-from itertools import islice
-from types import MappingProxyType
-from typing import Any  # lark leaves the children of a tree untyped
+from collections.abc import Collection
 
-from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedToken
-from lark.lexer import PatternStr
-
+from dyknow.errors import FormulaError
 from dyknow.language.diagnostics import Reporter
-from dyknow.mtl.errors import FormulaError
+from dyknow.language.grammar import Grammar, load_grammar
+from dyknow.language.reading import Node, Reading, cut, report
+from dyknow.language.words import COMMENT, STRANGE, Source, Word, normalised, read_words
 from dyknow.mtl.formula import Formula, Monitor
-from dyknow.mtl.places import span_of
-from dyknow.mtl.signature import Signature
-from dyknow.mtl.syntax_errors import describe_unexpected
-from dyknow.mtl.syntax_hints import hint_for_character
+from dyknow.mtl.kinds import Signature
+from dyknow.mtl.syntax_errors import describe_misfit, explain_character
 from dyknow.mtl.tree_builder import TreeBuilder, check_nesting
 
 # Reading, printing and progression call themselves for each operator inside another.
 _DEEPEST = 100
-# More kinds of strange characters than this are counted, not shown: such a text is no text of formulas.
-_MOST_STRANGE = 10
 
 
 def parse_formula(
@@ -57,19 +47,22 @@ def parse_formula(
            window=Window(start_us=0, end_us=None))
     >>> parse_formula("always[2s, 1s] green")
     Traceback (most recent call last):
-    dyknow.mtl.errors.FormulaError: error[F0301]: expected an end that is not before the start 2s, got 1s
+    dyknow.errors.FormulaError: error[F0301]: expected an end that is not before the start 2s, got 1s
      --> formula:1:12
       |
     1 | always[2s, 1s] green
       |            ^^
+      |        -- the start
     """
-    reporter = Reporter(text, name, FormulaError)
-    tree = _parse(_read_words(text, reporter), "formula", reporter)
-    reporter.raise_if_any()
+    text = normalised(text)
+    reporter = Reporter({name: text})
+    source = Source(name, "F", reporter)
+    tree = _parse(_words(text, source), "formula", source)
+    reporter.raise_if_any(FormulaError)
     assert tree is not None
-    formula = TreeBuilder(reporter, signature).formula(tree, dict.fromkeys(variables, None))
+    formula = TreeBuilder(source, signature).formula(tree, dict.fromkeys(variables, None))
     check_nesting(formula, tree, reporter)
-    reporter.raise_if_any()
+    reporter.raise_if_any(FormulaError)
     return formula
 
 
@@ -97,91 +90,46 @@ def parse_monitors(text: str, *, name: str = "monitors", signature: Signature | 
     >>> [(one.name, one.subjects) for one in parse_monitors(text)]
     [('careful', (Subject(variable=Variable(name='c'), sort='Car'),))]
     """
-    reporter = Reporter(text, name, FormulaError)
-    builder = TreeBuilder(reporter, signature)
-    trees = [_parse(piece, "monitor", reporter) for piece in _pieces(_read_words(text, reporter))]
+    text = normalised(text)
+    reporter = Reporter({name: text})
+    source = Source(name, "F", reporter)
+    builder = TreeBuilder(source, signature)
+    pieces = cut(_words(text, source), lambda _, word: word.kind == "MONITOR")
+    trees = [_parse(piece, "monitor", source) for piece in pieces]
     monitors = [builder.monitor(tree) for tree in trees if tree is not None]
-    reporter.raise_if_any()
+    reporter.raise_if_any(FormulaError)
     return tuple(one for one in monitors if one is not None)
 
 
-@cache  # The grammar is a constant that costs 50 ms to load: loaded when the first text is parsed, not on import.
-def _grammar() -> Lark:
-    text = files("dyknow.mtl").joinpath("formula.lark").read_text(encoding="utf-8")
-    starts = ["formula", "monitor", "strange"]
-    return Lark(text, parser="lalr", lexer="basic", start=starts, propagate_positions=True)
+def _grammar() -> Grammar:
+    return load_grammar("dyknow.mtl", "formula.lark", "formula", "monitor")
 
 
-@cache  # as long-lived as the grammar
-def _spellings() -> Mapping[str, str]:
-    """Give what a user types for each kind of word that has one spelling."""
-    terminals = _grammar().terminals
-    return MappingProxyType({one.name: one.pattern.value for one in terminals if isinstance(one.pattern, PatternStr)})
+def _words(text: str, source: Source) -> list[Word]:
+    return [word for word in read_words(text, source, _grammar(), explain_character) if word.kind != COMMENT]
 
 
-def _read_words(text: str, reporter: Reporter) -> list[Token]:
-    """Cut a text into words; each kind of character that no word has is reported once."""
-    words = list(_grammar().lex(text))
-    kinds: dict[str, Token] = {}
-    for word in words:
-        if word.type == "STRANGE":
-            kinds.setdefault(str(word), word)
-    for character, first in islice(kinds.items(), _MOST_STRANGE):
-        message = f"expected a word of the language, got the character {character!r}"
-        reporter.error("F0101", message, span_of(first), hint_for_character(character))
-    if len(kinds) > _MOST_STRANGE:
-        first = list(kinds.values())[_MOST_STRANGE]
-        message = f"expected words of the language, got {len(kinds) - _MOST_STRANGE} more kinds of characters from here"
-        reporter.error("F0101", message, span_of(first))
-    return words
-
-
-def _pieces(words: Iterable[Token]) -> Iterator[list[Token]]:
-    """Cut before each ``monitor``: the word is reserved."""
-    piece: list[Token] = []
-    for word in words:
-        if word.type == "MONITOR" and piece:
-            yield piece
-            piece = []
-        piece.append(word)
-    if piece:
-        yield piece
-
-
-def _parse(words: list[Token], start: str, reporter: Reporter) -> Tree[Any] | None:
-    if any(word.type == "STRANGE" for word in words):
+def _parse(words: list[Word], start: str, source: Source) -> Node | None:
+    if any(word.kind == STRANGE for word in words):
         return None  # reported; what else is said about such words only follows from it
-    parser = _grammar().parse_interactive("", start=start)
-    taken = 0
-    try:
-        for word in words:
-            parser.feed_token(word)
-            taken += 1
-        last = words[-1] if words else Token("$START", "", line=1, column=1)
-        tree: Tree[Any] = parser.feed_eof(last)  # type: ignore[no-untyped-call]  # lark's
-    except UnexpectedToken:
-        found = describe_unexpected(words, taken, _fitting(words[:taken], start), _spellings())
-        reporter.error("F0103" if found.is_end else "F0102", found.message, found.span, found.hint)
+    reading = Reading(_grammar(), start, words, source.file)
+    if reading.failed_at is not None:
+        misfit, message, hint = describe_misfit(reading.misfit(reading.failed_at), _grammar().spellings)
+        report(source, misfit, message, hint)
         return None
+    tree: Node = reading.tree
     if _depth(tree) > _DEEPEST:
         message = f"expected operators in one another up to {_DEEPEST} deep, got more"
-        reporter.error("F0104", message, span_of(words[0]), "give parts of it monitors of their own")
+        advice = "give parts of it monitors of their own"
+        source.reporter.error("F0104", message, words[0].span(source.file), advice)
         return None
     return tree
 
 
-def _fitting(words: list[Token], start: str) -> frozenset[str]:
-    """Give the kinds of words that fit after these; the parser that failed has forgotten some of them."""
-    parser = _grammar().parse_interactive("", start=start)
-    for word in words:
-        parser.feed_token(word)
-    return frozenset(parser.accepts())  # type: ignore[no-untyped-call]  # lark's
-
-
-def _depth(tree: Tree[Any]) -> int:
+def _depth(tree: Node) -> int:
     deepest, waiting = 0, [(tree, 1)]
     while waiting:  # what reads the tree calls itself, so this must not
         node, depth = waiting.pop()
         deepest = max(deepest, depth)
-        waiting += [(child, depth + 1) for child in node.children if isinstance(child, Tree)]
+        waiting += [(child, depth + 1) for child in node.parts if isinstance(child, Node)]
     return deepest

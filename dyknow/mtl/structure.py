@@ -1,11 +1,11 @@
-"""What is inside a formula? Its parts, whether it looks beyond one state, and the variables that it leaves free.
+"""What is inside a formula? Its parts, the features it looks at, and the variables that it leaves free.
 
 `with_objects` puts objects in the place of these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from dyknow.mtl.formula import (
@@ -17,6 +17,7 @@ from dyknow.mtl.formula import (
     Formula,
     Iff,
     Implies,
+    Monitor,
     Next,
     Not,
     Object,
@@ -166,3 +167,35 @@ def _operand_with(operand: Operand, objects: Mapping[str, str]) -> Operand:
             return Scaled(factor, _feature_with(feature, objects))
         case _:
             return operand
+
+
+def features_of(monitors: Iterable[Monitor]) -> frozenset[str]:
+    """Name the features that monitors look at.
+
+    Examples
+    --------
+    >>> from dyknow.mtl.parser import parse_monitors
+    >>> text = "monitor polite per Car: always (close[?c, car1] implies speed[?c] + 2 * gain[?c] < 50 km/h)"
+    >>> sorted(features_of(parse_monitors(text)))
+    ['close', 'gain', 'speed']
+    """
+    return frozenset(name for one in monitors for name in _of_formula(one.formula))
+
+
+def _of_formula(formula: Formula) -> Iterator[str]:
+    if isinstance(formula, Proposition):
+        yield formula.feature.name
+    elif isinstance(formula, Comparison):
+        yield from _of_term(formula.left)
+        yield from _of_term(formula.right)
+    for part in parts_of(formula):
+        yield from _of_formula(part)
+
+
+def _of_term(term: Term) -> Iterator[str]:
+    match term:
+        case Feature(name=name) | Scaled(feature=Feature(name=name)):
+            yield name
+        case Sum(left=left, right=right):
+            yield from _of_term(left)
+            yield from _of_term(right)

@@ -15,7 +15,7 @@ from fastapi import APIRouter, HTTPException, Request
 from starlette.responses import PlainTextResponse, Response
 
 from chronicles.explanation.json_form import to_json
-from chronicles.language.rendering import render_json
+from dyknow.language.rendering import render_json
 from service.api.absence_parameters import describe_absence_parameters, read_absence_question
 from service.api.bodies import ChronicleList, ChronicleUse, EventExplanation, EventList, Index
 from service.api.openapi import EXPLANATION, FINDINGS, answers

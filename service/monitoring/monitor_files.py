@@ -1,18 +1,18 @@
 """Which monitors does a user want? Texts of monitors, checked against what the pipeline knows of traffic."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
-from dyknow.language.diagnostics import Reporter, Span
-from dyknow.monitors.features import features_of
+from dyknow.errors import FormulaError
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.words import normalised
 from dyknow.monitors.monitors import version_of
-from dyknow.mtl.errors import FormulaError
 from dyknow.mtl.formula import Monitor
 from dyknow.mtl.parser import parse_monitors
 from dyknow.mtl.printer import print_monitors
+from dyknow.mtl.structure import features_of
 from qsr.relations import RANK
 from service.errors import InputError
 from service.monitoring.monitor_messages import Messages, messages_of
@@ -109,17 +109,9 @@ def load_monitor_files(paths: Sequence[Path]) -> LoadedMonitors:
 
 
 def _refuse_known_names(text: str, path: Path, found: Sequence[Monitor], file_of: Mapping[str, Path]) -> None:
-    reporter = Reporter(text, str(path), FormulaError)
+    reporter = Reporter({str(path): normalised(text)})
     for one in found:
         if one.name in file_of:
             message = f"expected a new name of a monitor, got {one.name!r} as in {file_of[one.name]}"
-            reporter.error("F0206", message, _place_of(one.name, text))
-    reporter.raise_if_any()
-
-
-def _place_of(name: str, text: str) -> Span:
-    """Find where a monitor gets its name: the word before it is reserved, and a comment ends with its line."""
-    found = re.search(rf"^[^#\n]*?\bmonitor(?:\s|#.*)+({name})\b", text, re.MULTILINE)
-    start = found.start(1) if found else 0
-    line, column = text.count("\n", 0, start) + 1, start - text.rfind("\n", 0, start)
-    return Span(line, column, line, column + len(name))
+            reporter.error("F0206", message, one.span)
+    reporter.raise_if_any(FormulaError)

@@ -9,8 +9,8 @@ from typing import get_args
 
 from chronicles.errors import ChronicleError
 from chronicles.language import model
-from chronicles.language.diagnostics import Diagnostic, Reporter
 from chronicles.language.parser import parse
+from dyknow.language.diagnostics import Diagnostic, Reporter
 from dyknow.monitors.monitors import Outcome
 from dyknow.mtl.formula import Monitor
 from dyknow.mtl.parser import parse_monitors

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from anchoring.linking.classes import CLASS_NAMES
-from dyknow.mtl.kinds import Kind
-from dyknow.mtl.signature import Signature
+from dyknow.mtl.kinds import Kind, Signature
 from qsr.relations import RELATIONS
 from service.records import CarState
 

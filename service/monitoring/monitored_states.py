@@ -37,7 +37,7 @@ _HELD = Policy(approximation=Approximation.MOST_RECENT, order=Order.STRICT)
 
 
 class TrafficState:
-    """A state for formulas; see `dyknow.mtl.states.State`.
+    """A state for formulas; see `dyknow.mtl.progression.states.State`.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
-from chronicles.language.diagnostics import suggest
+from dyknow.language.diagnostics import suggest
 from service.errors import FilterError, NotInLogError, QueryError
 from service.questions.queries import decode_event, find_event
 from service.questions.stored_events import StoredEvents, check_watched, stored_events

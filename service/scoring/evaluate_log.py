@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from dyknow.language.diagnostics import suggest
+from dyknow.language.diagnostics import near
 from service.errors import TruthError
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import RunRecord
@@ -74,10 +74,10 @@ def _check_type(event_type: str, run: RunRecord, truth: Iterable[TrueEvent]) -> 
     looked_for = {name for plan in chronicles_of(run).plans for name in (plan.name, *plan.produces)}
     known = sorted(looked_for | {event.type for event in truth})
     if event_type not in known:
-        hint = suggest(event_type, known)
+        hint = near(event_type, known)
         raise TruthError(
             f"event type: expected one that the run's chronicles or the truth have ({', '.join(known)}), "
-            f"got {event_type!r}{f'; {hint}' if hint.startswith('did') else ''}"
+            f"got {event_type!r}{f'; {hint.text}' if hint else ''}"
         )
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from chronicles.chronicle_set import check_texts
 from chronicles.language import model
-from chronicles.language.diagnostics import Diagnostic, Reporter
 from chronicles.language.parser import parse
+from dyknow.language.diagnostics import Diagnostic, Reporter
 from qsr.relations import RANK
 from service.monitoring.monitor_messages import NO_MESSAGES, Messages, misuses
 from service.texts.chronicle_files import with_relations

@@ -11,7 +11,7 @@ from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.unfit_events import Reason, UnfitCounter, UnfitEvents
-from chronicles.language.diagnostics import suggest
+from dyknow.language.diagnostics import suggest
 from qsr.relations import RANK
 
 _TOLD_AT_MOST = 5

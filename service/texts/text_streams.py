@@ -11,8 +11,8 @@ from typing import Literal
 
 from chronicles import library
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
+from dyknow.language.diagnostics import Reporter
 
 Stream = Literal["traffic", "own"]
 

@@ -1,7 +1,7 @@
 """Which features monitors look at."""
 
-from dyknow.monitors.features import features_of
 from dyknow.mtl.parser import parse_monitors
+from dyknow.mtl.structure import features_of
 
 
 def test_features_are_found_in_every_part() -> None:

@@ -9,12 +9,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from dyknow.monitors.horizon import horizon_us
 from dyknow.monitors.monitors import MonitorEvent, Monitors
 from dyknow.mtl.formula import Monitor, Subject, Variable
 from dyknow.mtl.parser import parse_formula, parse_monitors
-from dyknow.mtl.progressor import Progressor
-from dyknow.mtl.states import DictState, StateError
+from dyknow.mtl.progression.progressor import Progressor
+from dyknow.mtl.progression.states import DictState, StateError
+from dyknow.mtl.windows import horizon_us
 from tests.dyknow.mtl.oracle import F, Sequences, T
 from tests.dyknow.mtl.support import random_formula, random_states
 

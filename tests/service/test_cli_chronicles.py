@@ -36,6 +36,25 @@ def test_check_annotates_for_a_code_host(tmp_path: Path, capsys: pytest.CaptureF
     assert capsys.readouterr().out.startswith(f"::error file={path},line=3,col=9,")
 
 
+def test_check_tells_what_is_wrong_with_monitors_in_the_format_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, "a.chronicle", MET)
+    monitors = written(tmp_path, "b.monitors", "monitor a per Car: always spead[?c] < 50 km/h")
+    assert run(["check", path, "--monitors", monitors, "--format", "json"]) == 3
+    [found] = json.loads(capsys.readouterr().out)
+    assert (found["code"], found["file"], found["edit"]["newText"]) == ("F0201", monitors, "speed")
+    assert run(["check", path, "--monitors", monitors, "--format", "github"]) == 3
+    assert capsys.readouterr().out.startswith(f"::error file={monitors},line=1,col=27,endColumn=32,title=F0201::")
+
+
+def test_check_prints_nothing_that_a_terminal_obeys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "chronicle c { event(\x1b[31ma, t1) } chronicle \x07" + "b" * 6_676
+    assert run(["check", written(tmp_path, "a.chronicle", text)]) == 3
+    told = capsys.readouterr()
+    assert all(line.isprintable() and len(line) < 200 for line in (told.out + told.err).splitlines())
+
+
 def test_check_without_findings_is_an_empty_list_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", written(tmp_path, "a.chronicle", MET), "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out) == []

@@ -14,7 +14,7 @@ from service.cli.texts.stream_option import STREAM_CODES, StreamChoice, StreamOp
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from chronicles.language.diagnostics import Diagnostic
+    from dyknow.language.diagnostics import Diagnostic
     from service.texts.chronicle_checks import Checked
     from service.texts.text_streams import Stream
 
@@ -57,13 +57,20 @@ def check(
         raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")
     if rates and not cost:
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
+    from dyknow.language.diagnostics import TextError
     from service.monitoring.monitor_files import load_monitor_files
     from service.texts.chronicle_checks import check_chronicles
     from service.texts.chronicle_files import read_text_or_input, with_relations
 
     rates_hz = read_rates(rates or ())
     texts = [(name, read_text_or_input(name)) for name in files]
-    messages = load_monitor_files(monitors or ()).messages
+    try:
+        messages = load_monitor_files(monitors or ()).messages
+    except TextError as error:
+        if output is CheckFormat.text:
+            raise  # told where all refused files are told
+        _print_findings(error.diagnostics, output)
+        raise typer.Exit(exit_codes.INVALID) from None
     chosen = _chosen(stream, has_monitors=bool(monitors))
     checked = check_chronicles(texts, chosen, messages)
     _print_findings(checked.findings, output)
@@ -117,8 +124,8 @@ def _print_code(code: str) -> None:
 
 
 def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
-    from chronicles.language.diagnostics import render_all
-    from chronicles.language.rendering import render_github, render_json
+    from dyknow.language.diagnostics import render_all
+    from dyknow.language.rendering import render_github, render_json
 
     render = {CheckFormat.text: render_all, CheckFormat.json: render_json, CheckFormat.github: render_github}[output]
     if found or output is CheckFormat.json:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from chronicles.compilation.network import UNBOUNDED_US, Edge, distances, minimise, negative_cycle
-from chronicles.language.diagnostics import Span
+from dyknow.language.places import Span
 
 NOWHERE = Span("", 1, 1, 1, 1)
 

@@ -24,7 +24,7 @@ def random_constraint(pick: random.Random) -> str:
 
 
 def text(constraints: list[str]) -> str:
-    return "chronicle c {\n" + EVENTS + "\n" + "\n".join([*FRAME.split("\n"), *constraints]) + "\n}"
+    return "timeunit 1us\nchronicle c {\n" + EVENTS + "\n" + "\n".join([*FRAME.split("\n"), *constraints]) + "\n}"
 
 
 def network(constraints: list[str]) -> tuple[tuple[int, ...], ...]:
@@ -41,7 +41,7 @@ def test_a_constraint_is_told_exactly_if_the_network_is_the_same_without_it(bloc
         if any(one.severity == "error" for one in found):
             continue
         # The last one is judged first, against all the others.
-        last_line = 4 + len(constraints)
+        last_line = 5 + len(constraints)
         is_told = any(one.code == "C0601" and one.line == last_line for one in found)
         assert is_told == (network(constraints) == network(constraints[:-1])), constraints
         told, untold = told + is_told, untold + (not is_told)
@@ -50,7 +50,7 @@ def test_a_constraint_is_told_exactly_if_the_network_is_the_same_without_it(bloc
 
 
 def test_order_that_only_a_hold_implies_is_not_told() -> None:
-    assert check_texts([("t", f"chronicle c {{ {EVENTS} {FRAME} hold(p[]:x, (t1, t2)) t1 < t2 }}")]) == ()
+    assert check_texts([("t", f"timeunit 1us chronicle c {{ {EVENTS} {FRAME} hold(p[]:x, (t1, t2)) t1 < t2 }}")]) == ()
 
 
 def test_two_equal_events_are_not_a_repetition() -> None:

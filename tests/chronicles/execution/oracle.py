@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 
 from chronicles.events import Event, Occurrence
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_domain
+from dyknow.language.diagnostics import Reporter
 from tests.chronicles.execution.oracle_statements import (
     Binding,
     Times,

@@ -76,7 +76,7 @@ class CaseMaker:
         self.known = [name for name in ("x", "y", "z") if f"?{name}" in bound]
         roles = ", ".join(f"?{name}" for name in self.known if pick.random() < 0.8)
         exported = pick.choice(([], points[:1], pick.sample(points, min(2, len(points)))))
-        return f"{declarations}chronicle one[{roles}]({', '.join(exported)}) {{"
+        return f"timeunit 1us\n{declarations}chronicle one[{roles}]({', '.join(exported)}) {{"
 
     def reaction(self, points: list[str]) -> str:
         """Sometimes emit an event or set an attribute."""

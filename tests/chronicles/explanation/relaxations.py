@@ -6,9 +6,9 @@ from dataclasses import replace
 from chronicles.chronicle_set import ChronicleSet, load
 from chronicles.errors import ChronicleError
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file
+from dyknow.language.diagnostics import Reporter
 
 
 def relaxed_sets(text: str, by_us: int) -> Iterator[ChronicleSet]:

@@ -253,6 +253,27 @@ MEANING = {
         "(t1 + 1us, ...)",
         body("noevent(enter[?], (t1 + 1us, t1 + 5s))"),
     ),
+    "a hold of the value that its event changes": Case(
+        "C0503",
+        body("event(behind[?a, ?b]:(false, true), t2) <<hold(behind[?a, ?b]:false, (t2, t1))>> t1 - t2 in [1s, 9s]"),
+        "expected a hold that can be true, got 'false' where the event at t2 leaves 'true'",
+        "hold the value 'true'",
+        body("event(behind[?a, ?b]:(false, true), t2) hold(behind[?a, ?b]:true, (t2, t1)) t1 - t2 in [1s, 9s]"),
+    ),
+    "a hold of the value that its event brings at its end": Case(
+        "C0503",
+        body("event(behind[?a, ?b]:(false, true), t2) <<hold(behind[?a, ?b]:true, (t1, t2))>> t2 - t1 in [1s, 9s]"),
+        "expected a hold that can be true, got 'true' where the event at t2 starts from 'false'",
+        "hold the value 'false'",
+        body("event(behind[?a, ?b]:(false, true), t2) hold(behind[?a, ?b]:false, (t1, t2)) t2 - t1 in [1s, 9s]"),
+    ),
+    "a hold over an event that changes it": Case(
+        "C0503",
+        body("event(behind[?a, ?b]:(true, false), t2) <<hold(behind[?a, ?b]:true, (t1, t2 + 5s))>> t2-t1 in [1s, 9s]"),
+        "got 'true' where the event at t2 leaves 'false'",
+        "or an interval without that event",
+        body("event(behind[?a, ?b]:(true, false), t2) hold(behind[?a, ?b]:true, (t1, t2)) t2 - t1 in [1s, 9s]"),
+    ),
     "a wait without end": Case(
         "C0701",
         body("event(enter[?b], <<t2>>) t1 < t2"),

@@ -312,4 +312,25 @@ WORDS = {
         "choose another name",
         "chronicle one { event(a[], t1) } chronicle two { event(a[], t1) }",
     ),
+    "numbers without a unit": Case(
+        "C0106",
+        body(TWO + "t2 - t1 in [<<1>>, 9]"),
+        "expected a duration with a unit of time, got '1'",
+        "write 1s, or say what all numbers of the text count: timeunit 1s",
+        "timeunit 1s " + body(TWO + "t2 - t1 in [0, 9]"),
+    ),
+    "a timeunit without a unit": Case(
+        "C0106",
+        "timeunit <<5>> " + body(TWO + "t2 - t1 in [1, 9]"),
+        "expected a duration with a unit of time, got '5'",
+        "write 5s",
+        "timeunit 5s " + body(TWO + "t2 - t1 in [1, 9]"),
+    ),
+    "a constant that counts nothing": Case(
+        "C0106",
+        "constant gap = 5 " + body(TWO + "t2 - t1 in [0, <<gap>>]"),
+        "expected a duration with a unit of time, got 'gap', which is '5'",
+        "write constant gap = 5s",
+        "constant gap = 5s " + body(TWO + "t2 - t1 in [0, gap]"),
+    ),
 }

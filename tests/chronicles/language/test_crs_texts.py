@@ -36,15 +36,15 @@ def test_differences_mean_what_they_say() -> None:
     assert shown(run(load("timeunit 1s\n" + EXPORTED), stream)) == ["C0[] 1s..4s"]
 
 
-def test_fraction_without_a_unit_asks_for_one() -> None:
+def test_exported_text_without_a_unit_asks_for_one_once() -> None:
     [found] = check_texts([("text", EXPORTED)])
-    assert (found.code, found.line) == ("C0105", 10)
-    assert found.hint == "a bare number counts microseconds here; put a unit such as 'timeunit 1s' into the text"
+    assert (found.code, found.line) == ("C0106", 8)
+    assert found.hint == "write 1.0s, or say what all numbers of the text count: timeunit 1s"
 
 
 @pytest.mark.parametrize("head", ["chronicle C1[]()", "chronicle C1()", "chronicle C1[]", "chronicle C1"])
 def test_lists_of_a_head_may_be_empty_or_missing(head: str) -> None:
-    text = head + "{\nevent(A[],t001)\nevent(B[],t002)\nt002-t001 in [-5,20]\n}"
+    text = "timeunit 1us " + head + "{\nevent(A[],t001)\nevent(B[],t002)\nt002-t001 in [-5,20]\n}"
     assert shown(run(text, "0us B[]\n3us A[]\n17us B[]")) == ["C1[] 0s..3e-06s", "C1[] 3e-06s..1.7e-05s"]
 
 
@@ -62,7 +62,7 @@ def test_lists_of_a_head_may_be_empty_or_missing(head: str) -> None:
     ],
 )
 def test_constraints_need_no_blanks(constraint: str, low_us: int, high_us: int) -> None:
-    plan = load(f"chronicle c {{ event(A[],t1)event(B[],t2){constraint} }}").plans[0]
+    plan = load(f"timeunit 1us chronicle c {{ event(A[],t1)event(B[],t2){constraint} }}").plans[0]
     assert (-plan.distance_us[1][0], plan.distance_us[0][1]) == (low_us, high_us)
 
 
@@ -76,14 +76,14 @@ def test_infinity_of_other_tools_is_told_its_name(bound: str) -> None:
 
 def test_count_may_be_written_without_its_parentheses() -> None:
     legacy, usual = (
-        f"chronicle c {{ event(A[], t1) event(B[], t2) t2-t1 in [1,9] occurs({count}, C[], (t1,t2)) }}"
+        f"timeunit 1us chronicle c {{ event(A[], t1) event(B[], t2) t2-t1 in [1,9] occurs({count}, C[], (t1,t2)) }}"
         for count in ("1, 2", "(1, 2)")
     )
     assert load(legacy).plans == load(usual).plans
 
 
 def test_actions_may_have_semicolons_and_the_other_spelling() -> None:
-    text = """chronicle c[]() {
+    text = """timeunit 1us chronicle c[]() {
       event(A[], t1);
       noevent(B[], (t1+1,t1+5));
       when recognized { emit event(found[], t1+5); }

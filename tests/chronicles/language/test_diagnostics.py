@@ -6,7 +6,7 @@ import pytest
 
 from chronicles.chronicle_set import check_texts, load, load_texts
 from chronicles.errors import ChronicleError
-from chronicles.language.diagnostics import Diagnostic
+from dyknow.language.diagnostics import Diagnostic
 from tests.chronicles.language.doubts import DOUBTS
 from tests.chronicles.language.faults_of_examples import EXAMPLES
 from tests.chronicles.language.faults_of_meaning import MEANING
@@ -185,3 +185,19 @@ def test_contradiction_of_orders_alone_relaxes_a_lower_bound() -> None:
     [found] = findings(text)
     assert "together they miss by 3000001us" in found.hint
     assert found.hint.endswith("for example line 8 to 't1 is at most 1us after t2'")
+
+
+def test_contradicted_hold_says_both_places() -> None:
+    text, line, *_ = place_of(CASES["a hold of the value that its event changes"].bad)
+    [found] = findings(text)
+    assert [(one.line, one.label) for one in found.related] == [(line, "the event: behind[?a, ?b]:(false, true)")]
+
+
+def test_hold_of_another_relation_or_of_others_is_no_contradiction() -> None:
+    load(body("event(behind[?a, ?b]:(false, true), t2) hold(behind[?b, ?a]:false, (t2, t1)) t1 - t2 in [1s, 9s]"))
+    load(body("event(behind[?a, ?b]:(false, true), t2) hold(behind[?a, ?b]:false, (t2 - 5s, t2)) t2 - t1 in [1s, 9s]"))
+
+
+@pytest.mark.parametrize("text", ["timeunit 1us ", ""])
+def test_zero_needs_no_unit(text: str) -> None:
+    load(text + body(TWO + "t2 - t1 in [0, 9s] t2 >= t1 + 0.0"))

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from chronicles import library
 from chronicles.errors import ChronicleError
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.formatter import format_text
 from chronicles.language.model import ChronicleFile
-from chronicles.language.parser import parse
-from chronicles.language.words import COMMENT, Word, read_words_and_comments
+from chronicles.language.parser import parse, words_and_comments
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.words import COMMENT, Word
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 
@@ -20,7 +20,7 @@ BREAKS = (" ", " ", "  ", "\n", "\n\n", "\n\n\n  ", " # a\n", "\n  // b, ( {\n",
 
 
 def words_of(text: str) -> list[Word]:
-    return read_words_and_comments(text, "text", Reporter({"text": text}))
+    return words_and_comments(text, "text", Reporter({"text": text}))
 
 
 def tree(text: str) -> ChronicleFile:
@@ -143,7 +143,7 @@ def test_spacing_of_marks_follows_their_meaning() -> None:
     text = 'example "x" { 1s p[ a , -3 ]:( b,c ) expect d[ r = -3 ] 1s .. 2s }'
     assert format_text(text) == 'example "x" {\n  1s p[a, -3]:(b, c)\n  expect d[r=-3] 1s..2s\n}\n'
     text = "chronicle c { t2-t1 in ]-oo,3[ t1=t2-5 occurs((1 ,oo),m[?],( t1,t2+1 )) select first ( t1 ) ?a==-3 }"
-    assert format_text(text).split("\n")[1:-2] == [
+    assert format_text("timeunit 1us " + text).split("\n")[2:-2] == [
         "  t2 - t1 in ]-oo, 3[",
         "  t1 = t2 - 5",
         "  occurs((1, oo), m[?], (t1, t2 + 1))",

@@ -1,10 +1,10 @@
 """What is left of a text with errors, and texts that other tools write."""
 
 from chronicles.chronicle_set import load
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.model import Chronicle, ChronicleFile
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_declaration
+from dyknow.language.diagnostics import Reporter
 from tests.chronicles.support import run, shown
 
 
@@ -55,7 +55,8 @@ def test_any_prefix_of_a_text_is_read_without_a_crash() -> None:
 
 
 def test_text_of_crs_tools_is_recognised() -> None:
-    text = """chronicle C1[]()
+    text = """timeunit 1us
+chronicle C1[]()
 {
     event(A[], t001)
     event(B[], t002)

@@ -3,10 +3,10 @@
 import pytest
 
 from chronicles import library
-from chronicles.language.diagnostics import Reporter, render_all
 from chronicles.language.model import ChronicleFile
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file
+from dyknow.language.diagnostics import Reporter, render_all
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 

@@ -4,9 +4,9 @@ import pytest
 
 from chronicles.chronicle_set import load, load_texts
 from chronicles.language import model
-from chronicles.language.diagnostics import Reporter
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file
+from dyknow.language.diagnostics import Reporter
 
 VISIT = "message enter[?car] attribute near[?a, ?b] chronicle visit[?car](t1) { event(enter[?car], t1) }"
 

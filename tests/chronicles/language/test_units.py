@@ -3,7 +3,7 @@
 import pytest
 
 from chronicles.chronicle_set import check_texts
-from chronicles.language.diagnostics import Diagnostic
+from dyknow.language.diagnostics import Diagnostic
 
 TWO = "event(a[], t1) event(b[], t2)"
 

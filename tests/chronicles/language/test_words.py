@@ -6,13 +6,17 @@ from importlib.resources import files
 import pytest
 from lark import Lark, LarkError, Token
 
-from chronicles.language.diagnostics import Reporter
-from chronicles.language.parser import parse
-from chronicles.language.words import COMMENT, read_words, read_words_and_comments
+from chronicles.language.parser import parse, words_and_comments
+from dyknow.language.diagnostics import Reporter
+from dyknow.language.words import COMMENT, STRANGE, Word
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 
 GRAMMAR = files("chronicles.language").joinpath("chronicle.lark").read_text(encoding="utf-8")
+
+
+def words_of(text: str, reporter: Reporter) -> list[Word]:
+    return [word for word in words_and_comments(text, "t", reporter) if word.kind not in (COMMENT, STRANGE)]
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +34,7 @@ def described(token: Token) -> tuple[str, str, int, int, int]:
 @pytest.mark.parametrize("seed", range(30))
 def test_words_are_those_of_the_grammar(lark: Lark, seed: int) -> None:
     text = CaseMaker(seed).text() if seed else EVERYTHING
-    assert [tuple(word) for word in read_words(text, "t", Reporter({"t": text}))] == [
+    assert [tuple(word) for word in words_of(text, Reporter({"t": text}))] == [
         described(token) for token in lark.lex(text)
     ]
 
@@ -39,7 +43,7 @@ def test_words_are_those_of_the_grammar(lark: Lark, seed: int) -> None:
 def test_what_lark_refuses_is_refused_and_nothing_else(lark: Lark, seed: int) -> None:
     pick = random.Random(seed)
     source = EVERYTHING if seed % 3 else CaseMaker(seed).text()
-    words = [word.text for word in read_words(source, "t", Reporter({"t": source}))]
+    words = [word.text for word in words_of(source, Reporter({"t": source}))]
     start = pick.randrange(len(words))
     # A part of a text, with one word left out, doubled or changed for another: mostly wrong, sometimes right.
     words = words[start : start + pick.choice((20, 60, len(words)))] if pick.random() < 0.5 else words
@@ -82,14 +86,14 @@ def repr_places(node: object) -> set[tuple[int, int, int, int]]:
 
 def test_comments_are_kept_apart_with_their_places() -> None:
     text = "message a[] # one\n  // two"
-    words = read_words_and_comments(text, "t", Reporter({"t": text}))
+    words = words_and_comments(text, "t", Reporter({"t": text}))
     assert [tuple(word)[1:] for word in words if word.kind == COMMENT] == [("# one", 1, 13, 18), ("// two", 2, 3, 9)]
 
 
 def test_each_strange_character_is_reported_once_and_the_rest_is_read() -> None:
     text = "message @a[] @ $\nmessage b[]"
     reporter = Reporter({"t": text})
-    assert [word.text for word in read_words(text, "t", reporter) if word.kind == "NAME"] == ["a", "b"]
+    assert [word.text for word in words_of(text, reporter) if word.kind == "NAME"] == ["a", "b"]
     assert [(one.code, one.column) for one in reporter.diagnostics] == [("C0101", 9), ("C0101", 16)]
 
 
@@ -103,7 +107,7 @@ def test_lines_end_as_on_any_system() -> None:
 def test_lines_are_counted_in_a_comment_of_another_language() -> None:
     text = "message a[] /* one\n two */ message b[]\nmessage c["
     reporter = Reporter({"t": text})
-    words = read_words(text, "t", reporter)
+    words = words_of(text, reporter)
     assert [(one.text, one.line, one.column) for one in words if one.text in "bc"] == [("b", 2, 17), ("c", 3, 9)]
     assert [(one.code, one.line, one.column) for one in reporter.diagnostics] == [("C0101", 1, 13)]
 

@@ -241,7 +241,7 @@ WORDS = {
         "K0102",
         "stream a = pos[car1] with max delay 5 «sec»;",
         "expected ',' or ';' after '5', got 'sec'",
-        _HINT_UNITS,
+        "did you mean 's'?",
         "stream a = pos[car1] with max delay 5 s;",
     ),
     "a duration without a unit": Fault(

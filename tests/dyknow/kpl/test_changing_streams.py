@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from dyknow.errors import ProcessError, RegistryError
-from dyknow.kpl.findings import KplError
+from dyknow.errors import KplError, ProcessError, RegistryError
 from dyknow.kpl.loader import load_kpl
 from dyknow.node import Node
 from dyknow.registry import Registry

@@ -5,9 +5,8 @@ from graphlib import TopologicalSorter
 
 import pytest
 
-from dyknow.kpl.checks import check_kpl
-from dyknow.kpl.cycles import take_out_cycles
-from dyknow.kpl.findings import KplError
+from dyknow.errors import KplError
+from dyknow.kpl.checks import check_kpl, take_out_cycles
 
 
 def random_inputs(seed: int) -> dict[str, list[str]]:

@@ -6,8 +6,8 @@ from importlib.resources import files
 import pytest
 from lark import Lark
 
+from dyknow.errors import KplError
 from dyknow.kpl.checks import check_kpl
-from dyknow.kpl.findings import KplError
 from dyknow.language.diagnostics import Diagnostic
 from tests.dyknow.kpl.faults_of_meaning import MEANING
 from tests.dyknow.kpl.faults_of_words import HEAD, WORDS, Fault

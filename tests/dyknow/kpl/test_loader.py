@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from dyknow.kpl.findings import KplError
+from dyknow.errors import KplError
 from dyknow.kpl.loader import load_kpl
 from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Order, Policy

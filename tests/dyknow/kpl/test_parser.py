@@ -1,13 +1,13 @@
 """The parser takes any text: it reads it, or says what is wrong with it."""
 
 import random
+from importlib.resources import files
 
 import pytest
 from lark import Lark
 
-from dyknow.kpl import parser as parser_module
+from dyknow.errors import KplError
 from dyknow.kpl.checks import check_kpl
-from dyknow.kpl.findings import KplError
 from dyknow.kpl.model import ConstraintKind, GeneratorDeclaration
 from dyknow.kpl.parser import parse_kpl, parse_type
 from dyknow.kpl.policies import parse_policy
@@ -49,7 +49,7 @@ def test_comma_of_a_policy_is_told_from_that_of_arguments() -> None:
 
 def test_the_grammar_reads_a_whole_file_as_it_does_statements_one_by_one() -> None:
     grammar = Lark(
-        parser_module.files("dyknow.kpl").joinpath("kpl.lark").read_text("utf-8"), parser="lalr", lexer="basic",
+        files("dyknow.kpl").joinpath("kpl.lark").read_text("utf-8"), parser="lalr", lexer="basic",
         start="file",
     )  # fmt: skip
     assert len(grammar.parse(EVERY_FORM).children) == len(parse_kpl(EVERY_FORM).statements)

@@ -12,7 +12,7 @@ from dyknow.language.diagnostics import Reporter
 
 
 def vocabulary(text: str) -> Vocabulary:
-    return Vocabulary(parse_kpl(text), Reporter(text, "test"))
+    return Vocabulary(parse_kpl(text), Reporter({"kpl": text}))
 
 
 def same(text: str, one: str, other: str) -> bool:

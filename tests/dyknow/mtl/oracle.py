@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
-from dyknow.mtl.states import DictState
-from dyknow.mtl.units import value_of
+from dyknow.mtl.kinds import value_of
+from dyknow.mtl.progression.states import DictState
 
 F, U, T = 0, 1, 2
 Objects = dict[str, tuple[str, str]]  # variable: (sort, object)

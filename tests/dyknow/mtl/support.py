@@ -9,9 +9,8 @@ import numpy as np
 
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier
-from dyknow.mtl.progressor import Progressor, SharedWork
-from dyknow.mtl.states import DictState
-from dyknow.mtl.verdict import Verdict
+from dyknow.mtl.progression.progressor import Progressor, SharedWork
+from dyknow.mtl.progression.states import DictState, Verdict
 from tests.dyknow.mtl.oracle import F, Sequences, T
 
 OBJECTS = ("a", "b", "c")

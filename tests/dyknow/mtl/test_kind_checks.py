@@ -2,10 +2,9 @@
 
 import pytest
 
-from dyknow.mtl.errors import FormulaError
-from dyknow.mtl.kinds import Kind
+from dyknow.errors import FormulaError
+from dyknow.mtl.kinds import Kind, Signature
 from dyknow.mtl.parser import parse_formula, parse_monitors
-from dyknow.mtl.signature import Signature
 
 FEATURES = {"speed": 1, "limit": 1, "x": 1, "heading": 1, "road": 1, "class": 1, "moving": 1, "load": 1}
 KINDS = {

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dyknow.mtl.errors import FormulaError
+from dyknow.errors import FormulaError
 from dyknow.mtl.parser import parse_formula, parse_monitors
 
 GOLDEN = Path(__file__).parent / "golden" / "messages.txt"

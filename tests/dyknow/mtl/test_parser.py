@@ -1,18 +1,19 @@
 """What formulas a text has, and what is said about texts that have none."""
 
 import re
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from lark import Lark, Token
 
-from dyknow.mtl.errors import FormulaError
+from dyknow.errors import FormulaError
+from dyknow.language.words import Strange
+from dyknow.mtl import parser
 from dyknow.mtl.formula import And, Formula, Monitor, Not, Quantified, Subject, Truth, Variable
-from dyknow.mtl.nesting import MOST_CHANGES, window_changes
+from dyknow.mtl.kinds import Signature
 from dyknow.mtl.parser import parse_formula, parse_monitors
 from dyknow.mtl.printer import print_formula, print_monitors
-from dyknow.mtl.signature import Signature
+from dyknow.mtl.syntax_errors import explain_character
+from dyknow.mtl.windows import MOST_CHANGES, window_changes
 from tests.dyknow.mtl.support import pick, random_formula
 
 SIGNATURE = Signature({"speed": 1, "behind": 2, "green": 0}, ["Car"])
@@ -163,7 +164,13 @@ def test_per_sort_looks_past_the_variables_of_quantifiers() -> None:
             "expected a duration with a unit of time, got '5'",
             "us, ms, s, min, h",
         ),
-        ("always[0s, 5m] green", "F0302", (1, 12), "expected a duration with a unit of time, got '5m'", "written min"),
+        (
+            "always[0s, 5m] green",
+            "F0302",
+            (1, 12),
+            "expected a duration with a unit of time, got '5m'",
+            "did you mean '5min'?",
+        ),
         ("always[0s, 0.5us] green", "F0303", (1, 12), "expected a whole number of microseconds, got '0.5us'", ""),
         (
             "next[0s, 400000h] green",
@@ -230,17 +237,16 @@ def test_only_the_first_bad_characters_are_shown() -> None:
 
 def test_the_words_are_read_once_however_many_characters_are_strange(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[int] = []
-    lex = Lark.lex
 
-    def counted(self: Lark, text: str, dont_ignore: bool = False) -> Iterator[Token]:
-        read.append(len(text))
-        return lex(self, text, dont_ignore)
+    def counted(text: str, at: int, before: str) -> Strange:
+        read.append(at)
+        return explain_character(text, at, before)
 
-    monkeypatch.setattr(Lark, "lex", counted)
+    monkeypatch.setattr(parser, "explain_character", counted)
     text = "".join(chr(0x4E00 + k) for k in range(300))
     with pytest.raises(FormulaError):
         parse_formula(text)
-    assert read == [300]
+    assert read == list(range(300))
 
 
 def test_a_monitor_with_bad_characters_does_not_hide_what_is_wrong_with_others() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from chronicles.library import load_library
-from dyknow.kpl.findings import KplError
+from dyknow.errors import KplError
 from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from chronicles import recognise
 from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
@@ -67,7 +68,7 @@ def test_finds_every_choice_of_rows_once_in_blocks_of_any_size(most_rows: int) -
 
 def test_tables_in_between_stay_as_small_as_asked_for() -> None:
     [plan] = load(
-        "chronicle all[] { event(a[], t1) event(b[], t2) event(c[], t3) t2 - t1 in [0, 99] t3 - t2 in [0, 99] }"
+        "chronicle all[] { event(a[], t1) event(b[], t2) event(c[], t3) t2 - t1 in [0us, 99us] t3 - t2 in [0us, 99us] }"
     ).plans
     columns = EventColumns.from_events([Event(name, (), t_us) for t_us in range(20) for name in "abc"])
     found = [fitting(columns, position.test) for position in plan.positions]
@@ -129,9 +130,20 @@ def test_times_too_far_apart_for_exact_numbers_are_refused() -> None:
 
 
 def test_far_apart_times_are_joined_in_blocks() -> None:
-    [plan] = load("chronicle two[?x] { event(b[?x], t1) event(b[?x], t2) t2 - t1 in [1, 5] }").plans
+    [plan] = load("chronicle two[?x] { event(b[?x], t1) event(b[?x], t2) t2 - t1 in [1us, 5us] }").plans
     far_us = (1 << 60) - 9
     columns = EventColumns.from_events(
         [Event("b", ("c1",), t_us) for t_us in (-far_us, 2 - far_us, far_us, far_us + 9)]
     )
     assert find_matches(plan, columns, most_rows=1 << 17).rows.tolist() == [[0], [1]]
+
+
+def test_a_count_leaves_out_events_equal_to_either_of_two_other_things() -> None:
+    text = """
+    message b[?x] message go[?x, ?y]
+    chronicle clear[?x, ?y] { event(go[?x, ?y], t1) noevent(b[?z], (t1, t1 + 5us)) }
+    """
+    events = [Event("go", ("u", "v"), t_us) for t_us in (0, 10, 20)]
+    events += [Event("b", (name,), t_us) for name, t_us in (("u", 1), ("v", 1), ("w", 11), ("u", 12), ("w", 25))]
+    found = recognise(load(text), sorted(events, key=lambda event: event.t_us))
+    assert [occurrence.start_us for occurrence in found] == [0, 20]
