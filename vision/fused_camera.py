@@ -23,7 +23,7 @@ from vision.road.boxes import Boxes
 from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
-from vision.video.companion import Companion
+from vision.video.frame import Companion
 from vision.video.frames import ByteArray, Frame
 
 FloatArray = NDArray[np.float64]
