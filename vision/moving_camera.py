@@ -50,7 +50,7 @@ class MovingCameraVision:
         pixel_from_ground: FloatArray,
         road_polygons_m: Sequence[FloatArray],
         image_size_px: tuple[int, int],
-        motion: CameraMotion,
+        motion: CameraMotion[Frame],
         *,
         reach_m: float,
         settings: VisionSettings | None = None,

@@ -14,6 +14,7 @@ from service.runs.inputs.site import Motion
 from vision.moving_camera import MovingCameraVision
 from vision.networks.box_detector import Instant
 from vision.registration.registration import CameraMotion, Registration
+from vision.video.frame import Frame
 
 FloatArray = NDArray[np.float64]
 
@@ -109,7 +110,7 @@ def moving_vision(
         If a pose sees no ground.
     """
     first = camera.pixel_from_ground
-    follow: CameraMotion = Registration(first, size_px)
+    follow: CameraMotion[Frame] = Registration(first, size_px)
     if motion.poses is not None:
         follow = StoredPoses(motion.poses, size_px)
     around_m = reach_m(camera, motion, size_px, has_roads=has_roads)
