@@ -1,7 +1,7 @@
 """What does the road look like without vehicles? A background that is learned causally and kept up to date.
 
-Start-up holds some seconds of rectified frames, reads the bare road off a spread sample (`startup.py`), and then hands
-the held frames back to be processed: results come late by a constant time, but no second pass over the video is needed.
+Start-up holds some seconds of rectified frames and reads the bare road off a spread sample (`startup.py`): results come
+late by a constant time, but no second pass over the video is needed.
 As long as something like a standing vehicle is left in it, more frames are held.
 Later the background learns slowly where nothing is seen, is frozen under tracked objects, and heals: a patch that
 keeps differing while no object claims it is taken over from the present picture. Brightness of the whole scene is
@@ -47,7 +47,7 @@ MATCH_LEVELS = 10.0
 class Background:
     """The road without vehicles, as packed planes.
 
-    Life: `hold` frames until it returns them, then per frame `compare`, and `learn` after the objects are known.
+    Life: `hold` frames until it is ready, then per frame `compare`, and `learn` after the objects are known.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Background:
         self.is_ready = False
         self.is_overwhelmed = False
 
-    def hold(self, image: RoadImage) -> list[RoadImage]:
+    def hold(self, image: RoadImage) -> bool:
         """Take a frame of the start-up.
 
         Parameters
@@ -109,48 +109,43 @@ class Background:
 
         Returns
         -------
-        Nothing while starting up; all held frames, in order, once the background exists.
+        Whether the background exists now.
         """
         self._held.append(image)
         held_us = image.t_us - self._held[0].t_us
         is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
         if held_us < self._startup_us and not is_full:
-            return []
+            return False
         if is_full or self._standing is None:
-            return self.start()
-        sight = self._first_sight()
-        is_vehicle = self._standing.find(sight)
-        if is_vehicle.any():
-            self._startup_us *= 2
-            return []
-        return self._begin(sight, is_vehicle)
+            self.start()
+        else:
+            sight = self._first_sight()
+            is_vehicle = self._standing.find(sight)
+            if is_vehicle.any():
+                self._startup_us *= 2
+            else:
+                self._begin(sight, is_vehicle)
+        return self.is_ready
 
-    def start(self) -> list[RoadImage]:
-        """End the start-up with what is held.
-
-        Returns
-        -------
-        All held frames, in order.
-        """
-        if not self._held:
-            return []
-        sight = self._first_sight()
-        return self._begin(sight, None if self._standing is None else self._standing.find(sight))
+    def start(self) -> None:
+        """End the start-up with what is held; without any frame there is no background."""
+        if self._held:
+            sight = self._first_sight()
+            self._begin(sight, None if self._standing is None else self._standing.find(sight))
 
     def _first_sight(self) -> FirstSight:
         return first_sight(self._samples(self._held), self._raster, self._colour, car_cells=self._car_cells)
 
-    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> list[RoadImage]:
+    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
         """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
-        held, self._held = self._held, []
         self._planes[...] = sight.planes
         if is_vehicle is not None and is_vehicle.any():
             self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
         self._show()
         self._set_sensitivity(sight, is_vehicle)
-        self._learned_us = held[0].t_us
+        self._learned_us = self._held[0].t_us
+        self._held = []
         self.is_ready = True
-        return held
 
     def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
         count = min(len(held), self._settings.startup_samples)

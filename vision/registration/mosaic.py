@@ -50,13 +50,8 @@ class MosaicBackground(Background):
         self._base_threshold = np.full(raster.packed_size, settings.most_difference, np.float32)
         self._held_until_us = 0
 
-    def start(self) -> list[RoadImage]:
-        """End the start-up with what is held.
-
-        Returns
-        -------
-        All held frames, in order.
-        """
+    def start(self) -> None:
+        """End the start-up with what is held; without any frame there is no background."""
         held, self._held = self._held, []
         if held:
             count = min(len(held), self._settings.startup_samples)
@@ -67,7 +62,6 @@ class MosaicBackground(Background):
             self._learned_us = held[0].t_us
             self._held_until_us = held[-1].t_us
             self.is_ready = True
-        return held
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every known cell in view differs; see `Background.compare`.
