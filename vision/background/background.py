@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vision.background.standing import StandingVehicles
 from vision.background.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of
 from vision.road.boxes import Boxes
-from vision.road.rectify import RoadCells, RoadImage
+from vision.road.rectify import RoadCells, RoadImage, Window
 from vision.road.road_colour import RoadColour
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
@@ -276,30 +276,31 @@ class Background:
         -------
         (n,) 1 object, -1 ghost, 0 undecided.
         """
-        present, learned = (self._raster.unpack(luma) for luma in (image.planes[0], self._shown[0]))
-        reveals, hides = (self._raster.unpack(cells) for cells in self._plain_road(image))
         verdicts = np.zeros(len(boxes), np.int8)
+        usual = self._colour.usual(self._planes)
         for i, corners in enumerate(boxes.corners()):
             window, ring, inside = self._outline(corners)
-            verdicts[i] = _verdict_by_colour(reveals[window][inside], hides[window][inside])
+            reveals, hides = self._plain_road(image, window, usual)
+            verdicts[i] = _verdict_by_colour(reveals[inside], hides[inside])
             if verdicts[i] == 0:
-                seen, known = (_edge_strength(luma[window], ring) for luma in (present, learned))
+                lumas = (self._raster.window(planes[0], window) for planes in (image.planes, self._shown))
+                seen, known = (_edge_strength(luma, ring) for luma in lumas)
                 verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
         return verdicts
 
-    def _plain_road(self, image: RoadImage) -> tuple[ByteArray, ByteArray]:
+    def _plain_road(self, image: RoadImage, window: Window, usual: NDArray[np.float32]) -> tuple[BoolArray, BoolArray]:
         """Mark cells in which only the picture has the usual colour of the road, and in which only the background has.
 
-        Two packed arrays of 1 and 0.
+        In a window of the raster, since all of it would cost more than the rest of the frame.
         """
-        usual = self._colour.around(self._planes)
-        present = self._in_reference_light(image.planes)
-        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= MATCH_LEVELS for one in (present, self._planes))
-        differs = self._road & (np.abs(present - self._planes).max(axis=0) > self._settings.least_difference)
-        reveals, hides = differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
-        return reveals.astype(np.uint8), hides.astype(np.uint8)
+        around = self._colour.around_in(self._planes, window, usual)
+        present = self._in_reference_light(self._raster.window(image.planes, window))
+        learned, is_road = self._raster.window(self._planes, window), self._raster.window(self._road, window)
+        is_plain, was_plain = (np.abs(one - around).max(axis=0) <= MATCH_LEVELS for one in (present, learned))
+        differs = is_road & (np.abs(present - learned).max(axis=0) > self._settings.least_difference)
+        return differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
 
-    def _outline(self, corners: NDArray[np.float64]) -> tuple[tuple[slice, slice], BoolArray, BoolArray]:
+    def _outline(self, corners: NDArray[np.float64]) -> tuple[Window, BoolArray, BoolArray]:
         """Mark the border and the inside of a box, in a window around it."""
         cells = np.rint(self._raster.grid.to_cells(corners)).astype(np.int32)
         rows, columns = self._raster.grid.shape
@@ -342,7 +343,7 @@ class Background:
         np.rint(self._planes, out=self._shown, casting="unsafe")
 
 
-def _verdict_by_colour(reveals: ByteArray, hides: ByteArray) -> int:
+def _verdict_by_colour(reveals: BoolArray, hides: BoolArray) -> int:
     """Say 1 for an object, -1 for a ghost, 0 for undecided, by the cells inside a box."""
     revealed, hidden = int(reveals.sum()), int(hides.sum())
     if max(revealed, hidden) < PLAIN_SHARE * len(reveals):
