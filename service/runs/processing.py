@@ -14,7 +14,7 @@ from pathlib import Path
 from dyknow.node import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import RunRecord, RunStatus
-from service.runs.inputs.inputs import Input, content_digest, open_input
+from service.runs.inputs.inputs import Input, VideoInput, content_digest, open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import Feed, KplText, Pipeline, watched_relations
@@ -99,7 +99,7 @@ class RunSummary:
     Attributes
     ----------
     status : ``finished``, ``broken`` (the input could not be read to its end) or ``interrupted``.
-    reason : where and why it stopped early; empty when finished.
+    reason : where and why it stopped early; when finished, how much of the input could not be read, or empty.
     streams : what each stream carried and what its process cost.
     """
 
@@ -159,8 +159,10 @@ def _run(
         writer.append_streams(stream_records(feed.pipeline))
         writer.append_costs(stream_costs(feed.pipeline))
         recorder.finish(status, reason)
-    warnings = (*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views))
-    return RunSummary(record.id, status, reason, warnings, meter.read(), feed.pipeline.node.report())
+    warnings = [*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views)]
+    if status == "finished" and reason:
+        warnings.append(f"{source.path.name}: {reason}")
+    return RunSummary(record.id, status, reason, tuple(warnings), meter.read(), feed.pipeline.node.report())
 
 
 def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
@@ -198,6 +200,8 @@ def _feed(
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
     if status == "finished" and meter.frames == 0:
         status, reason = "broken", f"{source.path}: expected at least one frame, got none"
+    if status == "finished" and isinstance(source, VideoInput):
+        reason = source.sensor.video.damage
     feed.pipeline.node.advance(meter.last_us)
     feed.pipeline.node.finish()
     return status, reason
