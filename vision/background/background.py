@@ -114,18 +114,21 @@ class Background:
         self._held.append(image)
         held_us = image.t_us - self._held[0].t_us
         is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
-        if held_us < self._startup_us and not is_full:
-            return False
+        if held_us >= self._startup_us or is_full:
+            self._end_startup(is_full=is_full)
+        return self.is_ready
+
+    def _end_startup(self, *, is_full: bool) -> None:
+        """Begin, unless a vehicle seems to stand all the time and more frames can be held."""
         if is_full or self._standing is None:
             self.start()
+            return
+        sight = self._first_sight()
+        is_vehicle = self._standing.find(sight)
+        if is_vehicle.any():
+            self._startup_us *= 2
         else:
-            sight = self._first_sight()
-            is_vehicle = self._standing.find(sight)
-            if is_vehicle.any():
-                self._startup_us *= 2
-            else:
-                self._begin(sight, is_vehicle)
-        return self.is_ready
+            self._begin(sight, is_vehicle)
 
     def start(self) -> None:
         """End the start-up with what is held; without any frame there is no background."""
