@@ -16,7 +16,7 @@ from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.node import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import RunRecord, RunStatus
-from service.runs.inputs.inputs import Input, content_digest, open_input
+from service.runs.inputs.inputs import Input, VideoInput, content_digest, open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import Feed, KplText, Pipeline, watched_relations
@@ -101,7 +101,7 @@ class RunSummary:
     Attributes
     ----------
     status : ``finished``, ``broken`` (the input could not be read to its end) or ``interrupted``.
-    reason : where and why it stopped early; empty when finished.
+    reason : where and why it stopped early; when finished, how much of the input could not be read, or empty.
     streams : what each stream carried and what its process cost.
     """
 
@@ -164,7 +164,8 @@ def _run(
         recorder.finish(status, reason)
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
     unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)
-    warnings = (*record.warnings, *lost, *unfit)
+    damage = (f"{source.path.name}: {reason}",) if status == "finished" and reason else ()
+    warnings = (*record.warnings, *lost, *unfit, *damage)
     return RunSummary(record.id, status, reason, warnings, meter.read(), feed.pipeline.node.report())
 
 
@@ -203,6 +204,8 @@ def _feed(
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
     if status == "finished" and meter.frames == 0:
         status, reason = "broken", f"{source.path}: expected at least one frame, got none"
+    if status == "finished" and isinstance(source, VideoInput):
+        reason = source.sensor.video.damage
     feed.pipeline.node.advance(meter.last_us)
     feed.pipeline.node.finish()
     return status, reason

@@ -97,3 +97,15 @@ def write_video(
             frame.pts = i if times is None else times[i]
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
+
+
+def flip_first_picture(path: Path) -> None:
+    """Flip bits in the middle of a video's first picture, so that its decoder gives it up."""
+    with av.open(str(path)) as container:
+        first = next(container.demux(video=0))
+        assert first.pos is not None
+        middle = first.pos + first.size // 2
+    content = bytearray(path.read_bytes())
+    for place in range(middle, middle + 16):
+        content[place] ^= 0xFF
+    path.write_bytes(content)

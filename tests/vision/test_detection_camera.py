@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tests.vision.networks.test_detection_ground import SIZE_PX, drawn, projection_of
 from tests.vision.support import make_boxes, top_view
-from vision.detection_camera import DetectionVision, Standing
+from vision.camera import box_camera
 from vision.networks.box_detector import GroundBoxes, ImageBoxes, Instant
 from vision.networks.stored_detections import StoredInstant
 from vision.objects import VisionObjects
@@ -34,17 +34,18 @@ class Seer:
         return replace(boxes, score=np.full(len(boxes), self._score))
 
 
-class Blinking(Standing):
+class Blinking:
     """A camera that does not know where it looks for a while."""
 
     def locate(self, frame: Instant, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
-        return None if 40 <= frame.index < 60 else super().locate(frame, vehicles_m)
+        return None if 40 <= frame.index < 60 else VIEW
 
 
-def watch(detector: Seer, *, count: int = 100, motion: Standing | None = None) -> list[VisionObjects]:
-    vision: DetectionVision[Instant] = DetectionVision(detector, motion or Standing(VIEW), [ROAD], SIZE_PX)
+def watch(detector: Seer, *, count: int = 100, motion: Blinking | None = None) -> list[VisionObjects]:
+    vision = box_camera(detector, [ROAD], SIZE_PX, pixel_from_ground=VIEW, motion=motion)
     instants = (StoredInstant(k, 40_000 * k) for k in range(count))
-    return [objects for instant in instants for objects in vision.observe(instant)] + vision.finish()
+    seen = [objects for instant in instants for objects in vision.observe(instant)]
+    return [*seen, *vision.finish()]
 
 
 def test_moving_and_standing_cars_are_tracked_from_the_first_second() -> None:
@@ -75,7 +76,7 @@ def test_unsure_detections_need_longer_to_be_believed() -> None:
 
 
 def test_lost_view_is_told_and_tracks_end() -> None:
-    results = watch(Seer(lambda t: [(20 + 12 * t, 38.0, 0.0, 4.5, 1.8)]), motion=Blinking(VIEW))
+    results = watch(Seer(lambda t: [(20 + 12 * t, 38.0, 0.0, 4.5, 1.8)]), motion=Blinking())
     assert [objects.is_lost for objects in results] == [40 <= k < 60 for k in range(100)]
     assert len(results[99].ids) == 1
 

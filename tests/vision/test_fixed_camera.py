@@ -7,9 +7,10 @@ import pytest
 
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import ROAD_LEVEL, FloatArray, draw_boxes, make_boxes, make_frame, top_view, whole_view
+from vision.camera import fixed_camera
 from vision.errors import VisionError
-from vision.fixed_camera import FixedCameraVision, VisionSettings
 from vision.objects import VisionObjects
+from vision.settings import VisionSettings
 
 SIZE = (200, 40)
 LANE_M, OTHER_LANE_M = 7.5, 11.0
@@ -22,7 +23,7 @@ def watch(
     world: World, *, frames: int, levels: list[float], settings: VisionSettings = QUICK, noise: float = 1.2
 ) -> list[VisionObjects]:
     """Show boxes given by a function of seconds to a camera straight above."""
-    vision = FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, settings)
+    vision = fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, settings)
     rng = np.random.default_rng(2)
     texture = ROAD_LEVEL + rng.normal(0, 4, (SIZE[1], SIZE[0]))
     results: list[VisionObjects] = []
@@ -41,7 +42,7 @@ def test_every_frame_gets_its_result_once_and_in_order() -> None:
 
 
 def test_prepared_frames_give_what_plain_ones_give() -> None:
-    plain, prepared = (FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK) for _ in range(2))
+    plain, prepared = (fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK) for _ in range(2))
     seen = 0
     for k in range(60):
         boxes = make_boxes([(12.0 * (k / 25 - 0.5), LANE_M, 0.0, 4.5, 1.8)])
@@ -54,7 +55,7 @@ def test_prepared_frames_give_what_plain_ones_give() -> None:
 
 
 def test_results_wait_for_the_startup_only() -> None:
-    vision = FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
+    vision = fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
     frame = np.full((SIZE[1], SIZE[0]), 100.0)
     counts = [len(list(vision.observe(make_frame(frame, index=k, t_us=40_000 * k)))) for k in range(30)]
     assert counts == [0] * 20 + [21] + [1] * 9
@@ -106,7 +107,7 @@ def test_cars_that_enter_as_one_are_two_when_they_part() -> None:
 
 
 def test_dropped_frames_do_not_break_a_track() -> None:
-    vision = FixedCameraVision(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
+    vision = fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
     results: list[VisionObjects] = []
     for k in [k for k in range(100) if k % 5 not in (1, 2)]:
         luma = draw_boxes(SIZE, make_boxes([(20 * k / 25, LANE_M, 0.0, 4.5, 1.8)]), [60.0])
@@ -166,7 +167,7 @@ def test_shadow_is_learned_and_taken_off() -> None:
 def test_low_camera_puts_cars_where_their_wheels_are() -> None:
     size, matrix = (640, 360), bridge_view()
     road = np.array([[-6.0, 5.0], [6, 5], [6, 400], [-6, 400]])
-    vision = FixedCameraVision(matrix, [road], size, QUICK)
+    vision = fixed_camera(matrix, [road], size, QUICK)
     results: list[VisionObjects] = []
     for k in range(90):
         north = 20 + 20 * k / 25
@@ -186,7 +187,7 @@ def test_low_camera_puts_cars_where_their_wheels_are() -> None:
 
 def test_no_road_is_refused() -> None:
     with pytest.raises(VisionError, match="expected at least one polygon, got none"):
-        FixedCameraVision(top_view(SIZE), [], SIZE)
+        fixed_camera(top_view(SIZE), [], SIZE)
 
 
 def _project(matrix: FloatArray, points_m: FloatArray) -> FloatArray:

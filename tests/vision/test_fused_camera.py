@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
-from vision.fused_camera import FixedView, FusedCameraVision
+from vision.background.background import Background
+from vision.camera import FixedView, fixed_camera, fused_camera
+from vision.detection import eye
+from vision.detection.lanes import LaneStrip
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
@@ -39,7 +44,7 @@ def frames(
 
 
 def watch(colour: list[Frame], thermal: list[Frame]) -> list[VisionObjects]:
-    vision = FusedCameraVision(
+    vision = fused_camera(
         FixedView(top_view(SIZE), SIZE),
         FixedView(top_view(COARSE, COARSE_M), COARSE),
         thermal,
@@ -93,3 +98,35 @@ def test_thermal_video_may_end_early_or_be_missing_at_the_start() -> None:
 def test_same_videos_give_the_same_objects() -> None:
     once, again = (watch(colour_video(200.0, 80), thermal_video(190.0, 80)) for _ in range(2))
     assert [seen_at(once, k) for k in range(80)] == [seen_at(again, k) for k in range(80)]
+
+
+def standing(t: float) -> tuple[float, float, float, float, float]:
+    return (40.0, 7.5, 0.0, 4.5, 1.8)
+
+
+@pytest.mark.parametrize(
+    ("thermal_level", "first"), [(60.0, 3), (ROAD_LEVEL, 5)], ids=["both see it", "colour alone, so with less weight"]
+)
+def test_standing_car_is_shown_as_soon_as_it_was_seen_often_enough(thermal_level: float, first: int) -> None:
+    colour = frames(standing, 40, SIZE, scale_m=0.47, level=60.0)
+    alone = fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK)
+    lone = [objects for frame in colour for objects in alone.observe(frame)]
+    fused = watch(colour, frames(standing, 40, COARSE, scale_m=COARSE_M, level=thermal_level))
+    shown = [next(k for k, one in enumerate(results) if one.ids) for results in ([*lone, *alone.finish()], fused)]
+    assert shown == [3, first]
+
+
+def test_lanes_keep_the_lines_of_the_road_out_of_both_backgrounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[bool] = []
+    real = eye.Background
+
+    def background(*arguments: Any, borders: NDArray[np.bool_] | None, **options: Any) -> Background:
+        given.append(borders is not None and bool(borders.any()))
+        return real(*arguments, borders=borders, **options)
+
+    monkeypatch.setattr(eye, "Background", background)
+    lane = LaneStrip(np.array([[0.0, 7.5], [90.0, 7.5]]), 3.5)
+    views = FixedView(top_view(SIZE), SIZE), FixedView(top_view(COARSE, COARSE_M), COARSE)
+    settings = VisionSettings(max_metres_per_pixel=1.0)
+    fused_camera(*views, [], [whole_view(SIZE)], settings, lanes=[lane])
+    assert given == [True, True]

@@ -7,11 +7,11 @@ import pytest
 
 from tests.vision.moving_world import ROAD, SIZE, Car, MovingWorld, drift
 from tests.vision.support import FloatArray, make_frame
+from vision.camera import facing, moving_camera
 from vision.errors import VisionError
-from vision.fixed_camera import VisionSettings
-from vision.moving_camera import MovingCameraVision, facing
 from vision.objects import VisionObjects
 from vision.registration.registration import CameraMotion, Registration
+from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
 QUICK = VisionSettings(startup_us=2_000_000)
@@ -32,10 +32,10 @@ def cars(k: int) -> list[Car]:
     return [(20.0 + 10 * k / 25, 48.0, 0.0, 4.5, 1.8), (150.0 - 12 * k / 25, 53.0, np.pi, 4.5, 1.8)]
 
 
-def watch(motion: CameraMotion, frames: int, blank: Sequence[int] = ()) -> list[VisionObjects]:
+def watch(motion: CameraMotion[Frame], frames: int, blank: Sequence[int] = ()) -> list[VisionObjects]:
     """Show the cars to a moving camera; in some frames there is nothing but noise."""
     world, rng = MovingWorld(), np.random.default_rng(7)
-    vision = MovingCameraVision(drift(0), [ROAD], SIZE, motion, reach_m=40.0, settings=QUICK)
+    vision = moving_camera(drift(0), [ROAD], SIZE, motion, reach_m=40.0, settings=QUICK)
     results: list[VisionObjects] = []
     for k in range(frames):
         frame = world.frame(drift(k), k, cars(k), LEVELS)
@@ -63,7 +63,7 @@ def test_cars_are_tracked_in_ground_metres() -> None:
 
 def test_standing_scene_gives_no_objects() -> None:
     world = MovingWorld()
-    vision = MovingCameraVision(drift(0), [ROAD], SIZE, Registration(drift(0), SIZE), reach_m=40.0, settings=QUICK)
+    vision = moving_camera(drift(0), [ROAD], SIZE, Registration(drift(0), SIZE), reach_m=40.0, settings=QUICK)
     results = [one for k in range(150) for one in vision.observe(world.frame(drift(k), k))]
     assert len(results) == 150
     assert all(r.ids == () for r in results)
@@ -108,7 +108,7 @@ def test_flood_of_differences_counts_as_lost() -> None:
 def test_no_road_in_reach_is_refused() -> None:
     far = np.add(ROAD, [0.0, 5_000.0])
     with pytest.raises(VisionError, match=r"expected road within 40\.0 m of the first view, got none"):
-        MovingCameraVision(drift(0), [far], SIZE, GivenMotion(), reach_m=40.0)
+        moving_camera(drift(0), [far], SIZE, GivenMotion(), reach_m=40.0)
 
 
 def test_sign_of_the_map_does_not_matter() -> None:

@@ -1,7 +1,7 @@
 """What does the road look like without vehicles? A background that is learned causally and kept up to date.
 
-Start-up holds some seconds of rectified frames, reads the bare road off a spread sample (`startup.py`), and then hands
-the held frames back to be processed: results come late by a constant time, but no second pass over the video is needed.
+Start-up holds some seconds of rectified frames and reads the bare road off a spread sample (`startup.py`): results come
+late by a constant time, but no second pass over the video is needed.
 As long as something like a standing vehicle is left in it, more frames are held.
 Later the background learns slowly where nothing is seen, is frozen under tracked objects, and heals: a patch that
 keeps differing while no object claims it is taken over from the present picture. Brightness of the whole scene is
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vision.background.standing import StandingVehicles
 from vision.background.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of
 from vision.road.boxes import Boxes
-from vision.road.rectify import RoadCells, RoadImage
+from vision.road.rectify import RoadCells, RoadImage, Window
 from vision.road.road_colour import RoadColour
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
@@ -47,7 +47,7 @@ MATCH_LEVELS = 10.0
 class Background:
     """The road without vehicles, as packed planes.
 
-    Life: `hold` frames until it returns them, then per frame `compare`, and `learn` after the objects are known.
+    Life: `hold` frames until it is ready, then per frame `compare`, and `learn` after the objects are known.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Background:
         self.is_ready = False
         self.is_overwhelmed = False
 
-    def hold(self, image: RoadImage) -> list[RoadImage]:
+    def hold(self, image: RoadImage) -> bool:
         """Take a frame of the start-up.
 
         Parameters
@@ -109,48 +109,46 @@ class Background:
 
         Returns
         -------
-        Nothing while starting up; all held frames, in order, once the background exists.
+        Whether the background exists now.
         """
         self._held.append(image)
         held_us = image.t_us - self._held[0].t_us
         is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
-        if held_us < self._startup_us and not is_full:
-            return []
+        if held_us >= self._startup_us or is_full:
+            self._end_startup(is_full=is_full)
+        return self.is_ready
+
+    def _end_startup(self, *, is_full: bool) -> None:
+        """Begin, unless a vehicle seems to stand all the time and more frames can be held."""
         if is_full or self._standing is None:
-            return self.start()
+            self.start()
+            return
         sight = self._first_sight()
         is_vehicle = self._standing.find(sight)
         if is_vehicle.any():
             self._startup_us *= 2
-            return []
-        return self._begin(sight, is_vehicle)
+        else:
+            self._begin(sight, is_vehicle)
 
-    def start(self) -> list[RoadImage]:
-        """End the start-up with what is held.
-
-        Returns
-        -------
-        All held frames, in order.
-        """
-        if not self._held:
-            return []
-        sight = self._first_sight()
-        return self._begin(sight, None if self._standing is None else self._standing.find(sight))
+    def start(self) -> None:
+        """End the start-up with what is held; without any frame there is no background."""
+        if self._held:
+            sight = self._first_sight()
+            self._begin(sight, None if self._standing is None else self._standing.find(sight))
 
     def _first_sight(self) -> FirstSight:
         return first_sight(self._samples(self._held), self._raster, self._colour, car_cells=self._car_cells)
 
-    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> list[RoadImage]:
+    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
         """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
-        held, self._held = self._held, []
         self._planes[...] = sight.planes
         if is_vehicle is not None and is_vehicle.any():
             self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
         self._show()
         self._set_sensitivity(sight, is_vehicle)
-        self._learned_us = held[0].t_us
+        self._learned_us = self._held[0].t_us
+        self._held = []
         self.is_ready = True
-        return held
 
     def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
         count = min(len(held), self._settings.startup_samples)
@@ -281,30 +279,31 @@ class Background:
         -------
         (n,) 1 object, -1 ghost, 0 undecided.
         """
-        present, learned = (self._raster.unpack(luma) for luma in (image.planes[0], self._shown[0]))
-        reveals, hides = (self._raster.unpack(cells) for cells in self._plain_road(image))
         verdicts = np.zeros(len(boxes), np.int8)
+        usual = self._colour.usual(self._planes)
         for i, corners in enumerate(boxes.corners()):
             window, ring, inside = self._outline(corners)
-            verdicts[i] = _verdict_by_colour(reveals[window][inside], hides[window][inside])
+            reveals, hides = self._plain_road(image, window, usual)
+            verdicts[i] = _verdict_by_colour(reveals[inside], hides[inside])
             if verdicts[i] == 0:
-                seen, known = (_edge_strength(luma[window], ring) for luma in (present, learned))
+                lumas = (self._raster.window(planes[0], window) for planes in (image.planes, self._shown))
+                seen, known = (_edge_strength(luma, ring) for luma in lumas)
                 verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
         return verdicts
 
-    def _plain_road(self, image: RoadImage) -> tuple[ByteArray, ByteArray]:
+    def _plain_road(self, image: RoadImage, window: Window, usual: NDArray[np.float32]) -> tuple[BoolArray, BoolArray]:
         """Mark cells in which only the picture has the usual colour of the road, and in which only the background has.
 
-        Two packed arrays of 1 and 0.
+        In a window of the raster, since all of it would cost more than the rest of the frame.
         """
-        usual = self._colour.around(self._planes)
-        present = self._in_reference_light(image.planes)
-        is_plain, was_plain = (np.abs(one - usual).max(axis=0) <= MATCH_LEVELS for one in (present, self._planes))
-        differs = self._road & (np.abs(present - self._planes).max(axis=0) > self._settings.least_difference)
-        reveals, hides = differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
-        return reveals.astype(np.uint8), hides.astype(np.uint8)
+        around = self._colour.around_in(self._planes, window, usual)
+        present = self._in_reference_light(self._raster.window(image.planes, window))
+        learned, is_road = self._raster.window(self._planes, window), self._raster.window(self._road, window)
+        is_plain, was_plain = (np.abs(one - around).max(axis=0) <= MATCH_LEVELS for one in (present, learned))
+        differs = is_road & (np.abs(present - learned).max(axis=0) > self._settings.least_difference)
+        return differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
 
-    def _outline(self, corners: NDArray[np.float64]) -> tuple[tuple[slice, slice], BoolArray, BoolArray]:
+    def _outline(self, corners: NDArray[np.float64]) -> tuple[Window, BoolArray, BoolArray]:
         """Mark the border and the inside of a box, in a window around it."""
         cells = np.rint(self._raster.grid.to_cells(corners)).astype(np.int32)
         rows, columns = self._raster.grid.shape
@@ -347,7 +346,7 @@ class Background:
         np.rint(self._planes, out=self._shown, casting="unsafe")
 
 
-def _verdict_by_colour(reveals: ByteArray, hides: ByteArray) -> int:
+def _verdict_by_colour(reveals: BoolArray, hides: BoolArray) -> int:
     """Say 1 for an object, -1 for a ghost, 0 for undecided, by the cells inside a box."""
     revealed, hidden = int(reveals.sum()), int(hides.sum())
     if max(revealed, hidden) < PLAIN_SHARE * len(reveals):

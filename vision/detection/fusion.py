@@ -10,7 +10,7 @@ nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,18 +180,7 @@ def _alone(one: Channel, other: Channel, rows: IntArray) -> Detections:
         silence = np.where(other.holds(found.boxes.centre_m), 1.0 - other.rate, 1.0)
     weight = LONE_TRUST * silence / (LONE_TRUST * silence + (1.0 - LONE_TRUST))
     # A track that is known needs no more proof.
-    weight = np.where(found.owner >= 0, 1.0, weight)
-    return Detections(
-        boxes=found.boxes,
-        noise=found.noise,
-        elongation=found.elongation,
-        owner=found.owner,
-        divided=found.divided,
-        directed=found.directed,
-        cut=found.cut,
-        borders_m=found.borders_m,
-        weight=weight,
-    )
+    return replace(found, weight=np.where(found.owner >= 0, 1.0, weight))
 
 
 def joined(parts: list[Detections]) -> Detections:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells, measure, principal_heading
+from vision.detection.lanes import LaneField, LaneStrip
 from vision.detection.shadow import measure_shadows
 from vision.detection.surface import Appearances, Footprints
 from vision.errors import VisionError
@@ -158,6 +159,10 @@ class GroundSurface(MapSurface):
         road, view_edge = _road_cells(grid, view, polygons_m, margin_m=settings.road_margin_m)
         raster = RoadRaster(grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px)
         super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
+
+    def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
+        """Lay lanes on the map."""
+        return LaneField(self.raster.grid, lanes)
 
 
 def _road_in_view(

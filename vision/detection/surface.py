@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells
+from vision.detection.lanes import LaneField, LaneStrip
 from vision.errors import VisionError
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells, RoadRaster
@@ -97,6 +98,10 @@ class FixedSurface(Surface, Protocol):
     @property
     def metres_per_cell(self) -> float:
         """What the side of a cell is on the ground, about."""
+        ...
+
+    def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
+        """Lay lanes on the plane."""
         ...
 
 

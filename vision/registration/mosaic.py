@@ -27,6 +27,9 @@ STARTUP_SAMPLES = 10
 LATER_SAMPLES = 15
 # What registration leaves, as a part of a cell; it adds this part of the contrast around a cell to its threshold.
 RESIDUAL_CELLS = 0.25
+# At the end of the start-up so many held frames are read at a time, and always so many cells become known at a time:
+# to do it all at once would keep a frame waiting.
+READ_FRAMES, SETTLED_CELLS = 4, 2_000
 FILL = 255
 
 
@@ -49,25 +52,29 @@ class MosaicBackground(Background):
         self._collected = np.zeros((max(settings.startup_samples, LATER_SAMPLES), 3, raster.packed_size), np.uint8)
         self._base_threshold = np.full(raster.packed_size, settings.most_difference, np.float32)
         self._held_until_us = 0
+        self._unread: list[RoadImage] = []
+        self._least = 0  # samples of a cell that are enough; 0 before the held frames have been read
 
-    def start(self) -> list[RoadImage]:
-        """End the start-up with what is held.
+    def start(self) -> None:
+        """End the start-up with what is held; without any frame there is no background."""
+        while self._held:
+            self._end_startup(is_full=True)
 
-        Returns
-        -------
-        All held frames, in order.
-        """
-        held, self._held = self._held, []
-        if held:
-            count = min(len(held), self._settings.startup_samples)
-            for i in np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp)):
-                self._look(held[i])
-                self._collect(held[i].planes, self._is_seen)
-            self._settle(min(STARTUP_SAMPLES, count))
-            self._learned_us = held[0].t_us
-            self._held_until_us = held[-1].t_us
-            self.is_ready = True
-        return held
+    def _end_startup(self, *, is_full: bool) -> None:
+        """Read some of the held frames, then settle some of the cells, with every frame; more are held meanwhile."""
+        if self._least == 0:
+            count = min(len(self._held), self._settings.startup_samples)
+            places = np.unique(np.linspace(0, len(self._held) - 1, count).round().astype(np.intp))
+            self._unread = [self._held[i] for i in places]
+            self._least = min(STARTUP_SAMPLES, count)
+            self._learned_us, self._held_until_us = self._held[0].t_us, self._held[-1].t_us
+        read, self._unread = self._unread[:READ_FRAMES], self._unread[READ_FRAMES:]
+        for image in read:
+            self._look(image)
+            self._collect(image.planes, self._is_seen)
+        self.is_ready = not read and not self._settle(self._least)
+        if self.is_ready:
+            self._held, self._least = [], LATER_SAMPLES
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every known cell in view differs; see `Background.compare`.
@@ -101,12 +108,12 @@ class MosaicBackground(Background):
         super().learn(image, foreground, objects, is_real)
         if self._learned_us == before_us or image.t_us <= self._held_until_us:
             return
-        is_new = self._is_seen & ~self._is_known & self._is_road
+        is_new = self._is_seen & ~self._is_known & self._is_road & (self._count < self._least)
         if is_new.any():
             grid = self._moving.grid
             is_new &= self._moving.pack(grid.paint(objects.corners(2 * grid.side))) == 0
             self._collect(np.clip(np.rint(self._in_reference_light(image.planes)), 0, 255).astype(np.uint8), is_new)
-            self._settle(LATER_SAMPLES)
+        self._settle(self._least)
 
     def _look(self, image: RoadImage) -> None:
         assert image.pixel_from_ground is not None
@@ -118,11 +125,12 @@ class MosaicBackground(Background):
         self._collected[self._count[cells], :, cells] = planes[:, cells].T
         self._count[cells] += 1
 
-    def _settle(self, least: int) -> None:
-        """Make known what has enough samples."""
-        cells = np.flatnonzero(~self._is_known & (self._count >= least))
+    def _settle(self, least: int) -> bool:
+        """Make known what has enough samples, a slice of it at a time; tell whether there is more."""
+        ready = np.flatnonzero(~self._is_known & (self._count >= least))
+        cells = ready[:SETTLED_CELLS]
         if len(cells) == 0:
-            return
+            return False
         count = self._count[cells]
         samples = self._collected[: int(count.max()), :, cells]
         is_empty = np.arange(samples.shape[0])[:, None] >= count
@@ -136,6 +144,7 @@ class MosaicBackground(Background):
         self._show()
         self._set_thresholds()
         self._moving.set_known(self._is_known)
+        return len(ready) > len(cells)
 
     def _set_thresholds(self) -> None:
         """Raise the threshold where the background has edges: by how much a shift of part of a cell would change it."""

@@ -12,6 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.background.background import Background
+from vision.detection.detector import Expected
+from vision.detection.eye import RoadEye
+from vision.detection.fusion import Channel
 from vision.detection.ground_surface import MapSurface, cell_size, painted_road
 from vision.errors import VisionError
 from vision.registration.plane_fit import transform
@@ -219,6 +223,33 @@ class MovingGroundSurface(MapSurface):
     def _view(self, pixel_from_ground: FloatArray) -> GroundView:
         limit = self._settings.max_metres_per_pixel
         return GroundView(pixel_from_ground, self._image_size_px, max_metres_per_pixel=limit)
+
+
+class MovingEye(RoadEye):
+    """An eye that moves over the ground.
+
+    Parameters
+    ----------
+    surface : of the ground in reach.
+    background : of its raster.
+    settings : constants.
+    """
+
+    def __init__(self, surface: MovingGroundSurface, background: Background, settings: VisionSettings) -> None:
+        super().__init__(surface, background, settings)
+        self._ground = surface
+
+    def take(self, frame: Frame, pixel_from_ground: FloatArray | None) -> RoadImage:
+        """Sample the cells in view."""
+        assert pixel_from_ground is not None, "an eye that moves needs the map of each frame"
+        return self._ground.raster.rectify(frame, pixel_from_ground)
+
+    def look(self, image: RoadImage | None, expected: Expected) -> Channel:
+        """Turn to the view of a frame, and detect."""
+        if image is not None:
+            assert image.pixel_from_ground is not None
+            self._ground.look(image.pixel_from_ground)
+        return super().look(image, expected)
 
 
 def _above(ring: FloatArray, least: float) -> FloatArray:

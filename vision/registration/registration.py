@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import cv2
 import numpy as np
@@ -48,10 +48,13 @@ SEARCH_US = 120_000
 SEARCH_KEYS = 4
 
 
-class CameraMotion(Protocol):
-    """Anything that knows the map to the ground of every frame of a moving camera."""
+InstantT_contra = TypeVar("InstantT_contra", contravariant=True)
 
-    def locate(self, frame: Frame, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
+
+class CameraMotion(Protocol[InstantT_contra]):
+    """Anything that knows the map to the ground at every instant of a moving camera: of frames, or of poses alone."""
+
+    def locate(self, frame: InstantT_contra, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
         """Tell from where a frame was taken.
 
         Parameters

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -23,6 +24,8 @@ from vision.video.frames import ByteArray, Frame
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
+Window = tuple[slice, slice]
+NumberT = TypeVar("NumberT", bound=np.generic)
 
 # Cells out of view are never looked at; clipping keeps them inside OpenCV's 16 bits.
 LOWEST_PX, HIGHEST_PX = -1.0, 32_000.0
@@ -126,10 +129,37 @@ class RoadCells:
         -------
         (rows, columns).
         """
-        cells = np.zeros(self.grid.shape, np.uint8)
+        return self.window(packed, self.whole)
+
+    @property
+    def whole(self) -> Window:
+        """The window of all cells."""
+        rows, columns = self.grid.shape
+        return slice(0, rows), slice(0, columns)
+
+    def window(self, packed: NDArray[NumberT], window: Window) -> NDArray[NumberT]:
+        """Put some of the packed cells back to their places; 0 where there are none.
+
+        Parameters
+        ----------
+        packed : (..., packed_size).
+        window : rows and columns of the raster, with both ends.
+
+        Returns
+        -------
+        (..., rows, columns) of the window.
+        """
+        rows, columns = window
+        cells = np.zeros((*packed.shape[:-1], rows.stop - rows.start, columns.stop - columns.start), packed.dtype)
         for strip in self.strips:
-            target = cells[strip.area.slices]
-            target[...] = packed[strip.packed].reshape(target.shape)
+            area = strip.area
+            top, bottom = max(area.top, rows.start), min(area.bottom, rows.stop)
+            left, right = max(area.left, columns.start), min(area.right, columns.stop)
+            if top < bottom and left < right:
+                block = packed[..., strip.packed].reshape(*packed.shape[:-1], -1, area.right - area.left)
+                part = block[..., top - area.top : bottom - area.top, left - area.left : right - area.left]
+                top, left = top - rows.start, left - columns.start
+                cells[..., top : top + part.shape[-2], left : left + part.shape[-1]] = part
         return cells
 
     def places(self, points: FloatArray) -> IntArray:

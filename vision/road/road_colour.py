@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.road.rectify import RoadCells
+from vision.road.rectify import RoadCells, Window
 
 FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
@@ -43,37 +43,43 @@ class RoadColour:
         -------
         (3, packed_size); the most frequent colour of all where there is no plain road around.
         """
-        usual = usual_colour(planes, self._road)[:, None]
-        result = np.repeat(usual, planes.shape[1], axis=1)
-        is_plain = self._road & (np.abs(planes - usual).max(axis=0) <= PLAIN_LEVELS)
-        weight = self._cells.unpack(is_plain.astype(np.uint8)).astype(np.float32)
-        side = 2 * round(AROUND_WIDTHS * self._car_cells / 2) + 1
-        count = self._packed(cv2.boxFilter(weight, -1, (side, side), normalize=False))
+        cells = self.around_in(planes, self._cells.whole, self.usual(planes))
+        return np.concatenate([cells[:, *strip.area.slices].reshape(3, -1) for strip in self._cells.strips], axis=1)
+
+    def around_in(self, planes: FloatArray, window: Window, usual: FloatArray) -> FloatArray:
+        """Find the usual colour around the cells of a window; nothing else is computed.
+
+        Parameters
+        ----------
+        planes : (3, packed_size) of a background.
+        window : of the raster.
+        usual : (3,) the most frequent colour of all.
+
+        Returns
+        -------
+        (3, rows, columns) as `around`.
+        """
+        reach = round(AROUND_WIDTHS * self._car_cells / 2)
+        rows, columns = (_widened(one, reach, size) for one, size in zip(window, self._cells.grid.shape, strict=True))
+        near, inner = (rows[0], columns[0]), (rows[1], columns[1])
+        colours = self._cells.window(planes, near)
+        is_plain = np.abs(colours - usual[:, None, None]).max(axis=0) <= PLAIN_LEVELS
+        weight = (self._cells.window(self._road, near) & is_plain).astype(np.float32)
+        count, *totals = (
+            cv2.boxFilter(levels, -1, (2 * reach + 1, 2 * reach + 1), normalize=False)[inner]
+            for levels in (weight, *(np.rint(colours).astype(np.uint8) * weight))
+        )
         is_enough = count >= LEAST_PLAIN_WIDTHS2 * self._car_cells**2
-        for plane, target in zip(planes, result, strict=True):
-            level = self._cells.unpack(np.rint(plane).astype(np.uint8)) * weight
-            total = self._packed(cv2.boxFilter(level, -1, (side, side), normalize=False))
-            target[is_enough] = total[is_enough] / count[is_enough]
-        return result
+        mean = np.stack(totals) / np.maximum(count, 1)
+        return np.where(is_enough, mean, usual[:, None, None]).astype(np.float32)
 
-    def _packed(self, values: cv2.typing.MatLike) -> FloatArray:
-        return np.concatenate([values[strip.area.slices].ravel() for strip in self._cells.strips])
+    def usual(self, planes: FloatArray) -> FloatArray:
+        """Find the most frequent level of the road in every plane, (3,)."""
+        cells = np.flatnonzero(self._road)
+        return np.array([np.bincount(plane.take(cells).astype(np.intp)).argmax() for plane in planes], np.float32)
 
 
-def usual_colour(planes: FloatArray, road: BoolArray) -> FloatArray:
-    """Find the most frequent level of the road in every plane.
-
-    Parameters
-    ----------
-    planes : (3, n). road : (n,) which cells are road.
-
-    Returns
-    -------
-    (3,).
-
-    Examples
-    --------
-    >>> usual_colour(np.array([[100.0, 100.0, 30.0, 7.0]], np.float32), np.array([True, True, True, False])).tolist()
-    [100.0]
-    """
-    return np.array([np.bincount(plane[road].astype(np.intp)).argmax() for plane in planes], np.float32)
+def _widened(one: slice, reach: int, size: int) -> tuple[slice, slice]:
+    """Widen a range of cells as far as there are any; returns that, and where the range lies in it."""
+    start = max(one.start - reach, 0)
+    return slice(start, min(one.stop + reach, size)), slice(one.start - start, one.stop - start)

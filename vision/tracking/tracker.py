@@ -122,9 +122,9 @@ class Tracker:
             is_free[free[taken]] = False
         tracks.note_rest(self._now_us)
         self._confirm()
-        self._end()
-        self._start(detections, sightings, is_free)
-        return self._objects()
+        bodies = self._end(self._bodies())
+        self._start(detections, sightings, is_free, bodies)
+        return self._objects(bodies)
 
     def standing(self, min_us: int) -> tuple[IntArray, Boxes]:
         """List tracks that may be ghosts: seen, but standing for a while.
@@ -237,8 +237,8 @@ class Tracker:
         self._names_used += int(is_new.sum())
         tracks.is_confirmed |= is_new
 
-    def _end(self) -> None:
-        """Remove tracks not seen for too long, gone from view, or being a part of another one."""
+    def _end(self, bodies: Boxes) -> Boxes:
+        """Remove tracks not seen for too long, out of view, or part of another; returns the bodies of the others."""
         tracks, settings = self._tracks, self._settings
         assert self._now_us is not None
         # What was seen for a moment only is not believed in for longer than that.
@@ -247,15 +247,17 @@ class Tracker:
         patience_us = np.where(tracks.is_confirmed, seen_for_us, settings.tentative_us)
         is_lost = self._now_us - tracks.seen_us > patience_us
         has_left = ~tracks.is_observed & ~self._is_in_view(tracks.state[:, :2])
-        self._tracks = tracks.select(~(is_lost | has_left | self._is_part()))
+        is_kept = ~(is_lost | has_left | self._is_part(bodies))
+        self._tracks = tracks.select(is_kept)
+        return bodies.select(is_kept)
 
-    def _is_part(self) -> BoolArray:
+    def _is_part(self, bodies: Boxes) -> BoolArray:
         """Find fragments: tracks that stand inside an older one, take turns or ride with it."""
         tracks = self._tracks
         assert self._now_us is not None
         is_double = tracks.doubles(tracks.boxes(), DOUBLE_DEPTH_M)
         if is_double.any():
-            is_double = tracks.doubles(self._bodies(), DOUBLE_DEPTH_M)
+            is_double = tracks.doubles(bodies, DOUBLE_DEPTH_M)
         tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
         tracks.twin_us = np.where(tracks.twins(self._now_us), tracks.twin_us + self._step_us, 0)
         is_twin = tracks.twin_us >= TWIN_US
@@ -271,7 +273,7 @@ class Tracker:
         tracks.size_count[(couples & is_part[:, None]).any(axis=0)] = 0
         return is_part
 
-    def _start(self, detections: Detections, sightings: Sightings, is_free: BoolArray) -> None:
+    def _start(self, detections: Detections, sightings: Sightings, is_free: BoolArray, bodies: Boxes) -> None:
         """Begin a tentative track at every detection that no track took and no confirmed track covers."""
         boxes, settings = detections.boxes, self._settings
         is_possible = (boxes.length_m <= settings.max_length_m) & (boxes.width_m <= settings.max_width_m)
@@ -279,7 +281,7 @@ class Tracker:
         chosen = np.flatnonzero(is_free & is_possible)
         if len(chosen) == 0:
             return
-        known = self._bodies().select(self._tracks.is_confirmed)
+        known = bodies.select(self._tracks.is_confirmed)
         is_covered = (distance_to_boxes(boxes.centre_m[chosen], known) < 0).any(axis=1)
         if not is_covered.all():
             self._tracks = self._tracks.append(self._newborn(detections, sightings, chosen[~is_covered]))
@@ -325,12 +327,13 @@ class Tracker:
             borders_count=np.zeros(count, np.int64),
         )
 
-    def _objects(self) -> VisionObjects:
+    def _objects(self, bodies: Boxes) -> VisionObjects:
+        """Tell of the confirmed tracks; those just begun, without a body in `bodies`, are none."""
         assert self._now_us is not None
         tracks = self._tracks
         # Who is hidden for longer is waited for, but not shown until it is seen again.
         shown = tracks.is_confirmed & (self._now_us - tracks.seen_us <= self._settings.coast_us)
-        boxes = self._bodies().select(shown)
+        boxes = bodies.select(np.flatnonzero(shown))
         # The size of an object never seen whole is that of a usual car, without a shadow.
         is_seen_whole = tracks.size_count[shown] > 0
         return VisionObjects(

@@ -80,7 +80,15 @@ def read_header(path: Path | str) -> VideoHeader:
         )
 
 
-def decode(header: VideoHeader) -> Iterator[Frame | None]:
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """A picture left out: without a time stamp, not later than the one before, or damaged before the first good one."""
+
+    t_us: int | None
+    is_damaged: bool
+
+
+def decode(header: VideoHeader) -> Iterator[Frame | Skipped]:
     """Decode a video file once.
 
     Parameters
@@ -89,7 +97,7 @@ def decode(header: VideoHeader) -> Iterator[Frame | None]:
 
     Yields
     ------
-    Frames with strictly increasing time stamps; None for each picture left out.
+    Frames with strictly increasing time stamps, and the pictures left out.
 
     Raises
     ------
@@ -108,10 +116,10 @@ def decode(header: VideoHeader) -> Iterator[Frame | None]:
                 reason = str(error) if isinstance(error, _Damage) else f"decoder error {error.strerror!r}"
                 raise VideoBroken(path=header.path, t_us=last_us or 0, frame_index=index, reason=reason) from error
             t_us = _time_us(picture, header)
-            # Damage before the first good picture is a stream cut between key frames: it mends itself.
-            is_cut_start = picture.is_corrupt and index == 0
-            if t_us is None or is_cut_start or (last_us is not None and t_us <= last_us):
-                yield None
+            # Damage before the first good picture mends itself, as in a stream cut between key frames.
+            is_damaged = picture.is_corrupt and index == 0
+            if t_us is None or is_damaged or (last_us is not None and t_us <= last_us):
+                yield Skipped(t_us, is_damaged)
                 continue
             yield _frame(picture, index=index, t_us=t_us)
             index, last_us = index + 1, t_us

@@ -35,6 +35,7 @@ class VideoSource:
     duration_us : length by the container, None where it does not say.
     skipped_frames : frames of the latest iteration left out because they had no time stamp, did not come later than
         the one before, or came damaged before the first good one.
+    damaged_frames, first_damage_us : how many of these came damaged, and the time of the first (None if it has none).
     """
 
     def __init__(self, header: VideoHeader) -> None:
@@ -44,8 +45,18 @@ class VideoSource:
         self.rate_hz = header.rate_hz
         self.frame_count = header.frame_count
         self.duration_us = header.duration_us
-        self.skipped_frames = 0
+        self.skipped_frames = self.damaged_frames = 0
+        self.first_damage_us: int | None = None
         self._header = header
+
+    @property
+    def damage(self) -> str:
+        """Say in words what the latest iteration could not decode; empty if nothing."""
+        if self.damaged_frames == 0:
+            return ""
+        first = "without a time stamp" if self.first_damage_us is None else f"at {self.first_damage_us / 1e6:.2f} s"
+        frames = "1 frame" if self.damaged_frames == 1 else f"{self.damaged_frames} frames"
+        return f"{frames} could not be decoded, the first {first}"
 
     def __iter__(self) -> Iterator[Frame]:
         """Decode the file once, in order; as `frames` without preparation."""
@@ -82,13 +93,17 @@ class VideoSource:
             reader.join()
 
     def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None) -> None:
-        from vision.video.decoding import decode
+        from vision.video.decoding import Skipped, decode
 
-        self.skipped_frames = 0
+        self.skipped_frames = self.damaged_frames = 0
+        self.first_damage_us = None
         try:
             for picture in decode(self._header):
-                if picture is None:
+                if isinstance(picture, Skipped):
                     self.skipped_frames += 1
+                    if picture.is_damaged:
+                        self.first_damage_us = self.first_damage_us if self.damaged_frames else picture.t_us
+                        self.damaged_frames += 1
                 elif not hand_over.put(picture if prepare is None else prepare(picture)):
                     return
         except BaseException as error:  # (handed to the consumer's thread and raised there)

@@ -20,9 +20,8 @@ from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import Feed, KplText, video_pipeline
-from vision.detection_camera import DetectionVision, Standing
+from vision.camera import box_camera
 from vision.errors import VisionError
-from vision.networks.box_detector import Instant
 from vision.networks.stored_detections import StoredDetections
 
 FloatArray = NDArray[np.float64]
@@ -76,15 +75,14 @@ class DetectionInput:
         clock: Callable[[], int],
     ) -> Feed:
         """Run tracking in front of the reasoning, on the moments of the file."""
-        is_moving = self.motion is not None
-        follow: StoredPoses | Standing | None = None
-        if self.motion is not None and self.motion.poses is not None:
-            follow = StoredPoses(self.motion.poses, self.size_px)
-        elif self.ground_camera is not None:
-            follow = Standing(self.ground_camera.pixel_from_ground)
+        poses = None if self.motion is None else self.motion.poses
         try:
-            vision: DetectionVision[Instant] = DetectionVision(
-                self.stored, follow, self.area_m, self.size_px, is_moving=is_moving
+            vision = box_camera(
+                self.stored,
+                self.area_m,
+                self.size_px,
+                pixel_from_ground=None if self.ground_camera is None else self.ground_camera.pixel_from_ground,
+                motion=None if poses is None else StoredPoses(poses, self.size_px),
             )
         except VisionError as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error

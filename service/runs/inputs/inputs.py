@@ -32,8 +32,8 @@ from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import Feed, KplText, trajectory_pipeline, video_pipeline
 from service.runs.seen_frames import see
+from vision.camera import FixedView
 from vision.errors import VisionError
-from vision.fused_camera import FixedView
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.road.scale import estimate_scale, image_plane

@@ -11,9 +11,8 @@ from gis.camera_pose import CameraTrack
 from gis.errors import GisError
 from gis.road_network import RoadNetwork, plain_rings
 from service.runs.inputs.site import Motion
-from vision.moving_camera import MovingCameraVision
 from vision.networks.box_detector import Instant
-from vision.registration.registration import CameraMotion, Registration
+from vision.registration.registration import Registration
 
 FloatArray = NDArray[np.float64]
 
@@ -96,21 +95,8 @@ def moving_area(
     return plain_rings(shapely.Polygon(camera.view_outline(*size_px)).buffer(around_m, join_style="mitre"))
 
 
-def moving_vision(
-    camera: GroundCamera, motion: Motion, area_m: Sequence[FloatArray], size_px: tuple[int, int], *, has_roads: bool
-) -> MovingCameraVision:
-    """Make the vision of a moving camera.
-
-    Raises
-    ------
-    VisionError
-        If no road is in reach, or the geometry is unusable.
-    GisError
-        If a pose sees no ground.
-    """
-    first = camera.pixel_from_ground
-    follow: CameraMotion = Registration(first, size_px)
+def camera_motion(camera: GroundCamera, motion: Motion, size_px: tuple[int, int]) -> StoredPoses | Registration:
+    """Follow a camera by its poses where there are any, else by its pictures; `camera` is that of the first frame."""
     if motion.poses is not None:
-        follow = StoredPoses(motion.poses, size_px)
-    around_m = reach_m(camera, motion, size_px, has_roads=has_roads)
-    return MovingCameraVision(first, area_m, size_px, follow, reach_m=around_m)
+        return StoredPoses(motion.poses, size_px)
+    return Registration(camera.pixel_from_ground, size_px)

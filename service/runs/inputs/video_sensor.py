@@ -8,15 +8,12 @@ from numpy.typing import NDArray
 
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
-from service.runs.inputs.moving_camera import StoredPoses, moving_vision
+from service.runs.inputs.moving_camera import camera_motion, reach_m
 from service.runs.inputs.site import Motion
-from vision.adapter import Vision
+from vision.camera import Camera, FixedView, box_camera, fixed_camera, fused_camera, moving_camera, thermal_settings
 from vision.detection.lanes import LaneStrip
-from vision.detection_camera import DetectionVision, Standing
-from vision.fixed_camera import FixedCameraVision, VisionSettings
-from vision.fused_camera import FixedView, FusedCameraVision, thermal_settings
 from vision.networks.box_detector import BoxDetector
-from vision.registration.registration import Registration
+from vision.settings import VisionSettings
 from vision.video.frames import Frame, VideoSource
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +55,7 @@ class VideoSensor:
         """Return width and height of the frames."""
         return self.video.width_px, self.video.height_px
 
-    def vision(self) -> Vision[Frame]:
+    def vision(self) -> Camera[Frame]:
         """Make the vision of the camera.
 
         Raises
@@ -66,33 +63,26 @@ class VideoSensor:
         VisionError, GisError
             If the roads, the view or the poses are unusable.
         """
+        matrix, motion = self.ground_camera.pixel_from_ground, self.motion
+        follow = None if motion is None else camera_motion(self.ground_camera, motion, self.size_px)
         if self.boxes is not None:
-            return self._vision_of_boxes(self.boxes)
+            return box_camera(self.boxes, self.area_m, self.size_px, pixel_from_ground=matrix, motion=follow)
         lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
-        matrix = self.ground_camera.pixel_from_ground
         if self.thermal is not None:
             colour = FixedView(matrix, self.size_px)
-            return FusedCameraVision(colour, self.thermal.view, self.thermal.video, self.area_m, lanes=lanes)
-        if self.motion is None:
+            return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, lanes=lanes)
+        if motion is None or follow is None:
             settings = thermal_settings(VisionSettings()) if self.is_thermal else None
-            return FixedCameraVision(matrix, self.area_m, self.size_px, settings, lanes=lanes)
-        has_roads = self.network is not None
-        return moving_vision(self.ground_camera, self.motion, self.area_m, self.size_px, has_roads=has_roads)
+            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes)
+        around_m = reach_m(self.ground_camera, motion, self.size_px, has_roads=self.network is not None)
+        return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m)
 
-    def _vision_of_boxes(self, boxes: BoxDetector[Frame]) -> DetectionVision[Frame]:
-        matrix = self.ground_camera.pixel_from_ground
-        if self.motion is None:
-            return DetectionVision(boxes, Standing(matrix), self.area_m, self.size_px)
-        poses = self.motion.poses
-        follow = Registration(matrix, self.size_px) if poses is None else StoredPoses(poses, self.size_px)
-        return DetectionVision(boxes, follow, self.area_m, self.size_px, is_moving=True)
-
-    def frames(self, vision: Vision[Frame]) -> Iterator[Frame]:
-        """Read the frames, as this vision likes them best.
+    def frames(self, vision: Camera[Frame]) -> Iterator[Frame]:
+        """Read the frames, prepared for this vision.
 
         Raises
         ------
         VideoBroken
             Where the video cannot be read on.
         """
-        return self.video.frames(vision.prepare if isinstance(vision, FixedCameraVision) else None)
+        return self.video.frames(vision.prepare)

@@ -5,10 +5,11 @@ import pytest
 
 from tests.vision.road.test_view import SIZE, bridge_view
 from tests.vision.support import make_frame
+from vision.camera import fixed_camera
 from vision.detection.lanes import LaneStrip
-from vision.fixed_camera import FixedCameraVision, VisionSettings
 from vision.objects import VisionObjects
 from vision.road.view import GroundView
+from vision.settings import VisionSettings
 
 ROAD = np.array([[-6.0, 5.0], [6, 5], [6, 400], [-6, 400]])
 NORTH = [LaneStrip(np.array([[x, 0.0], [x, 300.0]]), 4.0) for x in (-2.0, 2.0)]
@@ -20,7 +21,7 @@ def show(
     lanes: list[LaneStrip], *, width_m: float, height_m: float, hidden_from_s: float = 99.0
 ) -> list[VisionObjects]:
     """Film an upright thing that comes down the road to 25 m at 10 m/s; its lower part is hidden after a while."""
-    vision = FixedCameraVision(bridge_view(), [ROAD], SIZE, VisionSettings(startup_us=1_500_000), lanes=lanes)
+    vision = fixed_camera(bridge_view(), [ROAD], SIZE, VisionSettings(startup_us=1_500_000), lanes=lanes)
     view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
     results: list[VisionObjects] = []
     for k in range(RATE_HZ * SECONDS):

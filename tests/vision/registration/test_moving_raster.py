@@ -6,7 +6,7 @@ import pytest
 from tests.vision.moving_world import ROAD, SIZE, MovingWorld, drift, view
 from tests.vision.road.test_rectify import bilinear
 from tests.vision.support import FloatArray
-from vision.moving_camera import facing
+from vision.camera import facing
 from vision.registration.moving_raster import MovingGroundSurface
 from vision.registration.plane_fit import transform
 from vision.settings import VisionSettings

@@ -9,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-from tests.vision.support import ByteArray, write_video
+from tests.vision.support import ByteArray, flip_first_picture, write_video
 from vision.errors import VideoBroken, VideoError
 from vision.video.frames import Frame, open_video
 
@@ -233,3 +233,19 @@ def test_damage_in_the_middle_ends_the_video_there(tmp_path: Path, damage: str) 
     # Damage that happens to be a valid picture is noticed one frame late.
     assert all(np.array_equal(frame.luma, good) for frame, good in zip(frames[:-1], whole, strict=False))
     assert error.frame_index == len(frames)
+
+
+def test_frames_that_could_not_be_decoded_are_counted(tmp_path: Path) -> None:
+    write_video(tmp_path / "v.mp4", pictures(30))
+    flip_first_picture(tmp_path / "v.mp4")
+    source = open_video(tmp_path / "v.mp4")
+    assert len(list(source)) == 29
+    assert (source.skipped_frames, source.damaged_frames, source.first_damage_us) == (1, 1, 0)
+    assert source.damage == "1 frame could not be decoded, the first at 0.00 s"
+
+
+def test_a_sound_video_has_no_damage(tmp_path: Path) -> None:
+    write_video(tmp_path / "v.mp4", pictures(10))
+    source = open_video(tmp_path / "v.mp4")
+    assert len(list(source)) == 10
+    assert (source.damaged_frames, source.first_damage_us, source.damage) == (0, None, "")

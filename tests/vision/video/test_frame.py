@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.vision.support import make_frame
-from vision.video.companion import Companion
-from vision.video.frames import Frame
+from vision.video.frame import Companion, Frame
 
 
 def video(times_us: Sequence[int]) -> list[Frame]:

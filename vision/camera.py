@@ -1,0 +1,371 @@
+"""Which vehicles does a camera see, where, and how fast? Eyes and a motion, and one tracker behind them.
+
+A fixed camera has one eye, a fused one two (colour and thermal), a moving one an eye and a motion that knows the map of
+every frame; boxes of a network or a file are an eye without a background. All go through one loop: predict, detect,
+update, judge, learn. What the tracker knows flows back: its predictions divide merged blobs, its objects keep the
+backgrounds from learning them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.detection.eye import Eye, FixedEye
+from vision.detection.fusion import fuse
+from vision.detection.lane_bodies import TALL_LENGTH_M
+from vision.detection.lanes import LaneStrip
+from vision.detection.surface import checked_polygons
+from vision.networks.box_detector import BoxDetector, Instant
+from vision.networks.box_eye import BoxEye
+from vision.objects import VisionObjects
+from vision.registration.mosaic import MosaicBackground
+from vision.registration.moving_raster import MovingEye, MovingGroundSurface
+from vision.registration.registration import CameraMotion
+from vision.road.boxes import Boxes
+from vision.settings import VisionSettings
+from vision.tracking.tracker import Tracker
+from vision.video.frame import Companion, Frame
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+# Around tracks, when they are told to who follows a moving camera: shadows, and what a vehicle drives in a frame.
+OUTLINE_MARGIN_M = 2.0
+# Two vehicles side by side are as wide as this; one with its shadow is not, unless it is long, and tall.
+PAIR_WIDTH_M = 5.0
+# Thermal pictures are coarse; a car as wide as one or two pixels still stands out by its warmth.
+THERMAL_METRES_PER_PIXEL = 1.5
+# By how much a box may lie beside its vehicle: half a shadow in colour, half a coarse pixel in warmth.
+COLOUR_BIAS_M = 0.5
+THERMAL_BIAS_M = 0.2
+
+InstantT = TypeVar("InstantT", bound=Instant)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sight:
+    """What is there of one instant: the pictures of the eyes, none at all where the view is lost, and its map."""
+
+    t_us: int
+    pictures: tuple[Any, ...]  # Any: each goes back to the eye that took it
+    pixel_from_ground: FloatArray | None = None
+
+
+class Camera(Generic[InstantT]):
+    """Instants in, tracked objects out: one result for each, in order, from nothing that comes later.
+
+    Parameters
+    ----------
+    eyes : one, or two that are fused; the first one's start-up is the camera's.
+    motion : knows the maps of a moving camera; None if it stands, or its boxes are on the ground already.
+    settings : constants.
+    """
+
+    def __init__(
+        self, eyes: Sequence[Eye[InstantT]], motion: CameraMotion[InstantT] | None, settings: VisionSettings
+    ) -> None:
+        self._eyes = eyes
+        self._motion = motion
+        self._settings = settings
+        self._tracker = Tracker(settings, self._holds)
+        self._held: list[_Sight] = []
+        self._judged_us: int | None = None
+
+    def prepare(self, instant: InstantT) -> InstantT:
+        """Do the part of `observe` that depends on nothing but the instant; any thread may.
+
+        Parameters
+        ----------
+        instant : of the source, in whatever order.
+
+        Returns
+        -------
+        The same for `observe`, with work done.
+
+        Raises
+        ------
+        VisionError
+            If a frame has another size than announced.
+        """
+        return self._eyes[0].prepare(instant)
+
+    def observe(self, instant: InstantT) -> Iterable[VisionObjects]:
+        """Take the next instant.
+
+        Parameters
+        ----------
+        instant : later than the one before.
+
+        Returns
+        -------
+        Nothing during start-up, then the objects of all that was held, then those of each instant. Those of what was
+        held are found while they are taken: take them all before the next instant.
+
+        Raises
+        ------
+        VisionError
+            If a frame has another size than announced, or a detector fails.
+        VideoBroken
+            If the video of a second eye breaks.
+        """
+        sight = self._take(instant)
+        if self._eyes[0].is_ready:
+            return [self._follow(sight)]
+        self._held.append(sight)
+        for eye, picture in zip(self._eyes, sight.pictures, strict=True):
+            if picture is not None:
+                eye.hold(picture)
+        return self.finish() if self._eyes[0].is_ready else []
+
+    def finish(self) -> Iterable[VisionObjects]:
+        """End the source, or the start-up.
+
+        Returns
+        -------
+        The objects of what is still held. Without a map from start to end all of it is lost.
+        """
+        for eye in self._eyes:
+            eye.start()
+        held, self._held = self._held, []
+        return map(self._follow, held)
+
+    def _take(self, instant: InstantT) -> _Sight:
+        matrix = None
+        if self._motion is not None:
+            outlines_m = list(self._tracker.claims()[0].corners(OUTLINE_MARGIN_M))
+            located = self._motion.locate(instant, outlines_m)
+            if located is None:
+                return _Sight(instant.t_us, (None,) * len(self._eyes))
+            matrix = facing(located)
+        return _Sight(instant.t_us, tuple(eye.take(instant, matrix) for eye in self._eyes), matrix)
+
+    def _follow(self, sight: _Sight) -> VisionObjects:
+        """Predict, detect, update, judge, learn."""
+        expected = self._tracker.predict(sight.t_us)
+        channels = [eye.look(picture, expected) for eye, picture in zip(self._eyes, sight.pictures, strict=True)]
+        objects = self._tracker.update(channels[0].detections if len(channels) == 1 else fuse(*channels))
+        if any(picture is not None for picture in sight.pictures):
+            self._judge(sight.t_us)
+            claims, is_real = self._tracker.claims()
+            for eye in self._eyes:
+                eye.learn(claims, is_real)
+        if not any(channel.is_open for channel in channels):
+            return VisionObjects.lost(sight.t_us)
+        return objects if self._motion is None else replace(objects, pixel_from_ground=sight.pixel_from_ground)
+
+    def _judge(self, t_us: int) -> None:
+        """Decide about tracks that stand: what any eye sees is a vehicle; else what is burned in is learned."""
+        if self._judged_us is not None and t_us - self._judged_us < self._settings.background_period_us:
+            return
+        rows, boxes = self._suspects()
+        self._judged_us = t_us
+        if len(rows) == 0:
+            return
+        verdicts = np.array([self._verdicts(eye, boxes) for eye in self._eyes])
+        is_seen = (verdicts > 0).any(axis=0)
+        self._tracker.prove(rows[is_seen])
+        for eye, verdict in zip(self._eyes, verdicts, strict=True):
+            eye.heal(boxes.select(np.flatnonzero(verdict < 0)))
+        is_ghost = ~is_seen & (verdicts < 0).any(axis=0)
+        if is_ghost.any():
+            self._tracker.drop(rows[is_ghost])
+
+    def _suspects(self) -> tuple[IntArray, Boxes]:
+        """List the tracks that may be ghosts."""
+        if self._judged_us is not None:
+            return self._tracker.standing(self._settings.standing_us)
+        # What is there at the very first need not stand for a while, since a ghost comes only where something drove
+        # off; but what may be two vehicles may part yet.
+        rows, boxes = self._tracker.standing(0)
+        is_one = (boxes.width_m < PAIR_WIDTH_M) | (boxes.length_m > TALL_LENGTH_M)
+        return rows[is_one], boxes.select(is_one)
+
+    def _verdicts(self, eye: Eye[InstantT], boxes: Boxes) -> NDArray[np.int8]:
+        """Let an eye judge; one of several has no say outside its view."""
+        verdicts = eye.judge(boxes)
+        return verdicts if len(self._eyes) == 1 else np.where(eye.holds(boxes.centre_m), verdicts, np.int8(0))
+
+    def _holds(self, points_m: FloatArray) -> BoolArray:
+        return np.asarray(np.any([eye.holds(points_m) for eye in self._eyes], axis=0))
+
+
+@dataclass(frozen=True, slots=True)
+class FixedView:
+    """Where one of two cameras looks.
+
+    Attributes
+    ----------
+    pixel_from_ground : (3, 3) homography from ground metres (x east, y north) to pixels.
+    image_size_px : (width, height) of its frames.
+    """
+
+    pixel_from_ground: FloatArray
+    image_size_px: tuple[int, int]
+
+
+def fixed_camera(
+    pixel_from_ground: FloatArray,
+    road_polygons_m: Sequence[FloatArray],
+    image_size_px: tuple[int, int],
+    settings: VisionSettings | None = None,
+    *,
+    lanes: Sequence[LaneStrip] = (),
+) -> Camera[Frame]:
+    """Make a camera that stands still.
+
+    Parameters
+    ----------
+    pixel_from_ground : (3, 3) homography from ground metres (x east, y north) to pixels.
+    road_polygons_m : outlines of the road, (k, 2) each; what lies outside is not looked at.
+    image_size_px : (width, height) of the frames.
+    settings : constants; the defaults suit daylight traffic.
+    lanes : of the road, if they are known; they help with vehicles that stand side by side.
+
+    Raises
+    ------
+    VisionError
+        If no road is in view, or the geometry is unusable.
+    """
+    settings = settings or VisionSettings()
+    eye = FixedEye(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, settings, lanes)
+    return Camera([eye], None, settings)
+
+
+def fused_camera(
+    colour: FixedView,
+    thermal: FixedView,
+    thermal_frames: Iterable[Frame],
+    road_polygons_m: Sequence[FloatArray],
+    settings: VisionSettings | None = None,
+    *,
+    lanes: Sequence[LaneStrip] = (),
+) -> Camera[Frame]:
+    """Make a colour and a thermal camera over one ground, which stand still and are looked at as one.
+
+    Parameters
+    ----------
+    colour, thermal : where they look; frames observed are those of the colour camera.
+    thermal_frames : of the thermal camera, on the time line of the colour one; frames may be missing.
+    road_polygons_m, settings, lanes : as of `fixed_camera`.
+
+    Raises
+    ------
+    VisionError
+        If no road is in view of either camera, or the geometry is unusable.
+    """
+    settings = settings or VisionSettings()
+    polygons_m = checked_polygons(road_polygons_m)
+    eyes = [
+        FixedEye(colour.pixel_from_ground, polygons_m, colour.image_size_px, settings, lanes, bias_m=COLOUR_BIAS_M),
+        FixedEye(
+            thermal.pixel_from_ground,
+            polygons_m,
+            thermal.image_size_px,
+            thermal_settings(settings),
+            lanes,
+            companion=Companion(thermal_frames),
+            bias_m=THERMAL_BIAS_M,
+        ),
+    ]
+    return Camera(eyes, None, settings)
+
+
+def moving_camera(
+    pixel_from_ground: FloatArray,
+    road_polygons_m: Sequence[FloatArray],
+    image_size_px: tuple[int, int],
+    motion: CameraMotion[Frame],
+    *,
+    reach_m: float,
+    settings: VisionSettings | None = None,
+) -> Camera[Frame]:
+    """Make a camera that moves, as on a drone.
+
+    Parameters
+    ----------
+    pixel_from_ground : (3, 3) homography of the first frame, from ground metres (x east, y north) to pixels.
+    road_polygons_m, image_size_px, settings : as of `fixed_camera`.
+    motion : knows the maps of all frames.
+    reach_m : how far beyond the first view the camera may come to look; road farther away is not watched.
+
+    Raises
+    ------
+    VisionError
+        If no road is in reach, or the geometry is unusable.
+    """
+    settings = settings or VisionSettings()
+    surface = MovingGroundSurface(
+        facing(pixel_from_ground),
+        checked_polygons(road_polygons_m),
+        image_size_px=image_size_px,
+        reach_m=reach_m,
+        settings=settings,
+    )
+    return Camera([MovingEye(surface, MosaicBackground(surface.raster, settings), settings)], motion, settings)
+
+
+def box_camera(
+    detector: BoxDetector[InstantT],
+    road_polygons_m: Sequence[FloatArray],
+    image_size_px: tuple[int, int],
+    *,
+    pixel_from_ground: FloatArray | None = None,
+    motion: CameraMotion[InstantT] | None = None,
+    settings: VisionSettings | None = None,
+) -> Camera[InstantT]:
+    """Make a camera of which boxes are known, by a network or a file.
+
+    Parameters
+    ----------
+    detector : finds vehicles without knowing the road.
+    road_polygons_m, image_size_px, settings : as of `fixed_camera`.
+    pixel_from_ground : (3, 3) of a camera that stands.
+    motion : knows the maps of one that moves; without either, boxes must be on the ground already.
+
+    Raises
+    ------
+    VisionError
+        If there is no road, or one is no polygon.
+    """
+    # A detector knows vehicles from road: all that stands is proved at every instant.
+    settings = replace(settings or VisionSettings(), background_period_us=0, standing_us=0)
+    eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground)
+    return Camera([eye], motion, settings)
+
+
+def thermal_settings(settings: VisionSettings) -> VisionSettings:
+    """Let coarser ground count than in colour.
+
+    Examples
+    --------
+    >>> thermal_settings(VisionSettings()).max_metres_per_pixel
+    1.5
+    """
+    coarse_m = max(settings.max_metres_per_pixel, THERMAL_METRES_PER_PIXEL)
+    return replace(settings, max_metres_per_pixel=coarse_m)
+
+
+def facing(pixel_from_ground: FloatArray) -> FloatArray:
+    """Choose the sign of a homography that makes depth positive in front of the camera.
+
+    Parameters
+    ----------
+    pixel_from_ground : (3, 3), of a right-handed ground (x east, y north) seen from above.
+
+    Returns
+    -------
+    The same map, with a negative determinant.
+
+    Examples
+    --------
+    >>> float(facing(-np.diag([2.0, -2.0, 1.0]))[2, 2])
+    1.0
+    """
+    matrix = np.asarray(pixel_from_ground, np.float64)
+    return -matrix if np.linalg.det(matrix) > 0 else matrix

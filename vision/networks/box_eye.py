@@ -1,0 +1,101 @@
+"""Which vehicles does a camera see by the boxes of somebody who knows no ground? An eye without a background.
+
+The network or file gives boxes; here they are put on the ground, and those off the road are left out. Nothing is held
+back at the start, and standing vehicles are seen as well as driving ones: a detector tells them from the road.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from vision.detection.detector import Detections, Expected
+from vision.detection.eye import Eye
+from vision.detection.fusion import Channel
+from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
+from vision.networks.detection_ground import ground_detections, image_detections
+from vision.road.view import GroundView
+from vision.settings import VisionSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+InstantT = TypeVar("InstantT", bound=Instant)
+
+
+@dataclass(frozen=True, slots=True)
+class FoundBoxes:
+    """What a detector found in an instant, and the map to the ground; None for boxes on the ground already."""
+
+    boxes: ImageBoxes | GroundBoxes
+    pixel_from_ground: FloatArray | None
+
+
+class BoxEye(Eye[InstantT]):
+    """Boxes on the road.
+
+    Parameters
+    ----------
+    detector : finds vehicles without knowing the road.
+    road_polygons_m : outlines of the road, (k, 2) each; what lies outside is left out.
+    image_size_px : (width, height) of the picture.
+    settings : constants.
+    pixel_from_ground : of a camera that stands; None if it moves, or there is no picture.
+    """
+
+    def __init__(
+        self,
+        detector: BoxDetector[InstantT],
+        road_polygons_m: Sequence[FloatArray],
+        image_size_px: tuple[int, int],
+        settings: VisionSettings,
+        pixel_from_ground: FloatArray | None = None,
+    ) -> None:
+        self._detector = detector
+        self._image_size_px = image_size_px
+        self._settings = settings
+        self._standing = pixel_from_ground
+        rings = [shapely.make_valid(shapely.Polygon(ring)) for ring in road_polygons_m]
+        self._road = shapely.union_all(rings).buffer(settings.road_margin_m)
+        shapely.prepare(self._road)
+        self._matrix: FloatArray | None = None
+        self._view: GroundView | None = None
+
+    def take(self, instant: InstantT, pixel_from_ground: FloatArray | None) -> FoundBoxes:
+        """Find vehicles, with the map to the ground."""
+        matrix = self._standing if pixel_from_ground is None else pixel_from_ground
+        return FoundBoxes(self._detector.detect(instant), matrix)
+
+    def holds(self, points_m: FloatArray) -> BoolArray:
+        """Tell which ground positions are road in view."""
+        is_on_road = self._on_road(points_m)
+        return is_on_road if self._view is None else is_on_road & self._view.sees(points_m)
+
+    def look(self, found: FoundBoxes | None, expected: Expected) -> Channel:
+        """Put the boxes on the ground; what the detector misses says nothing of its rate."""
+        if found is None:
+            return Channel(Detections.none(), self.holds, 0.0, is_open=False)
+        self._turn(found.pixel_from_ground)
+        if isinstance(found.boxes, GroundBoxes):
+            detections = ground_detections(found.boxes, expected, self._settings)
+        else:
+            assert self._view is not None, "boxes in pixels need a camera"
+            size_px = self._image_size_px
+            seen = whole_boxes(found.boxes, size_px)
+            detections = image_detections(seen, self._view, expected, image_size_px=size_px, settings=self._settings)
+        return Channel(detections.select(self._on_road(detections.boxes.centre_m)), self.holds, 0.0)
+
+    def _turn(self, pixel_from_ground: FloatArray | None) -> None:
+        if pixel_from_ground is None or (self._matrix is not None and np.array_equal(pixel_from_ground, self._matrix)):
+            return
+        self._matrix = pixel_from_ground
+        limit = self._settings.max_metres_per_pixel
+        self._view = GroundView(pixel_from_ground, self._image_size_px, max_metres_per_pixel=limit)
+
+    def _on_road(self, points_m: FloatArray) -> BoolArray:
+        return np.asarray(shapely.contains_xy(self._road, points_m), np.bool_)
