@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 import pytest
 
-from dyknow.node import Node
-from service.runs.seen_frames import Seen, SeenVisionUnit, see
+from service.runs.seen_frames import Seen, see
 from tests.vision.support import make_frame
 from vision.errors import VideoBroken
 from vision.objects import VisionObjects
@@ -88,13 +87,3 @@ def test_what_was_held_comes_before_the_break() -> None:
     with pytest.raises(VideoBroken, match="damage"):
         samples.extend(look(3, held=9, breaks=True))
     assert told(samples[3:]) == [(2, 0, 8), (2, 1, 5), (2, 2, 5)]
-
-
-def test_node_counts_the_work_as_that_of_vision() -> None:
-    node = Node(clock=lambda: 0)
-    source = node.add_source("frames")
-    objects = node.add_refinement("vision_objects", SeenVisionUnit(), of="frames")
-    for sample in look(4, held=1):
-        if sample is not None:
-            source.publish(sample)
-    assert objects.busy_ns == 1 + 4 * 5
