@@ -4,7 +4,7 @@ Processes may come and go while samples flow, also by the hand of a process that
 cycles: a process reads what was there before it, and a mediation is refused what depends on itself.
 """
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Generator, Hashable
 from contextlib import ExitStack
 from itertools import repeat
 from typing import Any
@@ -237,7 +237,7 @@ class Node:
         """
         exhaust(self.finish_in_steps())
 
-    def finish_in_steps(self) -> Iterator[None]:
+    def finish_in_steps(self) -> Generator[None, None, None]:
         """Do what `finish` does, and give the control back as `StreamGenerator.publish_in_steps` does.
 
         Whoever leaves off drops what the process at work had still to say; `finish` then tells the others.
