@@ -1,6 +1,6 @@
 # What `from dyknow import ...` offers: `__init__.py` reads the names and their modules from here.
 from .errors import DyKnowError as DyKnowError, PolicyError as PolicyError
-from .graph import to_dot as to_dot
+from .graph import to_dot as to_dot, to_mermaid as to_mermaid
 from .kpl.checks import check_kpl as check_kpl
 from .kpl.findings import KplError as KplError
 from .kpl.loader import load_kpl as load_kpl
