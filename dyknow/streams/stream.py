@@ -17,8 +17,7 @@ from typing import Any
 from dyknow.errors import StreamError
 from dyknow.policies.policy import Policy
 from dyknow.policies.policy_pipeline import PolicyPipeline
-from dyknow.streams.history import History
-from dyknow.streams.pull_stream import Stream, WhenFull
+from dyknow.streams.buffers import History, Stream, WhenFull
 from dyknow.streams.sample import Sample
 
 Consumer = Callable[[Sample[Any]], object]  # Any: a stream may carry any value; what comes back is not looked at

@@ -23,9 +23,7 @@ def streams(
     ] = None,
     run: Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")] = None,
     kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
-    graph: Annotated[
-        Path | None, typer.Option("--graph", help="Write a graph too, into a file .mmd or .dot.")
-    ] = None,
+    graph: Annotated[Path | None, typer.Option("--graph", help="Write a graph too, into a file .mmd or .dot.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List the processes of a run and what their streams carried; without a log, what is declared."""
