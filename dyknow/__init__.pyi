@@ -5,6 +5,7 @@ from .kpl.checks import check_kpl as check_kpl
 from .kpl.findings import KplError as KplError
 from .kpl.loader import load_kpl as load_kpl
 from .kpl.policies import parse_policy as parse_policy
+from .kpl.printer import print_kpl as print_kpl
 from .monitors.monitors import Monitors as Monitors
 from .mtl.errors import FormulaError as FormulaError
 from .mtl.kinds import Kind as Kind
