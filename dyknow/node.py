@@ -4,7 +4,7 @@ Processes may come and go while samples flow, also by the hand of a process that
 cycles: a process reads what was there before it, and a mediation is refused what depends on itself.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Generator, Hashable, Iterator, Mapping
 from contextlib import ExitStack
 from itertools import repeat
 from typing import Any
@@ -15,8 +15,7 @@ from dyknow.registry import Registry
 from dyknow.streams.configuration import Configuration, Wanted
 from dyknow.streams.mediation import Mediation, MediationKind
 from dyknow.streams.process import Clock, ComputationalUnit, JoiningUnit, Process, Refinement
-from dyknow.streams.process_order import depends_on, inputs_first
-from dyknow.streams.stream import EVERYTHING, Consumer, StreamGenerator, Subscription
+from dyknow.streams.stream import EVERYTHING, Consumer, StreamGenerator, Subscription, exhaust
 from dyknow.streams.stream_report import StreamReport, report_on
 
 __all__ = ["Node", "StreamReport"]
@@ -235,13 +234,30 @@ class Node:
 
         Nothing can be published to a stream that has ended. Doing so again reaches only what was created since.
         """
+        exhaust(self.finish_in_steps())
+
+    def finish_in_steps(self) -> Generator[None, None, None]:
+        """Do what `finish` does, and give the control back as `StreamGenerator.publish_in_steps` does.
+
+        Whoever leaves off drops what the process at work had still to say; `finish` then tells the others.
+        """
         while any(not process.is_finished for process in self._processes.values()):
             order = self._inputs_first()
             for process in order:
                 if self._processes.get(process.label) is process:
-                    process.finish()
+                    yield from process.finish_in_steps()
                 if self._order is not order:  # what has come may belong before what is next
                     break
+
+    @property
+    def owes_from_us(self) -> int | None:
+        """Return the valid time of the first sample to which some unit owes an answer (see `NOT_YET`), or None."""
+        return min((us for one in self._processes.values() if (us := one.owes_from_us) is not None), default=None)
+
+    def forgive(self) -> None:
+        """Let go what units owe, for a host that ends early: they are not asked for it at the end."""
+        for process in self._processes.values():
+            process.forgive()
 
     def report(self) -> tuple[StreamReport, ...]:
         """Describe every process and its stream, in the order of creation."""
@@ -313,3 +329,41 @@ class Node:
             known = ", ".join(sorted(self._processes)) or "none"
             raise StreamError(f"stream {label!r}: expected one of the declared streams ({known})")
         return self._processes[label]
+
+
+def inputs_first(processes: Mapping[str, Process]) -> tuple[Process, ...]:
+    """Sort processes so that each comes after what it reads, and otherwise as they are.
+
+    The order of creation is not enough: a mediation may read what was created after it.
+    """
+    ordered: dict[str, Process] = {}
+    # One iterator for each process that waits for its inputs; not a recursive function, for chains may be long.
+    waiting: list[tuple[Process | None, Iterator[Process]]] = [(None, iter(processes.values()))]
+    while waiting:
+        process, inputs = waiting[-1]
+        one = next((found for found in inputs if found.label not in ordered), None)
+        if one is not None:
+            waiting.append((one, _read_by(one, processes)))
+        else:
+            waiting.pop()
+            if process is not None:
+                ordered[process.label] = process
+    return tuple(ordered.values())
+
+
+def depends_on(processes: Mapping[str, Process], label: str, other: str) -> bool:
+    """Tell whether a process is another one, reads it, or reads what depends on it."""
+    waiting, seen = [processes[label]], {label}
+    while waiting:
+        current = waiting.pop()
+        if current.label == other:
+            return True
+        found = [one for one in _read_by(current, processes) if one.label not in seen]
+        seen.update(one.label for one in found)
+        waiting += found
+    return False
+
+
+def _read_by(process: Process, processes: Mapping[str, Process]) -> Iterator[Process]:
+    """Give the processes whose streams a process reads, but for those that are just being removed."""
+    return (processes[one.stream.label] for one in process.inputs if one.stream.label in processes)

@@ -56,7 +56,7 @@ class Registry:
     ...         return ()
     ...     def finish(self):
     ...         return ()
-    >>> registry.unit_named("on_road").inputs, registry.source_named("pos").output
+    >>> registry.unit_named("on_road").inputs, registry.sources["pos"].output
     (('Point',), 'Point')
     >>> type(registry.create("on_road")).__name__
     'OnRoad'
@@ -144,16 +144,6 @@ class Registry:
             return factory
 
         return register
-
-    def source_named(self, name: str) -> SourceSignature:
-        """Give the signature of a source.
-
-        Raises
-        ------
-        RegistryError
-            If there is none of this name.
-        """
-        return _find(self._sources, "source", name)
 
     def unit_named(self, name: str) -> UnitSignature:
         """Give the signature of a unit.

@@ -6,9 +6,10 @@ view, says that nothing is known from then on; a loss so short that tracks bridg
 """
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import Generic, Protocol, TypeVar
 
-from dyknow.streams.sample import Sample
+from dyknow.streams.sample import NOT_YET, Sample
 from vision.objects import VisionObjects
 
 FrameT = TypeVar("FrameT")
@@ -19,7 +20,7 @@ BRIDGED_US = 300_000
 
 
 class Vision(Protocol[FrameT_contra]):
-    """Vision of one camera, fixed or moving.
+    """Vision of one camera, fixed or moving: one result for each frame, sooner or later.
 
     Results may be made while they are taken: take them all before the next call.
     """
@@ -36,8 +37,8 @@ class Vision(Protocol[FrameT_contra]):
 class VisionUnit(Generic[FrameT]):
     """Run a camera's vision as a computational unit.
 
-    During start-up it answers with nothing, then with all held frames at once: their valid times are those of the
-    frames, their available time is that of the frame which ended the start-up.
+    During start-up it answers "not yet", then with all held frames, one when it is asked for after the other: their
+    valid times are those of the frames, their available time is that of the frame which ended the start-up.
     """
 
     __slots__ = ("_available_us", "_lost", "_vision")
@@ -50,14 +51,21 @@ class VisionUnit(Generic[FrameT]):
     def update(self, sample: Sample[FrameT]) -> Iterable[Sample[VisionObjects]]:
         """Turn one frame into the vision objects that it allows to publish."""
         self._available_us = sample.available_us
-        return self._samples(self._told(self._vision.observe(sample.value)))
+        results = iter(self._vision.observe(sample.value))
+        first = next(results, None)
+        return NOT_YET if first is None else self._samples(chain((first,), results))
 
-    def finish(self) -> Iterable[Sample[VisionObjects]]:
+    def finish(self) -> Iterator[Sample[VisionObjects]]:
         """Publish the frames of a clip that ended during start-up, or that the view is lost."""
-        results = list(self._told(self._vision.finish()))
+        yield from self._samples(self._vision.finish())
         if self._lost is not None:
-            results.append(self._lost)
-        return self._samples(results)
+            yield self._sample(self._lost)
+
+    def _samples(self, results: Iterable[VisionObjects]) -> Iterator[Sample[VisionObjects]]:
+        return map(self._sample, self._told(results))
+
+    def _sample(self, objects: VisionObjects) -> Sample[VisionObjects]:
+        return Sample(self._available_us, objects.t_us, objects)
 
     def _told(self, results: Iterable[VisionObjects]) -> Iterator[VisionObjects]:
         """Hold back what has no view; tell of it when the view is back."""
@@ -70,6 +78,3 @@ class VisionUnit(Generic[FrameT]):
                     yield self._lost
                 self._lost = None
             yield objects
-
-    def _samples(self, results: Iterable[VisionObjects]) -> list[Sample[VisionObjects]]:
-        return [Sample(self._available_us, objects.t_us, objects) for objects in results]

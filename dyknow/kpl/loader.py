@@ -24,7 +24,7 @@ from dyknow.language.words import normalised
 from dyknow.node import Node
 from dyknow.policies.policy import Policy
 from dyknow.registry import Registry
-from dyknow.streams.pull_stream import Stream, WhenFull
+from dyknow.streams.buffers import Stream, WhenFull
 from dyknow.streams.stream import Consumer, StreamGenerator, Subscription
 
 

@@ -24,7 +24,7 @@ class AnyUpdate:
 class AnyChange:
     """Deliver a sample only when its value differs from the last one delivered; the first always counts.
 
-    Values differ as `dyknow.policies.sameness` says: by ``==``, and arrays by any of their elements.
+    Values differ as `dyknow.policies.policy_pipeline` says: by ``==``, and arrays by any of their elements.
     """
 
     def __str__(self) -> str:

@@ -16,10 +16,9 @@ from enum import Enum
 from typing import Any
 
 from dyknow.errors import ProcessError
-from dyknow.policies.led_sampling import LedSampling
 from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.sampled_fluent import SampledFluent
-from dyknow.policies.sampling import Sampling, Values
+from dyknow.policies.sampling import LedSampling, Sampling, Values
 from dyknow.streams.sample import Sample
 
 

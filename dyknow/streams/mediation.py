@@ -12,9 +12,8 @@ from typing import Any
 from dyknow.errors import ProcessError
 from dyknow.policies.policy import Policy
 from dyknow.streams.process import Input, Process
-from dyknow.streams.relay import NESTED_HOPS, Relay
 from dyknow.streams.sample import Sample
-from dyknow.streams.stream import EVERYTHING, StreamGenerator
+from dyknow.streams.stream import EVERYTHING, Relay, StreamGenerator
 
 
 class MediationKind(Enum):
@@ -55,7 +54,6 @@ class Mediation(Process):
         find: Callable[[str], StreamGenerator | None],
     ) -> None:
         super().__init__(output, kind=kind.value)
-        output.depth = NESTED_HOPS + 1  # it may be told to pass on the end of any chain
         self.control = control
         self._mediation_kind = kind
         self._policy = policy

@@ -2,12 +2,13 @@
 
 After Heintz (2009), chapters 3 and 4: a fluent stream approximates a fluent by samples ``<available, valid, value>``.
 Where a time was asked for and nothing is known of it, a sample says so with `NO_VALUE`. *No sample* is no value at all:
-it is an empty answer, such as `()`.
+it is an empty answer, such as `()`, or `NOT_YET` where the answer is still to come.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, Never, TypeVar
 
 Value_co = TypeVar("Value_co", covariant=True)
 
@@ -25,6 +26,20 @@ class NoValue(Enum):
 
 NO_VALUE: Final = NoValue.NO_VALUE
 """What a fluent has at a time of which nothing is known: compare with ``is``."""
+
+
+class NotYet(Enum):
+    """The type of `NOT_YET`: an answer without samples."""
+
+    NOT_YET = "not yet"
+
+    def __iter__(self) -> Iterator[Never]:
+        """Give no sample."""
+        return iter(())
+
+
+NOT_YET: Final = NotYet.NOT_YET
+"""What a unit answers to a sample that it will answer later: it owes that, until its next answer of another kind."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,17 +3,21 @@
 Delivery is a plain function call, in the order of subscription: the order of everything in a node is a function of
 its input, so a run can be repeated to the byte. Who wants to be asked instead of called opens a buffered stream.
 What a consumer raises goes to whoever published; those who come after it do not get that sample.
+
+A process answers a sample with samples, and one loop delivers these, depth first: all that comes of the first answer
+before the second one, all that comes of one subscriber before the next one is served. That is the order which nested
+calls would have, but a chain may be of any length, and whoever publishes can have the control back between two answers.
 """
 
-from collections import Counter
-from collections.abc import Callable, Iterable
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from dyknow.errors import StreamError
 from dyknow.policies.policy import Policy
 from dyknow.policies.policy_pipeline import PolicyPipeline
-from dyknow.streams.history import History
-from dyknow.streams.pull_stream import Stream, WhenFull
+from dyknow.streams.buffers import History, Stream, WhenFull
 from dyknow.streams.sample import Sample
 
 Consumer = Callable[[Sample[Any]], object]  # Any: a stream may carry any value; what comes back is not looked at
@@ -45,10 +49,6 @@ class Subscription:
         # A policy that lets everything pass is not asked: this is the usual hop, and it is quick.
         self.pipeline = None if policy.delivers_everything else PolicyPipeline(policy)
 
-    def offer(self, sample: Sample[Any]) -> None:
-        """Hand over what the policy makes of a sample."""
-        self._deliver(self.passed(sample))
-
     def passed(self, sample: Sample[Any]) -> Iterable[Sample[Any]]:
         """Return what the policy makes of a sample, oldest first; nothing once the subscription has ended."""
         if not self.is_open:
@@ -58,12 +58,12 @@ class Subscription:
     def advance(self, available_us: int) -> None:
         """Let time pass, which may release sampled values."""
         if self.pipeline is not None:
-            self._deliver(self.pipeline.advance(available_us))
+            self.deliver(self.pipeline.advance(available_us))
 
     def finish(self) -> None:
         """Hand over what the policy held back, at the end of the stream."""
         if self.pipeline is not None:
-            self._deliver(self.pipeline.finish())
+            self.deliver(self.pipeline.finish())
 
     def dropped(self) -> Counter[str]:
         """Count by cause what this subscriber was offered and did not get."""
@@ -74,7 +74,8 @@ class Subscription:
             counts.update(self.buffer.dropped)
         return counts
 
-    def _deliver(self, samples: Iterable[Sample[Any]]) -> None:
+    def deliver(self, samples: Iterable[Sample[Any]]) -> None:
+        """Hand samples over, as they are, until the subscription has ended."""
         for sample in samples:
             if not self.is_open:
                 return
@@ -90,7 +91,6 @@ class StreamGenerator:
     published : samples published so far.
     last : the newest of them, if there is one.
     now_us : the latest available time that was told or published.
-    depth : how many processes a sample can have passed to come here; see `dyknow.streams.relay`.
     is_open : whether samples are still published: it is neither finished nor closed.
     is_closed : whether every subscriber was let go.
     subscriptions : in the order in which they came; a new tuple whenever one joins or leaves.
@@ -111,7 +111,6 @@ class StreamGenerator:
         self.label = label
         self.published = 0
         self.last: Sample[Any] | None = None
-        self.depth = 0
         self.is_open = True
         self.is_closed = False
         self.subscriptions: tuple[Subscription, ...] = ()
@@ -212,31 +211,36 @@ class StreamGenerator:
         StreamError
             If the stream is finished or closed.
         """
-        if not self._is_plain:
-            self._prepare(sample)
-        self.published += 1
-        self.last = sample
-        # Joining and leaving replace the tuple, so this loop serves those who were there when the sample came.
-        for subscription in self.subscriptions:
-            if subscription.pipeline is not None:
-                subscription.offer(sample)
-            elif subscription.is_open:
-                subscription.delivered += 1
-                subscription.consumer(sample)
+        exhaust(self.publish_in_steps(sample))
+
+    def publish_in_steps(self, sample: Sample[Any]) -> Iterator[None]:
+        """Do what `publish` does, and give the control back between two answers of a process.
+
+        A process may answer one sample with many, and take its time for each. Take all steps before the next sample;
+        whoever leaves off drops what has not been delivered.
+        """
+        self._refuse_if_over()
+        return deliver(self, (sample,))
 
     def take_in(self, sample: Sample[Any]) -> tuple[Subscription, ...]:
-        """Do what `publish` does, but for the delivery: return those to offer the sample to."""
+        """Note that a sample is published; return those to offer it to.
+
+        Joining and leaving replace the tuple, so these are the ones who were there when the sample came.
+        """
         if not self._is_plain:
             self._prepare(sample)
         self.published += 1
         self.last = sample
         return self.subscriptions
 
-    def _prepare(self, sample: Sample[Any]) -> None:
-        """Do what few samples need: the first one, those that are stored, those that are refused."""
+    def _refuse_if_over(self) -> None:
         if not self.is_open:
             came = "a closed one" if self.is_closed else "one that was finished"
             raise StreamError(f"stream {self.label!r}: expected an open stream to publish to, got {came}")
+
+    def _prepare(self, sample: Sample[Any]) -> None:
+        """Do what few samples need: the first one, those that are stored, those that are refused."""
+        self._refuse_if_over()
         if self.published == 0:
             self._first_us = sample.available_us
         self._is_plain = self._history is None
@@ -280,7 +284,7 @@ class StreamGenerator:
         self.subscriptions = (*self.subscriptions, subscription)
         try:
             for sample in stored:
-                subscription.offer(sample)
+                subscription.deliver(subscription.passed(sample))
             if not self.is_open:
                 subscription.finish()
         except BaseException:  # its caller gets no subscription that could be ended
@@ -312,3 +316,84 @@ class StreamGenerator:
         self.subscriptions = tuple(one for one in self.subscriptions if one is not subscription)
         self._departed_delivered += subscription.delivered
         self._departed.update(subscription.dropped())
+
+
+Answer = Callable[[Sample[Any]], Iterable[Sample[Any]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Relay:
+    """Consume samples for a process: answer each with samples, which the loop of `deliver` publishes.
+
+    Attributes
+    ----------
+    answer : the samples that one sample causes; publishes nothing itself.
+    output : the stream they go to.
+
+    Examples
+    --------
+    >>> doubled, seen = StreamGenerator("doubled"), []
+    >>> _ = doubled.subscribe(lambda sample: seen.append(sample.value))
+    >>> Relay(lambda sample: [Sample(0, 0, 2 * sample.value)], doubled)(Sample(0, 0, 21))
+    >>> seen
+    [42]
+    """
+
+    answer: Answer
+    output: StreamGenerator
+
+    def __call__(self, sample: Sample[Any]) -> None:
+        """Answer a sample and deliver what comes of it, for a caller that knows nothing of relays."""
+        exhaust(deliver(self.output, self.answer(sample)))
+
+
+def deliver(stream: StreamGenerator, samples: Iterable[Sample[Any]]) -> Iterator[None]:
+    """Publish samples one after another, each with all that comes of it, until the stream is closed.
+
+    Yields
+    ------
+    Nothing, between two answers of one process, so that whoever delivers can do something else, or leave off.
+
+    Raises
+    ------
+    StreamError
+        If a stream was finished.
+    """
+    waiting = [_deliveries(stream, samples)]
+    while waiting:
+        for delivery in waiting[-1]:
+            if delivery is None:
+                yield
+                continue
+            subscription, sample = delivery
+            subscription.delivered += 1
+            consumer = subscription.consumer
+            if not isinstance(consumer, Relay):
+                consumer(sample)
+            elif answers := consumer.answer(sample):
+                waiting.append(_deliveries(consumer.output, answers))
+                break
+        else:
+            waiting.pop()
+
+
+def exhaust(steps: Iterable[None]) -> None:
+    """Take all steps at once."""
+    deque(steps, maxlen=0)
+
+
+def _deliveries(
+    stream: StreamGenerator, samples: Iterable[Sample[Any]]
+) -> Iterator[tuple[Subscription, Sample[Any]] | None]:
+    """Say who gets what, None between two samples; lazily, for each delivery may end subscriptions, close streams."""
+    is_first = True
+    for sample in samples:
+        if not is_first:
+            yield None
+        is_first = False
+        if stream.is_closed:
+            return
+        for subscription in stream.take_in(sample):
+            for passed in subscription.passed(sample):
+                if subscription.is_open:
+                    yield subscription, passed

@@ -11,10 +11,11 @@
 another text. A sample carries a whole frame, so the middleware costs a few function calls a frame.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
-from typing import Any, NamedTuple  # a sample carries whatever its stream was declared to carry
+from typing import Any  # a sample carries whatever its stream was declared to carry
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
@@ -34,7 +35,6 @@ from service.errors import InputError
 from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
 from service.monitoring.monitored_states import SynchronisationUnit
 from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit
-from service.runs.seen_frames import SeenVisionUnit
 from vision.adapter import Vision, VisionUnit
 
 VIDEO, TRAJECTORIES = "video", "trajectories"
@@ -51,34 +51,50 @@ class KplText:
 
 
 @dataclass(frozen=True, slots=True)
+class Feed:
+    """What an input gives to a pipeline.
+
+    Attributes
+    ----------
+    source : name of the registered source that takes the samples.
+    samples : oldest first; may be taken once.
+    vision : what looks at the values of the samples; None where these are objects already.
+    """
+
+    source: str
+    samples: Iterable[Sample[Any]] = ()  # Any: what the source takes
+    vision: Vision[Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Pipeline:
     """Hold what a KPL text has created in a node, ready to be fed.
 
     Attributes
     ----------
-    source : name of the registered source that the host feeds.
+    feed : what the host publishes, and to which source.
     output_of : the type that each source and unit gives, by name.
     """
 
     kpl: KplText
     deployment: Deployment
-    source: str
+    feed: Feed
     output_of: dict[str, str]
 
     @property
     def is_shipped(self) -> bool:
         """Whether the streams are those that come with the package."""
-        return self.kpl == shipped_kpl(self.source)
+        return self.kpl.text == shipped_kpl(self.feed.source).text
 
     @property
     def node(self) -> Node:
         """Return the node that runs the pipeline."""
         return self.deployment.node
 
-    def publish(self, sample: Sample[Any]) -> None:
-        """Feed one frame to every stream that is made of the source."""
-        for stream in self.deployment.publishers(self.source):
-            stream.publish(sample)
+    def publish_in_steps(self, sample: Sample[Any]) -> Iterator[None]:
+        """Feed one frame to every stream that is made of the source; see `StreamGenerator.publish_in_steps`."""
+        for stream in self.deployment.publishers(self.feed.source):
+            yield from stream.publish_in_steps(sample)
 
     def stream(self, name: str, value_type: str) -> DeclaredStream | None:
         """Give a declared stream that carries values of a type; None if the text declares no stream of the name.
@@ -98,21 +114,14 @@ class Pipeline:
         return stream
 
 
-class Feed(NamedTuple):
-    """A pipeline, and what its source is to be fed with; None where nothing is known yet."""
-
-    pipeline: Pipeline
-    samples: Iterable[Sample[Any] | None]  # Any: what the source takes
-
-
 def shipped_kpl(source: str) -> KplText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
     return KplText(name, files("service.runs").joinpath(name).read_text(encoding="utf-8"))
 
 
-def video_pipeline(
-    vision: Vision[Any] | None,
+def declared_pipeline(
+    feed: Feed,
     network: RoadNetwork | None,
     chronicle_set: ChronicleSet,
     monitors: LoadedMonitors = NO_MONITORS,
@@ -120,48 +129,33 @@ def video_pipeline(
     kpl: KplText | None = None,
     clock: Callable[[], int],
 ) -> Pipeline:
-    """Run a declared pipeline whose source takes what its vision looks at, such as `vision.video.frames.Frame` values.
+    """Create the pipeline that a text declares for what is fed: the text of the user, or the shipped one.
 
     Parameters
     ----------
-    vision : of the camera; None if the source takes `service.runs.seen_frames.SeenFrame` values.
+    feed : only the source and its vision matter; nothing is published yet.
+
+    Raises
+    ------
+    InputError
+        If nothing in the text takes what is fed, or something would be told of frames that there are none.
+    KplError
+        If the text is wrong.
     """
-    registry = _reasoning(network, chronicle_set, monitors)
-    registry.source(VIDEO, output="Frame")
-    registry.unit("vision", inputs=("Frame",), output=OBJECTS)(
-        lambda: SeenVisionUnit() if vision is None else VisionUnit(vision)
-    )
-    return _deploy(VIDEO, registry, kpl, clock)
-
-
-def trajectory_pipeline(
-    network: RoadNetwork | None,
-    chronicle_set: ChronicleSet,
-    monitors: LoadedMonitors = NO_MONITORS,
-    *,
-    kpl: KplText | None = None,
-    clock: Callable[[], int],
-) -> Pipeline:
-    """Run a declared pipeline whose source takes `service.runs.inputs.trajectories.TrajectoryObjects` values."""
-    registry = _reasoning(network, chronicle_set, monitors)
-    registry.source(TRAJECTORIES, output=OBJECTS)
-    return _deploy(TRAJECTORIES, registry, kpl, clock)
+    text = kpl or shipped_kpl(feed.source)
+    registry = _host_code(feed, network, chronicle_set, monitors)
+    deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
+    if not deployment.publishers(feed.source):
+        raise InputError(f"{text.name}: expected a process made of the source {feed.source!r}, got none")
+    _refuse_gaps(text, deployment)
+    output_of = {name: one.output for one_kind in (registry.sources, registry.units) for name, one in one_kind.items()}
+    return Pipeline(text, deployment, feed, output_of)
 
 
 def watched_relations(chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO_MONITORS) -> tuple[str, ...]:
     """List the relations that some chronicle or monitor looks at, in alphabetical order; no other is computed."""
     consumed = monitors.relations.union(*(plan.consumes for plan in chronicle_set.plans))
     return tuple(sorted(RANK.keys() & consumed))
-
-
-def _deploy(source: str, registry: Registry, kpl: KplText | None, clock: Callable[[], int]) -> Pipeline:
-    text = kpl or shipped_kpl(source)
-    deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
-    if not deployment.publishers(source):
-        raise InputError(f"{text.name}: expected a process made of the source {source!r}, got none")
-    _refuse_gaps(text, deployment)
-    output_of = {name: one.output for one_kind in (registry.sources, registry.units) for name, one in one_kind.items()}
-    return Pipeline(text, deployment, source, output_of)
 
 
 def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
@@ -175,13 +169,20 @@ def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
                 )
 
 
-def _reasoning(network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors) -> Registry:
-    """Offer everything after vision."""
+def _host_code(
+    feed: Feed, network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors
+) -> Registry:
+    """Offer the source, what looks at it, and everything that follows."""
     settings = RelationSettings()
     watched = watched_relations(chronicle_set, monitors)
     # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
     wait_us = settings.backdate_us
     registry = Registry()
+    if feed.vision is None:
+        registry.source(feed.source, output=OBJECTS)
+    else:
+        registry.source(feed.source, output="Frame")
+        registry.unit("vision", inputs=("Frame",), output=OBJECTS)(partial(VisionUnit, feed.vision))
     registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(lambda: AnchoringUnit(Anchorer(network)))
     registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(lambda: RelationUnit(_observer(network, settings, watched)))
     features = monitors.features if monitors.definitions else None

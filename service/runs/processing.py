@@ -6,20 +6,23 @@ interrupts, leaves the events up to that moment in the log, with the reason.
 
 import hashlib
 import time
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Generator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
-from dyknow.node import StreamReport
+from dyknow.node import Node, StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import RunRecord, RunStatus
-from service.runs.inputs.inputs import Input, VideoInput, content_digest, open_input
+from service.runs.inputs.input_kind import Input, content_digest
+from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
-from service.runs.pipeline import Feed, KplText, Pipeline, watched_relations
+from service.runs.pipeline import KplText, Pipeline, declared_pipeline, watched_relations
 from service.runs.recording import RecordedStreams, Recorder
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
@@ -132,16 +135,18 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
-    feed = source.feed(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
-    recorded = RecordedStreams.of(feed.pipeline)
-    record = _run_record(source, site, chronicles, monitors, pipeline=feed.pipeline, columns=request.columns or {})
+    pipeline = declared_pipeline(
+        source.feed(), source.network, chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns
+    )
+    recorded = RecordedStreams.of(pipeline)
+    record = _run_record(source, site, chronicles, monitors, pipeline=pipeline, columns=request.columns or {})
     with open_log(request.log_url, "w") as log:
-        return _run(source, feed, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
+        return _run(source, pipeline, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
 
 
 def _run(
     source: Input,
-    feed: Feed,
+    pipeline: Pipeline,
     recorded: RecordedStreams,
     record: RunRecord,
     chronicles: ChronicleSet,
@@ -153,20 +158,20 @@ def _run(
         writer = log.begin_run(record)
         recorder = Recorder(writer, source.network, UnfitCounter(chronicles), history_us=HISTORY_US)
         recorder.attach(recorded)
-        meter = _Meter(source.frame_count, recorder)
+        meter = _Meter(source.frame_count, recorder, pipeline.node)
         try:
-            status, reason = _feed(source, feed, meter, on_progress=on_progress, interrupts=interrupts)
+            status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
         except Exception as error:
             recorder.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
             raise
-        writer.append_streams(stream_records(feed.pipeline))
-        writer.append_costs(stream_costs(feed.pipeline))
+        writer.append_streams(stream_records(pipeline))
+        writer.append_costs(stream_costs(pipeline))
         recorder.finish(status, reason)
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
     unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)
     damage = (f"{source.path.name}: {reason}",) if status == "finished" and reason else ()
     warnings = (*record.warnings, *lost, *unfit, *damage)
-    return RunSummary(record.id, status, reason, warnings, meter.read(), feed.pipeline.node.report())
+    return RunSummary(record.id, status, reason, warnings, meter.read(), pipeline.node.report())
 
 
 def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
@@ -179,36 +184,53 @@ def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
 
 def _feed(
     source: Input,
-    feed: Feed,
+    pipeline: Pipeline,
     meter: "_Meter",
     *,
     on_progress: Callable[[Progress], None],
     interrupts: Interrupts,
 ) -> tuple[RunStatus, str]:
     """Push the whole input through the pipeline; return how it ended and why."""
+
+    def watch(steps: Generator[None, None, None]) -> None:
+        """Tell the progress after every step, and look whether to go on."""
+        with closing(steps):
+            for _ in steps:
+                on_progress(meter.read())
+                if interrupts.came:
+                    raise KeyboardInterrupt
+
+    node = pipeline.node
     status: RunStatus = "finished"
     reason = ""
     try:
-        for sample in feed.samples:
-            if sample is not None:
-                feed.pipeline.publish(sample)
-                meter.count(sample.valid_us)
-            on_progress(meter.read())
-            if interrupts.came:
-                raise KeyboardInterrupt
-    except VideoBroken as error:
-        status, reason = "broken", str(error)
+        try:
+            watch(_publish(pipeline, meter))
+        except VideoBroken as error:
+            status, reason = "broken", str(error)
+        node.advance(meter.last_us)
+        watch(node.finish_in_steps())
     except KeyboardInterrupt:
         status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got an interrupt"
     except BrokenPipeError:
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
-    if status == "finished" and meter.frames == 0:
+    if status == "interrupted":
+        node.forgive()  # frames that are held would take their time
+        node.advance(meter.last_us)
+        node.finish()
+    elif status == "finished" and meter.read().frames == 0:
         status, reason = "broken", f"{source.path}: expected at least one frame, got none"
-    if status == "finished" and isinstance(source, VideoInput):
-        reason = source.sensor.video.damage
-    feed.pipeline.node.advance(meter.last_us)
-    feed.pipeline.node.finish()
+    elif status == "finished":
+        reason = source.damage
     return status, reason
+
+
+def _publish(pipeline: Pipeline, meter: "_Meter") -> Generator[None, None, None]:
+    """Publish every sample of the input; stop after each, and wherever one sample has many answers."""
+    for sample in pipeline.feed.samples:
+        yield from pipeline.publish_in_steps(sample)
+        meter.count(sample.valid_us)
+        yield
 
 
 def _run_record(
@@ -258,30 +280,34 @@ def _run_record(
 
 
 class _Meter:
-    """Count frames and measure the time they take.
+    """Count frames and measure the time they take; a frame that a unit still owes an answer to is not done.
 
     Attributes
     ----------
-    frames, last_us : how many so far, and the time of the newest.
+    frames, last_us : how many were done when last read, and the time of the newest.
     """
 
-    def __init__(self, frame_count: int | None, recorder: Recorder) -> None:
+    def __init__(self, frame_count: int | None, recorder: Recorder, node: Node) -> None:
         self.last_us = 0
         self.frames = 0
         self._first_us: int | None = None
+        self._published_us: deque[int] = deque()  # and not known to be done
         self._frame_count = frame_count
         self._recorder = recorder
+        self._node = node
         self._started_s = time.perf_counter()
 
     def count(self, t_us: int) -> None:
         """Count the frame of a media time."""
-        if self._first_us is None:
-            self._first_us = t_us
-        self.last_us = t_us
-        self.frames += 1
+        self._published_us.append(t_us)
 
     def read(self) -> Progress:
         """Read how far the run has come, and how long that took."""
+        owed_us = self._node.owes_from_us
+        while self._published_us and (owed_us is None or self._published_us[0] < owed_us):
+            self.last_us = self._published_us.popleft()
+            self._first_us = self.last_us if self._first_us is None else self._first_us
+            self.frames += 1
         return Progress(
             frames=self.frames,
             frame_count=self._frame_count,

@@ -1,7 +1,8 @@
 """What ran in a run, and what did each stream carry? The report of the pipeline's node, kept with the run."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from msgspec.structs import asdict
 
@@ -31,29 +32,23 @@ class StoredStreams:
     streams: tuple[RanStream, ...]
 
 
+# What the report of a node and the log's record of it say in the same words.
+_SAME = tuple({one.name for one in fields(StreamReport)} & set(StreamRecord.__struct_fields__) - {"inputs"})
+
+
 def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
     """Describe every process of a pipeline, for the log."""
-    deployment = pipeline.deployment
-    return tuple(
-        StreamRecord(
-            label=report.label,
-            kind=report.kind,
-            made_of=deployment.made_of.get(report.label, ""),  # none if a configuration has created it
-            type=_type(report.label, pipeline),
-            inputs=tuple(map(StreamInput, report.inputs, report.policies)),
-            waiting_for=report.waiting_for,
-            published=report.published,
-            delivered=report.delivered,
-            dropped=dict(sorted(report.dropped.items())),
-            subscribers=report.subscribers,
-            queued=report.queued,
-            rate_hz=report.rate_hz,
-            lag_us=report.lag_us,
-            last_valid_us=report.last_valid_us,
-            last_value=report.last_value,
-            updates=report.updates,
-        )
-        for report in pipeline.node.report()
+    return tuple(_record(report, pipeline) for report in pipeline.node.report())
+
+
+def _record(report: StreamReport, pipeline: Pipeline) -> StreamRecord:
+    said: dict[str, Any] = {name: getattr(report, name) for name in _SAME}  # Any: fields of several types
+    said["dropped"] = dict(sorted(report.dropped.items()))
+    return StreamRecord(
+        **said,
+        made_of=pipeline.deployment.made_of.get(report.label, ""),  # none if a configuration has created it
+        type=_type(report.label, pipeline),
+        inputs=tuple(map(StreamInput, report.inputs, report.policies)),
     )
 
 
@@ -98,21 +93,10 @@ def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:
 
 def _report(process: ProcessRecord) -> StreamReport:
     stream = RanStream(**asdict(process))
+    said: dict[str, Any] = {name: getattr(stream, name) for name in _SAME}  # Any: as above
     return StreamReport(
-        label=stream.label,
-        kind=stream.kind,
+        **said,
         inputs=tuple(one.label for one in stream.inputs),
         policies=tuple(one.policy for one in stream.inputs),
-        waiting_for=stream.waiting_for,
-        published=stream.published,
-        delivered=stream.delivered,
-        dropped=stream.dropped,
-        subscribers=stream.subscribers,
-        queued=stream.queued,
-        rate_hz=stream.rate_hz,
-        lag_us=stream.lag_us,
-        last_valid_us=stream.last_valid_us,
-        last_value=stream.last_value,
-        updates=stream.updates,
         busy_ns=1_000 * (stream.busy_us or 0),
     )

@@ -4,7 +4,6 @@ import json
 import re
 import sqlite3
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -16,7 +15,6 @@ from tests.service.logs import write_small_log
 from tests.service.monitoring.test_stream_processes import run_race, write_race
 
 LABELS = ["vision_objects", "cars", "relations", "states", "verdicts", "occurrences"]
-SVG_TEXT = "{http://www.w3.org/2000/svg}text"
 
 
 def stored_rows(log: Path) -> list[tuple[object, ...]]:
@@ -200,20 +198,20 @@ def test_json_of_a_text_has_processes_and_streams(tmp_path: Path, capsys: pytest
 def test_every_kind_of_process_of_a_text_is_listed_and_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path, picture = tmp_path / "a.kpl", tmp_path / "a.svg"
+    path, graph = tmp_path / "a.kpl", tmp_path / "a.mmd"
     path.write_text("""source float gps; source set(string) operator; configuration follow(set(string));
     strmgen pos = gps; strmgen chosen = operator; strmgen all = collection of float with any change by chosen;
     configure followed = follow(chosen with strict order); stream seen = all;""")
-    assert run(["streams", "--kpl", str(path), "--graph", str(picture)]) == 0
+    assert run(["streams", "--kpl", str(path), "--graph", str(graph)]) == 0
     rows = [re.split("  +", line) for line in capsys.readouterr().out.splitlines()]
     assert rows[3:] == [
         ["all", "collection", "collection", "collected(float)", "chosen with any update"],
         ["followed", "configuration", "follow", "chosen with any update, strict order"],
         ["seen", "stream", "all with any update"],
     ]
-    drawn = [text.text or "" for text in ElementTree.parse(picture).iter(SVG_TEXT)]
-    assert {"source gps", "collection", "configuration follow"} <= set(drawn)
-    assert not any("samples" in text for text in drawn)
+    drawn = graph.read_text()
+    assert all(f"<br/>{what}" in drawn for what in ("source gps", "collection", "configuration follow"))
+    assert "samples" not in drawn
 
 
 def test_a_text_is_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -239,13 +237,21 @@ def test_a_text_that_is_missing_is_refused(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_a_run_is_drawn_with_what_it_carried(tmp_path: Path) -> None:
-    picture = tmp_path / "graph.svg"
-    assert run(["streams", run_race(tmp_path, ""), "--graph", str(picture)]) == 0
-    drawn = [text.text or "" for text in ElementTree.parse(picture).iter(SVG_TEXT)]
-    assert set(LABELS) <= set(drawn)
-    assert {"120 samples, 10.0/s, lag 0 ms", "source trajectories", "refinement qsr"} <= set(drawn)
-    assert {"any update,", "  strict order"} <= set(drawn)
-    assert sum(text.startswith("busy ") for text in drawn) >= 2
+    graph = tmp_path / "graph.mmd"
+    assert run(["streams", run_race(tmp_path, ""), "--graph", str(graph)]) == 0
+    title, *lines = graph.read_text().splitlines()
+    assert title == "flowchart LR"
+    assert re.findall(r'n\d+\["(\w+)<br/>', "\n".join(lines)) == LABELS
+    assert lines[0] == '  n0["vision_objects<br/>source trajectories<br/>120 samples, 10.0/s, lag 0 ms"]'
+    assert '  n0 -->|"any update, strict order"| n1' in lines
+    assert sum("<br/>busy " in line for line in lines) >= 2
+
+
+def test_graph_in_the_documentation_is_that_of_the_shipped_text(tmp_path: Path) -> None:
+    graph = tmp_path / "graph.mmd"
+    assert run(["streams", "--graph", str(graph)]) == 0
+    page = Path(__file__).parents[2] / "docs" / "kpl.md"
+    assert f"```mermaid\n{graph.read_text()}```" in page.read_text(encoding="utf-8")
 
 
 def test_a_declaration_is_drawn_with_its_policies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -258,8 +264,9 @@ def test_a_declaration_is_drawn_with_its_policies(tmp_path: Path, capsys: pytest
 def test_a_graph_of_another_kind_is_refused_before_anything_is_read(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["streams", str(tmp_path / "none.db"), "--graph", str(tmp_path / "graph.png")]) == 3
-    assert "--graph: expected a path ending in .svg or .dot, got" in capsys.readouterr().err
+    assert run(["streams", str(tmp_path / "none.db"), "--graph", str(tmp_path / "graph.svg")]) == 3
+    expected = "--graph: expected a path ending in .mmd (Mermaid) or .dot (Graphviz), which other programs draw, got"
+    assert expected in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

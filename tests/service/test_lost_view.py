@@ -8,9 +8,10 @@ import numpy as np
 from anchoring.adapter import SETTLE_US
 from chronicles.events import Occurrence
 from dyknow.streams.sample import Sample
+from dyknow.streams.stream import exhaust
 from service.records import ViewRecord
 from service.runs.inputs.trajectories import TrajectoryObjects
-from service.runs.pipeline import OCCURRENCE, trajectory_pipeline
+from service.runs.pipeline import OCCURRENCE, TRAJECTORIES, Feed, declared_pipeline
 from service.scoring.evaluate_views import LostViews, find_lost_views
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
@@ -51,13 +52,13 @@ def around_a_loss(*, wrong_for: int) -> Iterator[TrajectoryObjects]:
 
 
 def recognised(frames: Iterator[TrajectoryObjects]) -> list[Occurrence]:
-    pipeline = trajectory_pipeline(None, load_chronicle_files(()).merged, clock=lambda: 0)
+    pipeline = declared_pipeline(Feed(TRAJECTORIES), None, load_chronicle_files(()).merged, clock=lambda: 0)
     found: list[Occurrence] = []
     stream = pipeline.stream("recorded_occurrences", OCCURRENCE)
     assert stream is not None
     stream.subscribe(lambda sample: found.append(sample.value))
     for frame in frames:
-        pipeline.publish(Sample(frame.t_us, frame.t_us, frame))
+        exhaust(pipeline.publish_in_steps(Sample(frame.t_us, frame.t_us, frame)))
     pipeline.node.finish()
     return found
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from service.runs.stored_streams import RanStream, StoredStreams
     from service.texts.declared_streams import DeclaredStreams
 
-GRAPHS = (".svg", ".dot")
+GRAPHS = (".mmd", ".dot")
 
 
 def streams(
@@ -23,7 +23,7 @@ def streams(
     ] = None,
     run: Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")] = None,
     kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
-    graph: Annotated[Path | None, typer.Option("--graph", help="Draw it too, into a file .svg or .dot.")] = None,
+    graph: Annotated[Path | None, typer.Option("--graph", help="Write a graph too, into a file .mmd or .dot.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List the processes of a run and what their streams carried; without a log, what is declared."""
@@ -50,16 +50,17 @@ def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph:
     if log is not None and kpl is not None:
         raise typer.BadParameter(f"expected no LOG beside a text, got {log!r}", param_hint="--kpl")
     if graph is not None and graph.suffix.lower() not in GRAPHS:
-        raise InputError(f"--graph: expected a path ending in .svg or .dot, got {str(graph)!r}")
+        expected = "expected a path ending in .mmd (Mermaid) or .dot (Graphviz), which other programs draw"
+        raise InputError(f"--graph: {expected}, got {str(graph)!r}")
 
 
 def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: bool) -> None:
     if path is None:
         return
-    from dyknow.graph import to_dot, to_svg
+    from dyknow.graph import to_dot, to_mermaid
     from service.runs.stored_streams import as_reports
 
-    write = to_svg if path.suffix.lower() == ".svg" else to_dot
+    write = to_dot if path.suffix.lower() == ".dot" else to_mermaid
     made_of = {one.label: one.made_of for one in processes if one.made_of}
     drawn = write(as_reports(processes), made_of=made_of, has_counts=has_run)
     path.write_text(drawn, encoding="utf-8")

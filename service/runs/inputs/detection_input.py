@@ -1,25 +1,24 @@
 """What if all there is are detections? A file of them with a site, and the tracking of its boxes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chronicles.chronicle_set import ChronicleSet
 from dyknow.streams.sample import Sample
 from gis.camera import GroundCamera
 from gis.errors import GisError
-from gis.road_network import RoadNetwork, plain_rings
+from gis.road_network import plain_rings
 from service.errors import InputError
-from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
 from service.records import CameraRecord, InputKind
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
+from service.runs.inputs.input_kind import Asked, Input
 from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.watched_area import watched_area
-from service.runs.pipeline import Feed, KplText, video_pipeline
+from service.runs.pipeline import VIDEO, Feed
 from vision.camera import box_camera
 from vision.errors import VisionError
 from vision.networks.stored_detections import StoredDetections
@@ -29,8 +28,8 @@ FloatArray = NDArray[np.float64]
 NO_PICTURE = (0, 0)
 
 
-@dataclass(slots=True)
-class DetectionInput:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectionInput(Input):
     """Read a file of detections that stands alone.
 
     Attributes
@@ -41,18 +40,47 @@ class DetectionInput:
     rate_hz : frames a second, for a file by frame.
     """
 
-    path: Path
+    kind: ClassVar[InputKind] = "detections"
     stored: StoredDetections
     ground_camera: GroundCamera | None
-    network: RoadNetwork | None
     area_m: tuple[FloatArray, ...]
     size_px: tuple[int, int]
     rate_hz: float | None
     motion: Motion | None
-    detector: str
-    warnings: tuple[str, ...] = ()
-    detector_files: tuple[Path, ...] = ()
-    kind: InputKind = "detections"
+
+    @classmethod
+    def fits(cls, asked: Asked) -> bool:
+        """Take a file of detections where nothing else is given."""
+        return isinstance(asked.choice, FileChoice) and asked.choice.path == asked.path
+
+    @classmethod
+    def open(cls, asked: Asked) -> "DetectionInput":
+        """Read the file; the site must say where its boxes are.
+
+        That is a camera and the picture's size for boxes in pixels, roads or a camera for those in metres.
+        """
+        path, site, choice = asked.path, asked.site, asked.choice
+        assert isinstance(choice, FileChoice), "it fits"
+        stored = choice.open()
+        if len(stored) == 0:
+            raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
+        details = (site.detector if site else None) or DetectionDetails()
+        camera, size_px = _camera(path, stored, site, details)
+        if stored.is_by_frame and details.rate_hz is None:
+            raise InputError(
+                f"{path}: expected rate_hz in [detector] for detections by frame without a video, got none"
+            )
+        return cls(
+            path=path,
+            stored=stored,
+            ground_camera=camera,
+            network=asked.network,
+            area_m=_area(path, camera, site, size_px),
+            size_px=size_px,
+            rate_hz=details.rate_hz,
+            motion=site.motion if site and camera is not None else None,
+            detector=describe(choice),
+        )
 
     @property
     def frame_count(self) -> int | None:
@@ -66,15 +94,8 @@ class DetectionInput:
             return None
         return CameraRecord(tuple(self.ground_camera.pixel_from_ground.ravel().tolist()), *self.size_px)
 
-    def feed(
-        self,
-        chronicle_set: ChronicleSet,
-        monitors: LoadedMonitors = NO_MONITORS,
-        *,
-        kpl: KplText | None = None,
-        clock: Callable[[], int],
-    ) -> Feed:
-        """Run tracking in front of the reasoning, on the moments of the file."""
+    def feed(self) -> Feed:
+        """Give the moments of the file, and the tracking to look at them."""
         poses = None if self.motion is None else self.motion.poses
         try:
             vision = box_camera(
@@ -87,39 +108,7 @@ class DetectionInput:
         except VisionError as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         instants = self.stored.instants(self.rate_hz)
-        samples = (Sample(instant.t_us, instant.t_us, instant) for instant in instants)
-        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
-
-
-def open_detections(path: Path, choice: FileChoice, site: Site | None) -> DetectionInput:
-    """Open a file of detections that stands alone.
-
-    Raises
-    ------
-    InputError
-        If the site does not say where the boxes are: a camera and the picture's size for boxes in pixels, roads or
-        a camera for those in metres.
-    VisionError
-        If the file cannot be read.
-    """
-    stored = choice.open()
-    if len(stored) == 0:
-        raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
-    details = (site.detector if site else None) or DetectionDetails()
-    camera, size_px = _camera(path, stored, site, details)
-    if stored.is_by_frame and details.rate_hz is None:
-        raise InputError(f"{path}: expected rate_hz in [detector] for detections by frame without a video, got none")
-    return DetectionInput(
-        path=path,
-        stored=stored,
-        ground_camera=camera,
-        network=site.network if site else None,
-        area_m=_area(path, camera, site, size_px),
-        size_px=size_px,
-        rate_hz=details.rate_hz,
-        motion=site.motion if site and camera is not None else None,
-        detector=describe(choice),
-    )
+        return Feed(VIDEO, (Sample(instant.t_us, instant.t_us, instant) for instant in instants), vision)
 
 
 def _camera(

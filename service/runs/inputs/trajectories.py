@@ -9,15 +9,21 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dyknow.streams.sample import Sample
 from service.errors import InputError
+from service.records import InputKind
+from service.runs.inputs.input_kind import Asked, Input
+from service.runs.pipeline import TRAJECTORIES, Feed
 from service.times import MAX_MEDIA_US
 
 FloatArray = NDArray[np.float64]
 
+TRAJECTORY_SUFFIXES = (".csv",)
 # What each number may be, both ends included; the limits are far beyond traffic, to catch other units and sentinels.
 _RANGES = {
     "x_m": (-1e7, 1e7),
@@ -181,3 +187,31 @@ def _within(path: Path, line: int, column: str, text: str, limits: tuple[float, 
     if not limits[0] <= value <= limits[1]:
         raise InputError(f"{path}:{line}: column {column}: expected {limits[0]:g} to {limits[1]:g}, got {text!r}")
     return value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrajectoryInput(Input):
+    """Read the objects of a trajectory file; vision is skipped."""
+
+    kind: ClassVar[InputKind] = "trajectory"
+    trajectories: Trajectories
+
+    @classmethod
+    def fits(cls, asked: Asked) -> bool:
+        """Take a CSV file, unless a detector is to look at it."""
+        return asked.detector is None and asked.path.suffix.lower() in TRAJECTORY_SUFFIXES
+
+    @classmethod
+    def open(cls, asked: Asked) -> "TrajectoryInput":
+        """Read the file."""
+        trajectories = load_trajectories(asked.path, asked.columns)
+        return cls(path=asked.path, trajectories=trajectories, network=asked.network)
+
+    @property
+    def frame_count(self) -> int:
+        """Return the number of distinct times."""
+        return len(self.trajectories.times_us)
+
+    def feed(self) -> Feed:
+        """Give the objects of each time; nothing needs to look at them."""
+        return Feed(TRAJECTORIES, (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories))

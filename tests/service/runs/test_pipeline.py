@@ -11,7 +11,7 @@ from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError
 from service.monitoring.stored_monitoring import monitor_log
 from service.questions.recognition import recognise_stored
-from service.runs.pipeline import TRAJECTORIES, VIDEO, KplText, shipped_kpl, trajectory_pipeline
+from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, KplText, declared_pipeline, shipped_kpl
 from service.runs.processing import RunRequest, process
 from service.runs.recording import RecordedStreams, Recorder
 from service.store.log import open_log
@@ -27,7 +27,9 @@ def changed(text: str, before: str, after: str) -> str:
 
 
 def deployed(text: str) -> RecordedStreams:
-    return RecordedStreams.of(trajectory_pipeline(None, CHRONICLES, kpl=KplText("own.kpl", text), clock=lambda: 0))
+    return RecordedStreams.of(
+        declared_pipeline(Feed(TRAJECTORIES), None, CHRONICLES, kpl=KplText("own.kpl", text), clock=lambda: 0)
+    )
 
 
 def run(folder: Path, kpl: str | None) -> tuple[str, int, int]:
@@ -54,7 +56,7 @@ def test_shipped_texts_differ_only_before_the_objects() -> None:
 
 
 def test_shipped_text_leaves_no_doubt() -> None:
-    pipeline = trajectory_pipeline(None, CHRONICLES, clock=lambda: 0)
+    pipeline = declared_pipeline(Feed(TRAJECTORIES), None, CHRONICLES, clock=lambda: 0)
     assert pipeline.deployment.warnings == ()
 
 

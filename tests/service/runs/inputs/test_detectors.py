@@ -11,8 +11,9 @@ from service.cli.app import run
 from service.errors import InputError, SiteError
 from service.records import RunRecord
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, MotionChoice, OnnxChoice, choose_detector
-from service.runs.inputs.inputs import VideoInput, open_input
+from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import load_site
+from service.runs.inputs.video_input import VideoInput
 from service.store.log import open_log
 from tests.vision.onnx_file import blob_finder
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video

@@ -1,37 +1,32 @@
-"""What can be processed? A video seen by a fixed or moving camera, or the trajectories of somebody else's tracker."""
+"""What if there is a video? It is seen by a camera that stands or moves, known from the site file or guessed."""
 
-import hashlib
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chronicles.chronicle_set import ChronicleSet
 from dyknow.streams.sample import Sample
 from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import RoadNetwork
 from service.errors import InputError
-from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
 from service.records import CameraRecord, InputKind
-from service.runs.inputs.detection_input import DetectionInput, open_detections
 from service.runs.inputs.detectors import (
     FileChoice,
     MotionChoice,
     OnnxChoice,
     check_against,
-    choose_detector,
     describe,
 )
+from service.runs.inputs.input_kind import Asked, Input
 from service.runs.inputs.moving_camera import first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
-from service.runs.inputs.trajectories import Trajectories, load_trajectories
+from service.runs.inputs.trajectories import TRAJECTORY_SUFFIXES
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
-from service.runs.pipeline import Feed, KplText, trajectory_pipeline, video_pipeline
-from service.runs.seen_frames import see
+from service.runs.pipeline import VIDEO, Feed
 from vision.camera import FixedView
 from vision.errors import VisionError
 from vision.networks.onnx_detector import OnnxDetector
@@ -39,35 +34,35 @@ from vision.networks.stored_detections import StoredDetections
 from vision.road.scale import estimate_scale, image_plane
 from vision.video.frames import VideoSource, open_video
 
-FloatArray = NDArray[np.float64]
-
-TRAJECTORY_SUFFIXES = (".csv",)
-HASHED_BLOCK_BYTES = 1 << 20
 SCALE_SPAN_US = 10_000_000
 SCALE_STEP_US = 500_000
 
 
-@dataclass(frozen=True, slots=True)
-class VideoInput:
-    """Read a video seen by a camera with a known map to the ground.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VideoInput(Input):
+    """Read a video, and what is known of its camera and ground."""
 
-    Attributes
-    ----------
-    warnings : what the user should know about how the input is read.
-    detector, detector_files : what looks at the frames, in words, and the files that it depends on.
-    """
-
-    path: Path
+    kind: ClassVar[InputKind] = "video"
     sensor: VideoSensor
-    warnings: tuple[str, ...] = ()
     detector: str = "motion"
-    detector_files: tuple[Path, ...] = ()
-    kind: InputKind = "video"
 
-    @property
-    def network(self) -> RoadNetwork | None:
-        """Return the roads in view."""
-        return self.sensor.network
+    @classmethod
+    def fits(cls, asked: Asked) -> bool:
+        """Take whatever is nothing else."""
+        return True
+
+    @classmethod
+    def open(cls, asked: Asked) -> "VideoInput":
+        """Open the video and load the detector."""
+        path, choice = asked.path, asked.choice
+        if asked.columns and not isinstance(choice, FileChoice):
+            came = path.suffix or "no suffix"
+            raise InputError(f"{path}: expected a .csv file to go with a column map, got {came!r}")
+        if path.suffix.lower() in TRAJECTORY_SUFFIXES:
+            raise InputError(f"{path}: expected a video for the detector {asked.detector!r}, got trajectories")
+        if isinstance(choice, MotionChoice):
+            return _with_channels(path, asked.site, choice)
+        return _with_detector(_open_video(path, asked.site), choice)
 
     @property
     def frame_count(self) -> int | None:
@@ -75,105 +70,24 @@ class VideoInput:
         return self.sensor.video.frame_count
 
     @property
+    def damage(self) -> str:
+        """Say which frames could not be decoded so far."""
+        return self.sensor.video.damage
+
+    @property
     def camera(self) -> CameraRecord:
         """Return how the ground maps to the image, for the log."""
         numbers = tuple(self.sensor.ground_camera.pixel_from_ground.ravel().tolist())
         return CameraRecord(numbers, *self.sensor.size_px)
 
-    def feed(
-        self,
-        chronicle_set: ChronicleSet,
-        monitors: LoadedMonitors = NO_MONITORS,
-        *,
-        kpl: KplText | None = None,
-        clock: Callable[[], int],
-    ) -> Feed:
-        """Run vision for this camera in front of the reasoning."""
+    def feed(self) -> Feed:
+        """Give the frames, and the vision of this camera to look at them."""
         try:
             vision = self.sensor.vision()
         except (VisionError, GisError) as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
-        frames = self.sensor.frames(vision)
-        if kpl is None:
-            pipeline = video_pipeline(None, self.network, chronicle_set, monitors, clock=clock)
-            return Feed(pipeline, see(frames, vision, clock))
-        # A text of the user's may leave out frames before vision.
-        samples = (Sample(frame.t_us, frame.t_us, frame) for frame in frames)
-        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
-
-
-@dataclass(frozen=True, slots=True)
-class TrajectoryInput:
-    """Read the objects of a trajectory file; vision is skipped."""
-
-    path: Path
-    trajectories: Trajectories
-    network: RoadNetwork | None
-    warnings: tuple[str, ...] = ()
-    detector: str = ""
-    detector_files: tuple[Path, ...] = ()
-    kind: InputKind = "trajectory"
-    camera: CameraRecord | None = None
-
-    @property
-    def frame_count(self) -> int | None:
-        """Return the number of distinct times."""
-        return len(self.trajectories.times_us)
-
-    def feed(
-        self,
-        chronicle_set: ChronicleSet,
-        monitors: LoadedMonitors = NO_MONITORS,
-        *,
-        kpl: KplText | None = None,
-        clock: Callable[[], int],
-    ) -> Feed:
-        """Run the reasoning alone, on the objects of each time."""
-        samples = (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories)
-        return Feed(trajectory_pipeline(self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
-
-
-Input = VideoInput | TrajectoryInput | DetectionInput
-
-
-def open_input(
-    path: Path, site: Site | None, columns: Mapping[str, str] | None = None, *, detector: str | None = None
-) -> Input:
-    """Open a file by its kind: ``.csv`` is trajectories, everything else must be a video.
-
-    Parameters
-    ----------
-    columns : our column names to those of a CSV file.
-    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of
-        detections that is the input itself stands alone.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, does not go with the site, the detector or the column map, or no camera is known and
-        too little moves to guess a scale.
-    VideoError
-        If it is not a video that can be read.
-    VisionError
-        If the detector cannot be used.
-    """
-    if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
-        raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
-    if not path.exists():
-        raise InputError(f"{path}: expected a video or trajectory file, got no such file")
-    if detector is None and path.suffix.lower() in TRAJECTORY_SUFFIXES:
-        return TrajectoryInput(path, load_trajectories(path, columns), site.network if site else None)
-    details, folder = (site.detector, site.path.parent) if site else (None, Path())
-    choice = choose_detector(detector, details, folder=folder, columns=columns)
-    if isinstance(choice, FileChoice) and choice.path == path:
-        return open_detections(path, choice, site)
-    if columns and not isinstance(choice, FileChoice):
-        raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
-    if path.suffix.lower() in TRAJECTORY_SUFFIXES:
-        raise InputError(f"{path}: expected a video for the detector {detector!r}, got trajectories")
-    if isinstance(choice, MotionChoice):
-        return _with_channels(path, site, choice)
-    return _with_detector(_open_video(path, site), choice)
+        samples = (Sample(frame.t_us, frame.t_us, frame) for frame in self.sensor.frames(vision))
+        return Feed(VIDEO, samples, vision)
 
 
 def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:
@@ -209,8 +123,12 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
             area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
         except GisError as error:
             raise InputError(f"{site.path}: for {path.name}: {error}") from error
-        return VideoInput(path, VideoSensor(video, site.camera, network, area_m))
+        return _video_input(path, VideoSensor(video, site.camera, network, area_m))
     return _without_camera(path, video, network)
+
+
+def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
+    return VideoInput(path=path, network=sensor.network, sensor=sensor, warnings=warnings)
 
 
 def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
@@ -238,7 +156,7 @@ def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Moti
         area_m = moving_area(camera, motion, site.network, size_px)
     except GisError as error:
         raise InputError(f"{site.path}: for {path.name}: {error}") from error
-    return VideoInput(path, VideoSensor(video, camera, site.network, area_m, motion))
+    return _video_input(path, VideoSensor(video, camera, site.network, area_m, motion))
 
 
 def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None) -> VideoInput:
@@ -255,7 +173,7 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
         "the typical length of what moves; distances and speeds are rough"
     )
     area_m = watched_area(camera, None, None, (video.width_px, video.height_px))
-    return VideoInput(path, VideoSensor(video, camera, None, area_m), (warning,))
+    return _video_input(path, VideoSensor(video, camera, None, area_m), warning)
 
 
 def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
@@ -272,13 +190,3 @@ def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
             pictures.append(frame.luma.copy())
             due_us = since_us + SCALE_STEP_US
     return pictures
-
-
-def content_digest(*paths: Path) -> str:
-    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere."""
-    digest = hashlib.blake2b(digest_size=8)
-    for path in paths:
-        with path.open("rb") as file:
-            while block := file.read(HASHED_BLOCK_BYTES):
-                digest.update(block)
-    return digest.hexdigest()

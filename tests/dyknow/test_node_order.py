@@ -1,8 +1,8 @@
 """The order of processes, in which time and the end of the input reach them."""
 
+from dyknow.node import depends_on, inputs_first
 from dyknow.policies.policy import Policy
 from dyknow.streams.process import Process
-from dyknow.streams.process_order import depends_on, inputs_first
 from dyknow.streams.stream import StreamGenerator
 
 

@@ -1,7 +1,8 @@
-"""How does a reader get samples when it wants them, not when they come? It takes them out of a bounded buffer.
+"""Where do samples stay? Those of late in a history, for who comes later; those not taken yet in a pulled stream.
 
-Such buffers belong to the edges (a network, a user interface, another thread's loop); between the processes of a node
-samples are pushed, which needs no queue.
+A pulled stream is for a reader who gets samples when it wants them, not when they come. Such buffers belong to the
+edges (a network, a user interface, another thread's loop); between the processes of a node samples are pushed, which
+needs no queue.
 """
 
 from collections import deque
@@ -98,3 +99,53 @@ class Stream:
         if self._leave is not None:
             self._leave()
             self._leave = None
+
+
+class History:
+    """Keep the samples of the last ``duration_us``, at most ``capacity`` of them.
+
+    Attributes
+    ----------
+    overflowed : samples young enough that were forgotten because there were too many.
+
+    Examples
+    --------
+    >>> history = History(duration_us=10, capacity=100)
+    >>> for t_us in (0, 8, 15):
+    ...     history.append(Sample(t_us, t_us, "here"), now_us=t_us)
+    >>> len(history), [sample.valid_us for sample in history.since(10)]
+    (2, [15])
+    """
+
+    __slots__ = ("_samples", "capacity", "duration_us", "overflowed")
+
+    def __init__(self, *, duration_us: int, capacity: int) -> None:
+        if duration_us < 0 or capacity < 1:
+            raise StreamError(
+                f"history: expected a duration >= 0 us and a capacity >= 1, got {duration_us!r} and {capacity!r}"
+            )
+        self.duration_us = duration_us
+        self.capacity = capacity
+        self.overflowed = 0
+        self._samples: deque[Sample[Any]] = deque()
+
+    def __len__(self) -> int:
+        """Return how many samples are kept."""
+        return len(self._samples)
+
+    def append(self, sample: Sample[Any], *, now_us: int) -> None:
+        """Keep a sample; forget what has become too old or too much."""
+        self._samples.append(sample)
+        self.forget_before(now_us - self.duration_us)
+        if len(self._samples) > self.capacity:
+            self._samples.popleft()
+            self.overflowed += 1
+
+    def forget_before(self, valid_us: int) -> None:
+        """Forget old samples; one that came out of order goes with those that came before it."""
+        while self._samples and self._samples[0].valid_us < valid_us:
+            self._samples.popleft()
+
+    def since(self, valid_us: int) -> tuple[Sample[Any], ...]:
+        """Give the samples of that valid time and later, in the order in which they came."""
+        return tuple(sample for sample in self._samples if sample.valid_us >= valid_us)

@@ -7,7 +7,8 @@ import pytest
 from chronicles import library
 from chronicles.errors import ChronicleError
 from service.errors import InputError
-from service.runs.inputs.inputs import content_digest, open_input
+from service.runs.inputs.input_kind import content_digest
+from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import load_site
 from service.texts.chronicle_files import load_chronicle_files
 

@@ -1,0 +1,120 @@
+"""What is an input to a run? Something that can be opened, described in the log, and fed to a pipeline.
+
+Each kind of input is one class here and one row of the table in `service.runs.inputs.opening`.
+"""
+
+import hashlib
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import ClassVar
+
+from gis.road_network import RoadNetwork
+from service.records import CameraRecord, InputKind
+from service.runs.inputs.detectors import DetectorChoice, choose_detector
+from service.runs.inputs.site import Site
+from service.runs.pipeline import Feed
+
+HASHED_BLOCK_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Say what the user asks to be processed, and with what.
+
+    Attributes
+    ----------
+    columns : our column names to those of a CSV file.
+    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    """
+
+    path: Path
+    site: Site | None = None
+    columns: Mapping[str, str] | None = None
+    detector: str | None = None
+
+    @property
+    def network(self) -> RoadNetwork | None:
+        """Return the roads of the site."""
+        return self.site.network if self.site else None
+
+    @cached_property
+    def choice(self) -> DetectorChoice:
+        """Choose the detector; raises what `choose_detector` does."""
+        details, folder = (self.site.detector, self.site.path.parent) if self.site else (None, Path())
+        return choose_detector(self.detector, details, folder=folder, columns=self.columns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Input(ABC):
+    """Hold an input that was opened and found usable.
+
+    Attributes
+    ----------
+    kind : one word for the log.
+    network : the roads in view.
+    warnings : what the user should know about how the input is read.
+    detector, detector_files : what looks at the frames, in words, and the files that it depends on.
+    """
+
+    kind: ClassVar[InputKind]
+    path: Path
+    network: RoadNetwork | None
+    warnings: tuple[str, ...] = ()
+    detector: str = ""
+    detector_files: tuple[Path, ...] = ()
+
+    @classmethod
+    @abstractmethod
+    def fits(cls, asked: Asked) -> bool:
+        """Tell whether it is this kind of input that the user asks for."""
+
+    @classmethod
+    @abstractmethod
+    def open(cls, asked: Asked) -> "Input":
+        """Open it, so that nothing is written before it is known to work.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read or does not go with the rest of what was asked.
+        VisionError
+            If the detector or the video cannot be used.
+        """
+
+    @abstractmethod
+    def feed(self) -> Feed:
+        """Give what a pipeline is fed with; may be taken once.
+
+        Raises
+        ------
+        InputError
+            If the camera and the roads of the site are of no use.
+        """
+
+    @property
+    def damage(self) -> str:
+        """Say what could not be read though reading went on, so far; empty if nothing."""
+        return ""
+
+    @property
+    def frame_count(self) -> int | None:
+        """Return the number of frames, as far as it is known before they are read."""
+        return None
+
+    @property
+    def camera(self) -> CameraRecord | None:
+        """Return how the ground maps to the image, for the log."""
+        return None
+
+
+def content_digest(*paths: Path) -> str:
+    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere."""
+    digest = hashlib.blake2b(digest_size=8)
+    for path in paths:
+        with path.open("rb") as file:
+            while block := file.read(HASHED_BLOCK_BYTES):
+                digest.update(block)
+    return digest.hexdigest()

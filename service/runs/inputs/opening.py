@@ -1,0 +1,42 @@
+"""What can be processed? A table of the kinds of input; the first that fits what the user asks for opens it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from service.errors import InputError
+from service.runs.inputs.detection_input import DetectionInput
+from service.runs.inputs.input_kind import Asked, Input
+from service.runs.inputs.site import Site
+from service.runs.inputs.trajectories import TrajectoryInput
+from service.runs.inputs.video_input import VideoInput
+
+KINDS: tuple[type[Input], ...] = (TrajectoryInput, DetectionInput, VideoInput)
+
+
+def open_input(
+    path: Path, site: Site | None, columns: Mapping[str, str] | None = None, *, detector: str | None = None
+) -> Input:
+    """Open a file by its kind: ``.csv`` is trajectories, everything else must be a video.
+
+    Parameters
+    ----------
+    columns : our column names to those of a CSV file.
+    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of
+        detections that is the input itself stands alone.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, does not go with the site, the detector or the column map, or no camera is known and
+        too little moves to guess a scale.
+    VideoError
+        If it is not a video that can be read.
+    VisionError
+        If the detector cannot be used.
+    """
+    if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
+        raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
+    if not path.exists():
+        raise InputError(f"{path}: expected a video or trajectory file, got no such file")
+    asked = Asked(path, site, columns, detector)
+    return next(kind for kind in KINDS if kind.fits(asked)).open(asked)
