@@ -11,13 +11,12 @@ import pytest
 
 from anchoring.settings import AnchoringSettings
 from gis.frames import LocalFrame
-from gis.geojson import write_geojson
 from gis.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
 from service.errors import ServiceError, SiteError
 from service.runs.inputs.site import Site, SiteFile, load_site
 from service.runs.inputs.toml_tables import tables_of
-from tests.gis.support import CROSSING_NET
+from tests.gis.support import CROSSING_NET, write_geojson
 
 HEAD = 'name = "crossing"\nstart_utc = 2026-05-01T10:00:00+02:00\n'
 LANE = 'id = "a"\ncentre_line_m = [[0, 0], [50, 0]]\nwidth_m = 3.5\nspeed_limit_mps = 20\n'
@@ -65,7 +64,7 @@ def test_a_geojson_network_is_placed_by_the_frame(tmp_path: Path) -> None:
     site = load(tmp_path, HEAD + FRAME + '[network]\ngeojson = "roads.geojson"\n')
     assert site.network is not None
     assert site.frame == LocalFrame(58.4, 15.6)
-    assert site.network.locate([[0.0, 100.0]]).road.tolist() == [site.network.road_index("cn")]
+    assert site.network.locate([[0.0, 100.0]]).road.tolist() == [[road.id for road in site.network.roads].index("cn")]
 
 
 def test_lanes_written_out_form_roads(tmp_path: Path) -> None:
