@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.view import BoolArray, CameraView
 from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
 from gis.road_network import RoadNetwork
 
@@ -84,28 +83,6 @@ def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
         speed_mps=table(np.concatenate([step.speed_mps for step in states]), np.nan),
         length_m=length_m,
     )
-
-
-def centres_in_view(
-    motion: Motion, states: Sequence[VehicleStates], view: CameraView | Sequence[CameraView]
-) -> BoolArray:
-    """Tell at which steps each vehicle's centre is in the image.
-
-    Parameters
-    ----------
-    motion, states : of the same clip.
-    view : of the camera; one for each step if it moves.
-
-    Returns
-    -------
-    (steps, vehicles); False where a vehicle is absent.
-    """
-    column = {vehicle_id: place for place, vehicle_id in enumerate(motion.ids)}
-    in_view = np.zeros(motion.road.shape, dtype=np.bool_)
-    views = (view,) * len(states) if isinstance(view, CameraView) else view
-    for row, (step, seen) in enumerate(zip(states, views, strict=True)):
-        in_view[row, [column[vehicle_id] for vehicle_id in step.ids]] = seen.contains(step.centre_m)
-    return in_view
 
 
 def pair_runs(motion: Motion) -> Iterator[PairRun]:
