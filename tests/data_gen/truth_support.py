@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from data_gen.drawing.view import CameraView
 from data_gen.simulation.states import FloatArray, VehicleStates
-from data_gen.truth.motion import Motion, tabulate
-from data_gen.truth.tables import TruthTables, truth_tables
+from data_gen.truth.motion import Motion, TruthTables, tabulate, truth_tables
 from gis.lanes import Junction, Lane
 from gis.road_network import RoadNetwork
 
