@@ -9,17 +9,22 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from qsr.measuring.conflicts import fill_conflicts
+from qsr.measuring.conflicts import fill_conflicts, fill_headways
+from qsr.measuring.footprints import (
+    ACROSS,
+    ALONG,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    ROAD,
+    TRAVEL,
+    BoolArray,
+    FloatArray,
+    LongArray,
+)
 from qsr.measuring.free_space import FreeSpace
-from qsr.measuring.headways import fill_headways
-from qsr.measuring.object_table import ACROSS, ALONG, HALF_LENGTH, HALF_WIDTH, ROAD, TRAVEL, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
-
-LongArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 # Headings that are nearly opposite have no mean; the gap means nothing there and only has to stay finite.
 _LEAST_MEAN = 0.01
@@ -46,7 +51,7 @@ def switch_values(
 
     Parameters
     ----------
-    table : (13, n) as made by `qsr.measuring.object_table.object_table`.
+    table : (13, n) as made by `qsr.measuring.footprints.object_table`.
     columns : (2, pairs), of a and of b.
     settings : thresholds.
     rows : how many switches are asked for, from the first on.
