@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from gis.errors import GisError
 from gis.lanes import Junction, Lane, Road, roads_of
-from gis.polyline import MITRE_LIMIT, FloatArray, counter_clockwise
-from gis.reference_lines import GeometryArray, IndexArray, IntArray, ReferenceLines
+from gis.polyline import MITRE_LIMIT, FloatArray, GeometryArray, IndexArray, IntArray, ReferenceLines, counter_clockwise
 
 __all__ = ["Junction", "Lane", "Road", "RoadNetwork", "RoadPositions"]
 
