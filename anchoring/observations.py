@@ -13,6 +13,7 @@ from gis.road_network import RoadPositions
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int32]
+LongArray = NDArray[np.int64]
 
 LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
 Level = Literal["world", "on_road", "car"]
