@@ -12,12 +12,13 @@ another text. A sample carries a whole frame, so the middleware costs a few func
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any, NamedTuple  # a sample carries whatever its stream was declared to carry
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
+from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.recogniser import Recogniser
 from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
@@ -105,6 +106,17 @@ class Feed(NamedTuple):
     samples: Iterable[Sample[Any] | None]  # Any: what the source takes
 
 
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """Hold the numbers of the engines behind vision."""
+
+    anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
+    relations: RelationSettings = field(default_factory=RelationSettings)
+
+
+USUAL = EngineSettings()
+
+
 def shipped_kpl(source: str) -> KplText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
@@ -118,6 +130,7 @@ def video_pipeline(
     monitors: LoadedMonitors = NO_MONITORS,
     *,
     kpl: KplText | None = None,
+    settings: EngineSettings = USUAL,
     clock: Callable[[], int],
 ) -> Pipeline:
     """Run a declared pipeline whose source takes what its vision looks at, such as `vision.video.frames.Frame` values.
@@ -126,7 +139,7 @@ def video_pipeline(
     ----------
     vision : of the camera; None if the source takes `service.runs.seen_frames.SeenFrame` values.
     """
-    registry = _reasoning(network, chronicle_set, monitors)
+    registry = _reasoning(network, chronicle_set, monitors, settings)
     registry.source(VIDEO, output="Frame")
     registry.unit("vision", inputs=("Frame",), output=OBJECTS)(
         lambda: SeenVisionUnit() if vision is None else VisionUnit(vision)
@@ -140,10 +153,11 @@ def trajectory_pipeline(
     monitors: LoadedMonitors = NO_MONITORS,
     *,
     kpl: KplText | None = None,
+    settings: EngineSettings = USUAL,
     clock: Callable[[], int],
 ) -> Pipeline:
     """Run a declared pipeline whose source takes `service.runs.inputs.trajectories.TrajectoryObjects` values."""
-    registry = _reasoning(network, chronicle_set, monitors)
+    registry = _reasoning(network, chronicle_set, monitors, settings)
     registry.source(TRAJECTORIES, output=OBJECTS)
     return _deploy(TRAJECTORIES, registry, kpl, clock)
 
@@ -175,15 +189,20 @@ def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
                 )
 
 
-def _reasoning(network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors) -> Registry:
+def _reasoning(
+    network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors, settings: EngineSettings
+) -> Registry:
     """Offer everything after vision."""
-    settings = RelationSettings()
     watched = watched_relations(chronicle_set, monitors)
     # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
-    wait_us = settings.backdate_us
+    wait_us = settings.relations.backdate_us
     registry = Registry()
-    registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(lambda: AnchoringUnit(Anchorer(network)))
-    registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(lambda: RelationUnit(_observer(network, settings, watched)))
+    registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(
+        lambda: AnchoringUnit(Anchorer(network, settings.anchoring))
+    )
+    registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(
+        lambda: RelationUnit(_observer(network, settings.relations, watched))
+    )
     features = monitors.features if monitors.definitions else None
     registry.unit("synchronisation", inputs=(CARS, RELATIONS), output=STATE)(
         lambda: SynchronisationUnit(features, network, lag_us=wait_us)

@@ -17,7 +17,7 @@ from service.records import RunRecord, RunStatus
 from service.runs.inputs.inputs import Input, content_digest, open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
-from service.runs.pipeline import Feed, KplText, Pipeline, watched_relations
+from service.runs.pipeline import EngineSettings, Feed, KplText, Pipeline, watched_relations
 from service.runs.recording import RecordedStreams, Recorder
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
@@ -130,7 +130,8 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
-    feed = source.feed(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
+    settings = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
+    feed = source.feed(chronicles.merged, monitors, kpl=kpl, settings=settings, clock=time.perf_counter_ns)
     recorded = RecordedStreams.of(feed.pipeline)
     record = _run_record(source, site, chronicles, monitors, pipeline=feed.pipeline, columns=request.columns or {})
     with open_log(request.log_url, "w") as log:

@@ -19,7 +19,7 @@ from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_si
 from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.watched_area import watched_area
-from service.runs.pipeline import Feed, KplText, video_pipeline
+from service.runs.pipeline import USUAL, EngineSettings, Feed, KplText, video_pipeline
 from vision.detection_camera import DetectionVision, Standing
 from vision.errors import VisionError
 from vision.networks.box_detector import Instant
@@ -73,6 +73,7 @@ class DetectionInput:
         monitors: LoadedMonitors = NO_MONITORS,
         *,
         kpl: KplText | None = None,
+        settings: EngineSettings = USUAL,
         clock: Callable[[], int],
     ) -> Feed:
         """Run tracking in front of the reasoning, on the moments of the file."""
@@ -90,7 +91,10 @@ class DetectionInput:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         instants = self.stored.instants(self.rate_hz)
         samples = (Sample(instant.t_us, instant.t_us, instant) for instant in instants)
-        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
+        return Feed(
+            video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, settings=settings, clock=clock),
+            samples,
+        )
 
 
 def open_detections(path: Path, choice: FileChoice, site: Site | None) -> DetectionInput:

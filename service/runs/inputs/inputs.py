@@ -30,7 +30,7 @@ from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.trajectories import Trajectories, load_trajectories
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
-from service.runs.pipeline import Feed, KplText, trajectory_pipeline, video_pipeline
+from service.runs.pipeline import USUAL, EngineSettings, Feed, KplText, trajectory_pipeline, video_pipeline
 from service.runs.seen_frames import see
 from vision.errors import VisionError
 from vision.fused_camera import FixedView
@@ -86,6 +86,7 @@ class VideoInput:
         monitors: LoadedMonitors = NO_MONITORS,
         *,
         kpl: KplText | None = None,
+        settings: EngineSettings = USUAL,
         clock: Callable[[], int],
     ) -> Feed:
         """Run vision for this camera in front of the reasoning."""
@@ -95,11 +96,14 @@ class VideoInput:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         frames = self.sensor.frames(vision)
         if kpl is None:
-            pipeline = video_pipeline(None, self.network, chronicle_set, monitors, clock=clock)
+            pipeline = video_pipeline(None, self.network, chronicle_set, monitors, settings=settings, clock=clock)
             return Feed(pipeline, see(frames, vision, clock))
         # A text of the user's may leave out frames before vision.
         samples = (Sample(frame.t_us, frame.t_us, frame) for frame in frames)
-        return Feed(video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
+        return Feed(
+            video_pipeline(vision, self.network, chronicle_set, monitors, kpl=kpl, settings=settings, clock=clock),
+            samples,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,11 +130,14 @@ class TrajectoryInput:
         monitors: LoadedMonitors = NO_MONITORS,
         *,
         kpl: KplText | None = None,
+        settings: EngineSettings = USUAL,
         clock: Callable[[], int],
     ) -> Feed:
         """Run the reasoning alone, on the objects of each time."""
         samples = (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories)
-        return Feed(trajectory_pipeline(self.network, chronicle_set, monitors, kpl=kpl, clock=clock), samples)
+        return Feed(
+            trajectory_pipeline(self.network, chronicle_set, monitors, kpl=kpl, settings=settings, clock=clock), samples
+        )
 
 
 Input = VideoInput | TrajectoryInput | DetectionInput

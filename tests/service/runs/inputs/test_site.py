@@ -16,7 +16,10 @@ from qsr.settings import RelationSettings
 from service.errors import ServiceError, SiteError
 from service.runs.inputs.site import Site, SiteFile, load_site
 from service.runs.inputs.toml_tables import tables_of
+from service.runs.processing import RunRequest, process
+from service.store.log import open_log
 from tests.gis.support import CROSSING_NET, write_geojson
+from tests.service.tracks import write_tracks
 
 HEAD = 'name = "crossing"\nstart_utc = 2026-05-01T10:00:00+02:00\n'
 LANE = 'id = "a"\ncentre_line_m = [[0, 0], [50, 0]]\nwidth_m = 3.5\nspeed_limit_mps = 20\n'
@@ -296,6 +299,7 @@ def test_numbers_of_engines_are_read_over_their_defaults(tmp_path: Path) -> None
         ("[anchoring]\nsurvive_us = 0.5\n", r"anchoring.survive_us: expected a whole number.*, got 0.5"),
         ("[anchoring]\nsurvive_us = 5\n", r"anchoring: .*survive_us must be at least predict_us \(.*\), got 5"),
         ("[relations]\nclose_m = nan\n", r"relations.*close_m.*a number.*, got nan"),
+        ("[anchoring]\ntrial_us = 1\n", r"anchoring.trial_us: expected 2000000, by which stored runs are read, got 1"),
         ("relations = 3\n", r"relations: expected a table \[relations\], got 3"),
     ],
 )
@@ -321,3 +325,16 @@ def test_a_missing_file_and_a_folder_are_errors(tmp_path: Path) -> None:
         load_site(tmp_path / "none.toml")
     with pytest.raises(ServiceError, match="expected a readable site file, got Is a directory"):
         load_site(tmp_path)
+
+
+def test_numbers_of_the_site_reach_the_engines(tmp_path: Path) -> None:
+    tracks, counts = write_tracks(tmp_path / "t.csv", frames=40), []
+    for number, extra in enumerate(("", "[anchoring]\nestablish_us = 60_000_000\n")):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(HEAD + extra, encoding="utf-8")
+        url = str(tmp_path / f"{number}.db")
+        process(RunRequest(tracks, path, url))
+        with open_log(url) as log:
+            counts.append(len(list(log.states(log.run(None).id))))
+    assert counts[0] > 0
+    assert counts[1] == 0
