@@ -28,9 +28,6 @@ from qsr.settings import RelationSettings
 
 # Headings that are nearly opposite have no mean; the gap means nothing there and only has to stay finite.
 _LEAST_MEAN = 0.01
-# On one road, but this many times as far along it as in the plane (or as the near radius): a ring or a hairpin, where
-# free space is meant.
-_FAR_ALONG = 2.0
 
 
 @dataclass(slots=True)
@@ -119,7 +116,7 @@ def is_on_one_road(ends: FloatArray, apart_m: FloatArray, settings: RelationSett
     settings : thresholds.
     """
     road_of_a, road_of_b = ends[ROAD]
-    far_m = _FAR_ALONG * np.maximum(apart_m, settings.leave_radius_m)
+    far_m = settings.far_along * np.maximum(apart_m, settings.leave_radius_m)
     one_road = (road_of_a == road_of_b) & (road_of_a >= 0) & (np.abs(ends[ALONG, 0] - ends[ALONG, 1]) <= far_m)
     return np.asarray(one_road, dtype=np.bool_)
 
