@@ -1,6 +1,11 @@
 # What `from anchoring import ...` offers: `__init__.py` reads the names and their modules from here.
 from .anchorer import Anchorer as Anchorer
 from .errors import AnchoringError as AnchoringError
-from .hypotheses.history import LinkHistory as LinkHistory
-from .observations import Cars as Cars, Level as Level, LinkChange as LinkChange, Observations as Observations
+from .observations import (
+    Cars as Cars,
+    Level as Level,
+    LinkChange as LinkChange,
+    Observations as Observations,
+    link_intervals as link_intervals,
+)
 from .settings import AnchoringSettings as AnchoringSettings

@@ -42,14 +42,6 @@ class TrackedObjects(Protocol):
         ...
 
 
-# The longest that the usual maintain conditions take to find fault with a link from its first moment on: a thing that
-# is off the road, or has not the size or speed of a vehicle. Jumps and exchanged tracks show within 1.2 s.
-TRIAL_US = 2_000_000
-# After a lost view a car that is found again has a speed from before, or from a frame or two: as long as it takes a
-# vision object to become a car at all, nothing is said of it.
-SETTLE_US = 400_000
-
-
 @dataclass(frozen=True, slots=True)
 class Anchored:
     """Hold the cars of one time and the links that changed.
@@ -143,20 +135,15 @@ _RANK: Mapping[Level, int] = {"world": 0, "on_road": 1, "car": 2}
 
 
 class AnchoringUnit:
-    """Run an anchorer as a computational unit.
-
-    Parameters
-    ----------
-    trial_us : how long a link is a hypothesis.
-    """
+    """Run an anchorer as a computational unit."""
 
     __slots__ = ("_anchorer", "_last_us", "_silent_until_us", "_trials")
 
-    def __init__(self, anchorer: Anchorer, *, trial_us: int = TRIAL_US) -> None:
+    def __init__(self, anchorer: Anchorer) -> None:
         self._anchorer = anchorer
         self._last_us: int | None = None
         self._silent_until_us: int | None = 0  # None while the view is lost
-        self._trials = LinkTrials(trial_us)
+        self._trials = LinkTrials(anchorer.settings.trial_us)
 
     def update(self, sample: Sample[TrackedObjects]) -> Iterable[Sample[Anchored]]:
         """Link one frame's objects to car symbols; a frame that is sampled again says nothing new."""
@@ -175,7 +162,7 @@ class AnchoringUnit:
         if is_lost:
             self._silent_until_us = None
         elif self._silent_until_us is None:
-            self._silent_until_us = t_us + SETTLE_US
+            self._silent_until_us = t_us + self._anchorer.settings.settle_us
         return self._silent_until_us is None or t_us < self._silent_until_us
 
     def finish(self) -> Iterable[Sample[Anchored]]:

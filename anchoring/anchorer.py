@@ -8,7 +8,6 @@ objects. Work on arrays, except for the few bodies whose conditions wait for som
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
@@ -18,16 +17,9 @@ from anchoring.linking.classes import CLASS_NAMES
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
 from anchoring.linking.linker import assign, fit_costs, keep_order
-from anchoring.observations import Cars, LinkChange, Observations
+from anchoring.observations import Cars, LinkChange, LongArray, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork
-
-LongArray = NDArray[np.int64]
-
-# A vision object may have been seen first this long before the car it is was seen last, as another vision object.
-_OVERLAP_US = 200_000
-# A slower car at the edge of the view may be waiting there.
-_LEAVING_MPS = 1.0
 
 
 class Anchorer:
@@ -67,14 +59,14 @@ class Anchorer:
         *,
         linkages: Sequence[Linkage] | None = None,
     ) -> None:
-        self._settings = AnchoringSettings() if settings is None else settings
-        self._roads = RoadMap(network, tolerance_m=self._settings.road_tolerance_m)
-        usual = default_linkages(self._settings, has_roads=network is not None)
+        self.settings = AnchoringSettings() if settings is None else settings
+        self._roads = RoadMap(network, self.settings)
+        usual = default_linkages(self.settings, has_roads=network is not None)
         self._linkages = usual if linkages is None else tuple(linkages)
         levels = [linkage.level for linkage in self._linkages]
         if len(levels) < 2 or levels[0] != "world" or levels[-1] != "car":
             raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
-        self._bodies = Bodies()
+        self._bodies = Bodies(self.settings)
         self._states = StateTable()
         self._named = dict.fromkeys(levels, 0)
         self._last_t_us: int | None = None
@@ -151,7 +143,7 @@ class Anchorer:
     def _progress(self, frame: Frame) -> list[LinkChange]:
         """Let the conditions see this frame; those that would learn nothing new are passed over."""
         bodies, changes = self._bodies, list[LinkChange]()
-        codes = measure(bodies, frame, self._roads, self._settings)
+        codes = measure(bodies, frame, self._roads, self.settings)
         for column in (bodies.waits | (codes != bodies.codes)).nonzero()[0].tolist():
             chain, code = bodies.chains[column], int(codes[column])
             made = list(chain.progress(frame.t_us, self._states.of(code), self._name))
@@ -222,7 +214,7 @@ class Anchorer:
         return merged, changes
 
     def _pairs(self, frame: Frame, new: LongArray, lost: LongArray) -> list[tuple[int, int]]:
-        bodies, settings = self._bodies, self._settings
+        bodies, settings = self._bodies, self.settings
         seen_looks = looks_of(frame.state[:, new], frame.places[0, new], frame.length_m[new])
         lost_looks = looks_of(frame.state[:, lost], frame.places[0, lost], bodies.length_m[lost])
         last_seen_us = bodies.states_us[NOW, lost]
@@ -230,10 +222,11 @@ class Anchorer:
         elapsed_s = (frame.t_us - last_seen_us) * 1e-6
         costs = fit_costs(seen_looks, lost_looks, elapsed_s, has_length=has_length, settings=settings)
         # What was there together with the car cannot be the car.
-        costs[bodies.linked_us[new][:, None] < last_seen_us - _OVERLAP_US] = np.inf
+        costs[bodies.linked_us[new][:, None] < last_seen_us - settings.overlap_us] = np.inf
         bodies.is_contested[new] = np.isfinite(costs).any(axis=1)
         clear = assign(costs, unmatched=settings.unmatched_cost, margin=settings.margin_cost)
-        return [(int(new[one]), int(lost[two])) for one, two in keep_order(clear, seen_looks, lost_looks)]
+        kept = keep_order(clear, seen_looks, lost_looks, same_lane_m=settings.same_lane_m)
+        return [(int(new[one]), int(lost[two])) for one, two in kept]
 
     def _merge(self, frame: Frame, column: int, target: int) -> list[LinkChange]:
         """Make the vision object of one body that of another."""
@@ -252,10 +245,10 @@ class Anchorer:
 
     def _end(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
         """End world objects that are lost for good; return their columns."""
-        bodies, settings, changes = self._bodies, self._settings, list[LinkChange]()
+        bodies, settings, changes = self._bodies, self.settings, list[LinkChange]()
         unseen_us = frame.t_us - bodies.seen_us
         leaving = bodies.was_clipped[NOW] & bodies.was_whole & (unseen_us > settings.edge_loss_us)
-        leaving &= np.hypot(bodies.states[NOW, VX], bodies.states[NOW, VY]) > _LEAVING_MPS
+        leaving &= np.hypot(bodies.states[NOW, VX], bodies.states[NOW, VY]) > settings.leaving_mps
         ended = (bodies.is_established & ((unseen_us > settings.survive_us) | leaving)).nonzero()[0].tolist()
         for column in ended:
             reason = "left the view" if leaving[column] else f"unseen for more than {settings.survive_us} us"
@@ -265,7 +258,7 @@ class Anchorer:
 
     def _cars(self, frame: Frame) -> Cars:
         bodies = self._bodies
-        is_given = (bodies.car_number > 0) & (frame.t_us - bodies.seen_us <= self._settings.predict_us)
+        is_given = (bodies.car_number > 0) & (frame.t_us - bodies.seen_us <= self.settings.predict_us)
         columns = is_given.nonzero()[0]
         columns = columns[np.argsort(bodies.car_number[columns])]
         chains = [bodies.chains[column] for column in columns]

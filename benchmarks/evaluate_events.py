@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
+from benchmarks.pooled_scores import merge_evaluations
 from data_gen.scenarios.catalogue import SCENARIOS
 from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
 from data_gen.trajectories import TrackFaults
 from data_gen.truth.event import ROLES
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation, merge_evaluations
+from service.scoring.evaluate import Evaluation
 from service.scoring.evaluate_log import evaluate_log_types
 from service.scoring.proportions import wilson_interval
 

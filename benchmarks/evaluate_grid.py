@@ -11,10 +11,11 @@ from collections.abc import Iterator, Sequence
 from importlib.resources import as_file, files
 from pathlib import Path
 
+from benchmarks.pooled_scores import merge_evaluations
 from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
 from data_gen.trajectories import TrackFaults
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation, merge_evaluations
+from service.scoring.evaluate import Evaluation
 from service.scoring.evaluate_log import evaluate_log
 from service.scoring.proportions import wilson_interval
 

@@ -14,10 +14,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchmarks.pooled_scores import merge_evaluations
 from data_gen.scene import generate
 from service.runs.pipeline import VIDEO, shipped_kpl
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation, merge_evaluations
+from service.scoring.evaluate import Evaluation
 from service.scoring.evaluate_log import evaluate_log
 from service.scoring.proportions import wilson_interval
 from service.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes

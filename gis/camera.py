@@ -10,12 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gis.errors import GisError
 from gis.homography import fit_homography
-
-FloatArray = NDArray[np.float64]
+from gis.polyline import FloatArray
 
 # Marks clicked by hand in a small image are a few pixels off; past this a pair is wrong.
 MAX_RESIDUAL_PX = 10.0

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from gis.camera import GroundCamera
 from gis.errors import GisError
+from gis.polyline import FloatArray
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 TOLERANCE_US = 500_000

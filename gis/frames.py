@@ -10,15 +10,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gis.errors import GisError
+from gis.polyline import FloatArray
 
 if TYPE_CHECKING:
     from pyproj import Transformer
     from pyproj.enums import TransformDirection
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

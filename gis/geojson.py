@@ -20,15 +20,12 @@ import numpy as np
 from gis.errors import GisError
 from gis.frames import LocalFrame
 from gis.lanes import Junction, Lane, edge_name
-from gis.polyline import FloatArray, counter_clockwise
+from gis.polyline import FloatArray
 from gis.road_network import RoadNetwork
 
 # JSON values are checked where they are used.
 Json = Any
 Feature = Mapping[str, Json]
-
-# A tenth of a millimetre: finer than any survey, and short to read.
-_DECIMALS = 9
 
 
 def read_geojson(path: str | Path, frame: LocalFrame) -> RoadNetwork:
@@ -65,30 +62,6 @@ def read_geojson(path: str | Path, frame: LocalFrame) -> RoadNetwork:
         return RoadNetwork(lanes, junctions=junctions)
     except GisError as error:
         raise GisError(f"{path}: {error}") from error
-
-
-def write_geojson(network: RoadNetwork, path: str | Path, frame: LocalFrame) -> None:
-    """Write a road network as a GeoJSON file.
-
-    Parameters
-    ----------
-    network : reference lines of roads are not written; reading draws them anew from the lanes.
-    path : overwritten if it exists.
-    frame : says where the local frame lies.
-
-    Raises
-    ------
-    GisError
-        If the file cannot be written.
-    """
-    path = Path(path)
-    features = [_lane_feature(lane, frame) for lane in network.lanes]
-    features += [_junction_feature(junction, frame) for junction in network.junctions]
-    lines = ",\n".join(json.dumps(feature, ensure_ascii=False) for feature in features)
-    try:
-        path.write_text(f'{{"type": "FeatureCollection", "features": [\n{lines}\n]}}\n', encoding="utf-8")
-    except OSError as error:
-        raise GisError(f"{path}: expected a place to write a GeoJSON file, got {error!s}") from error
 
 
 def _features(path: Path) -> Sequence[Feature]:
@@ -180,32 +153,3 @@ def _mapping(feature: Feature, name: str, where: str) -> Feature:
     if isinstance(value, dict):
         return value
     raise GisError(f"{where}: expected an object in {name!r}, got {value!r}")
-
-
-def _lane_feature(lane: Lane, frame: LocalFrame) -> Feature:
-    properties = {
-        "id": lane.id,
-        "road": lane.road,
-        "edge": lane.edge,
-        "index": lane.index,
-        "direction": lane.direction,
-        "width_m": lane.width_m,
-        "speed_limit_mps": lane.speed_limit_mps,
-    }
-    coordinates = frame.to_wgs84(lane.centre_line_m).round(_DECIMALS).tolist()
-    return {
-        "type": "Feature",
-        "properties": properties,
-        "geometry": {"type": "LineString", "coordinates": coordinates},
-    }
-
-
-def _junction_feature(junction: Junction, frame: LocalFrame) -> Feature:
-    # RFC 7946 wants outer rings closed and counter-clockwise.
-    ring = counter_clockwise(frame.to_wgs84(junction.outline_m).round(_DECIMALS)).tolist()
-    coordinates = [[*ring, ring[0]]]
-    return {
-        "type": "Feature",
-        "properties": {"id": junction.id},
-        "geometry": {"type": "Polygon", "coordinates": coordinates},
-    }

@@ -8,11 +8,9 @@ along its length fills a long thin strip, which isotropic scaling leaves badly c
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gis.errors import GisError
-
-FloatArray = NDArray[np.float64]
+from gis.polyline import FloatArray
 
 # Clicks are good to about a pixel, so points within this of one line fix no plane.
 _MIN_SPREAD_PX = 1.0

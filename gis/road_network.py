@@ -6,8 +6,7 @@ within a tolerance. Coordinates are those of the ROAD, so they run on when a car
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from gis.errors import GisError
 from gis.lanes import Junction, Lane, Road, roads_of
-from gis.polyline import MITRE_LIMIT, FloatArray, counter_clockwise
-from gis.reference_lines import GeometryArray, IndexArray, IntArray, ReferenceLines
+from gis.polyline import MITRE_LIMIT, FloatArray, GeometryArray, IndexArray, IntArray, ReferenceLines, counter_clockwise
 
 __all__ = ["Junction", "Lane", "Road", "RoadNetwork", "RoadPositions"]
 
@@ -81,23 +79,11 @@ class RoadNetwork:
         self.lanes = tuple(lanes)
         self.roads = roads_of(lanes) if roads is None else tuple(roads)
         self.junctions = tuple(junctions)
-        self._lane_index = _index_by_id("lane", [lane.id for lane in self.lanes])
+        _index_by_id("lane", [lane.id for lane in self.lanes])
         self._road_index = _index_by_id("road", [road.id for road in self.roads])
-        self._junction_index = _index_by_id("junction", [junction.id for junction in self.junctions])
+        _index_by_id("junction", [junction.id for junction in self.junctions])
         self._check_membership()
         self._build_index()
-
-    def lane_index(self, lane_id: str) -> int:
-        """Find a lane's place in `lanes`; GisError if there is no such lane."""
-        return _look_up("lane", lane_id, self._lane_index)
-
-    def road_index(self, road_id: str) -> int:
-        """Find a road's place in `roads`; GisError if there is no such road."""
-        return _look_up("road", road_id, self._road_index)
-
-    def junction_index(self, junction_id: str) -> int:
-        """Find a junction's place in `junctions`; GisError if there is no such junction."""
-        return _look_up("junction", junction_id, self._junction_index)
 
     def locate(self, points_m: ArrayLike, *, tolerance_m: float = 0.0) -> RoadPositions:
         """Find the lane, road, junction and road coordinates of points.
@@ -141,16 +127,6 @@ class RoadNetwork:
         closed = shapely.buffer(grown, -_CLOSING_M, cap_style="flat", join_style="mitre")
         assert isinstance(closed, shapely.Polygon | shapely.MultiPolygon)
         return closed
-
-    def road_polygons(self) -> tuple[FloatArray, ...]:
-        """Cut the surface into plain rings that together cover it.
-
-        Returns
-        -------
-        Rings (k, 2), counter-clockwise, open. Where the surface has a hole (the island of a roundabout) it is cut
-        into parts without one, so that filling each ring leaves the hole empty.
-        """
-        return plain_rings(self.surface())
 
     def _check_membership(self) -> None:
         named = {(road.id, lane_id) for road in self.roads for lane_id in road.lanes}
@@ -228,14 +204,6 @@ def _index_by_id(kind: str, ids: Sequence[str]) -> dict[str, int]:
             raise GisError(f"road network: expected every {kind} id once, got {name!r} twice")
         index[name] = place
     return index
-
-
-def _look_up(kind: str, name: str, index: Mapping[str, int]) -> int:
-    if name in index:
-        return index[name]
-    near = difflib.get_close_matches(name, index, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise GisError(f"road network: expected the id of a {kind}, got {name!r}{hint}")
 
 
 def plain_rings(area: shapely.Geometry) -> tuple[FloatArray, ...]:

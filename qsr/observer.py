@@ -3,7 +3,6 @@
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gis.turns import Turn
 from qsr.changes.crossings import RelationChange
@@ -11,12 +10,9 @@ from qsr.changes.object_relations import Quantity, object_relations
 from qsr.changes.pair_kinds import FacingCars, NearCars, ObjectsNow
 from qsr.changes.places import check_places
 from qsr.errors import QsrError
-from qsr.measuring.footprints import Footprints
-from qsr.measuring.object_table import OBSERVED, object_table
+from qsr.measuring.footprints import OBSERVED, Footprints, LongArray, object_table
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
-
-LongArray = NDArray[np.int64]
 
 
 class RelationObserver:

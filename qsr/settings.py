@@ -29,6 +29,8 @@ class RelationSettings:
         above 10 km/h: 2.1 m/s and 0.7 m/s to both sides.
     place_dwell_us : a car is on another road, or in another lane or junction, when it has been there for this long; so
         with its direction against road and lane.
+    far_along : on one road, but this many times as far along it as in the plane (or as the near radius), two cars are
+        on a ring or a hairpin, where free space is meant; by reason.
     widest_m : bodies count as no wider than this where it matters whether they overlap sideways; tracks often begin too
         wide.
     following_s : a car follows the next one in its path at a smaller time gap (bumper to bumper, over its own speed).
@@ -60,6 +62,7 @@ class RelationSettings:
     moving_mps: float = 2.0
     moving_margin_mps: float = 0.7
     place_dwell_us: int = 200_000
+    far_along: float = 2.0
     widest_m: float = 2.6
     following_s: float = 3.0
     short_headway_s: float = 1.0

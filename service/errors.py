@@ -10,7 +10,7 @@ class InputError(ServiceError):
 
 
 class SiteError(InputError):
-    """A site file with a missing, wrong or unknown field."""
+    """A site file, or another TOML file of ours, with a missing, wrong or unknown field."""
 
 
 class LogError(ServiceError):

@@ -5,49 +5,44 @@ taken twice a second: what a body was like a moment ago tells whether its vision
 and is what the body goes back to then.
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
-from numpy.typing import NDArray
 
 from anchoring.hypotheses.hypotheses import Chain
 from anchoring.linking.classes import UNKNOWN_CLASS, classify
 from anchoring.linking.linker import Looks
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int32]
-LongArray = NDArray[np.int64]
+from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
+from anchoring.settings import AnchoringSettings
 
 # Rows of a state.
 X, Y, VX, VY, HEADING, ALONG, ACROSS, TANGENT = range(8)
 
 # Snapshots of a body: the newest state, one up to half a second old, and one from half a second to a second old.
 NOW, RECENT, OLD = range(3)
-_SNAPSHOT_US = 500_000
 
-# A size is the median of this many samples, taken at most so often once there are a few.
-_SIZE_SAMPLES = 15
-_SIZE_PERIOD_US = 200_000
-_EAGER_SAMPLES = 5
-
-_ARRAYS = (
-    "states",
-    "states_us",
-    "roads",
-    "was_clipped",
-    "linked_us",
-    "seen_us",
-    "codes",
-    "was_whole",
-    "length_m",
-    "width_m",
-    "classes",
-    "is_established",
-    "is_contested",
-    "waits",
-    "car_number",
-    "_samples_m",
-    "_sample_count",
-    "_sampled_us",
+# The arrays: shape before the bodies, type, and what stands there for a body that is new.
+_COLUMNS: Mapping[str, tuple[tuple[int, ...], type[np.generic], float]] = MappingProxyType(
+    {
+        "states": ((3, 8), np.float64, 0),
+        "states_us": ((3,), np.int64, 0),
+        "roads": ((3,), np.int32, -1),
+        "was_clipped": ((3,), np.bool_, True),
+        "linked_us": ((), np.int64, 0),
+        "seen_us": ((), np.int64, 0),
+        "codes": ((), np.int64, -1),
+        "was_whole": ((), np.bool_, False),
+        "length_m": ((), np.float64, 0),
+        "width_m": ((), np.float64, 0),
+        "classes": ((), np.int32, UNKNOWN_CLASS),
+        "is_established": ((), np.bool_, False),
+        "is_contested": ((), np.bool_, False),
+        "waits": ((), np.bool_, True),
+        "car_number": ((), np.int64, 0),
+        "_sample_count": ((), np.int64, 0),
+        "_sampled_us": ((), np.int64, 0),
+    }
 )
 
 
@@ -72,26 +67,30 @@ class Bodies:
     car_number : (n,) number of the symbol while every link up to the car holds, else 0.
     """
 
-    def __init__(self) -> None:
+    states: FloatArray
+    states_us: LongArray
+    roads: IntArray
+    was_clipped: BoolArray
+    linked_us: LongArray
+    seen_us: LongArray
+    codes: LongArray
+    was_whole: BoolArray
+    length_m: FloatArray
+    width_m: FloatArray
+    classes: IntArray
+    is_established: BoolArray
+    is_contested: BoolArray
+    waits: BoolArray
+    car_number: LongArray
+    _sample_count: LongArray
+    _sampled_us: LongArray
+
+    def __init__(self, settings: AnchoringSettings) -> None:
+        self._settings = settings
         self.chains: list[Chain] = []
-        self.states: FloatArray = np.zeros((3, 8, 0))
-        self.states_us: LongArray = np.zeros((3, 0), dtype=np.int64)
-        self.roads: IntArray = np.zeros((3, 0), dtype=np.int32)
-        self.was_clipped: BoolArray = np.zeros((3, 0), dtype=np.bool_)
-        self.linked_us: LongArray = np.zeros(0, dtype=np.int64)
-        self.seen_us: LongArray = np.zeros(0, dtype=np.int64)
-        self.codes: LongArray = np.zeros(0, dtype=np.int64)
-        self.was_whole: BoolArray = np.zeros(0, dtype=np.bool_)
-        self.length_m: FloatArray = np.zeros(0)
-        self.width_m: FloatArray = np.zeros(0)
-        self.classes: IntArray = np.zeros(0, dtype=np.int32)
-        self.is_established: BoolArray = np.zeros(0, dtype=np.bool_)
-        self.waits: BoolArray = np.zeros(0, dtype=np.bool_)
-        self.is_contested: BoolArray = np.zeros(0, dtype=np.bool_)
-        self.car_number: LongArray = np.zeros(0, dtype=np.int64)
-        self._samples_m: FloatArray = np.zeros((2, _SIZE_SAMPLES, 0))
-        self._sample_count: LongArray = np.zeros(0, dtype=np.int64)
-        self._sampled_us: LongArray = np.zeros(0, dtype=np.int64)
+        for name, (shape, kind, _) in _COLUMNS.items():
+            setattr(self, name, np.zeros((*shape, 0), dtype=kind))
+        self._samples_m: FloatArray = np.zeros((2, settings.size_samples, 0))
         self._snapshot_us = 0
 
     def __len__(self) -> int:
@@ -108,34 +107,20 @@ class Bodies:
         """
         count = len(chains)
         self.chains += chains
-        fresh = {
-            "states": np.repeat(state[None], 3, axis=0),
-            "states_us": np.full((3, count), t_us),
-            "roads": np.full((3, count), -1, dtype=np.int32),
-            "was_clipped": np.ones((3, count), dtype=np.bool_),
-            "linked_us": np.full(count, t_us),
-            "seen_us": np.full(count, t_us),
-            "codes": np.full(count, -1),
-            "was_whole": np.zeros(count, dtype=np.bool_),
-            "length_m": size_m[0],
-            "width_m": size_m[1],
-            "classes": np.full(count, UNKNOWN_CLASS, dtype=np.int32),
-            "is_established": np.zeros(count, dtype=np.bool_),
-            "is_contested": np.zeros(count, dtype=np.bool_),
-            "waits": np.ones(count, dtype=np.bool_),
-            "car_number": np.zeros(count, dtype=np.int64),
-            "_samples_m": np.zeros((2, _SIZE_SAMPLES, count)),
-            "_sample_count": np.zeros(count, dtype=np.int64),
-            "_sampled_us": np.zeros(count, dtype=np.int64),
-        }
-        for name in _ARRAYS:
-            setattr(self, name, np.concatenate([getattr(self, name), fresh[name]], axis=-1))
+        for name, (shape, kind, value) in _COLUMNS.items():
+            fresh = np.full((*shape, count), value, dtype=kind)
+            setattr(self, name, np.concatenate([getattr(self, name), fresh], axis=-1))
+        self._samples_m = np.concatenate([self._samples_m, np.zeros((*self._samples_m.shape[:2], count))], axis=-1)
+        new = slice(len(self) - count, None)
+        self.states[..., new] = state
+        self.states_us[:, new] = self.linked_us[new] = self.seen_us[new] = t_us
+        self.length_m[new], self.width_m[new] = size_m
 
     def drop(self, gone: set[int]) -> None:
         """Forget bodies by column."""
         kept = np.array([column for column in range(len(self)) if column not in gone], dtype=np.int64)
         self.chains = [self.chains[column] for column in kept]
-        for name in _ARRAYS:
+        for name in (*_COLUMNS, "_samples_m"):
             setattr(self, name, getattr(self, name).take(kept, axis=-1))
 
     def accept(self, t_us: int, columns: LongArray, *, state: FloatArray, road: IntArray, clipped: BoolArray) -> None:
@@ -149,7 +134,7 @@ class Bodies:
 
     def take_snapshots(self, t_us: int) -> None:
         """Let the snapshots grow older, twice a second."""
-        if t_us - self._snapshot_us < _SNAPSHOT_US:
+        if t_us - self._snapshot_us < self._settings.snapshot_us:
             return
         self._snapshot_us = t_us
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
@@ -168,30 +153,31 @@ class Bodies:
 
     def measure_sizes(self, t_us: int, columns: LongArray, length_m: FloatArray, width_m: FloatArray) -> None:
         """Take sizes of bodies seen in full, (k,) each, and smooth them."""
+        settings, most = self._settings, self._settings.size_samples
         count = self._sample_count.take(columns)
-        is_due = (count < _EAGER_SAMPLES) | (t_us - self._sampled_us.take(columns) >= _SIZE_PERIOD_US)
+        is_due = (count < settings.eager_samples) | (t_us - self._sampled_us.take(columns) >= settings.size_period_us)
         due = is_due.nonzero()[0]
         if not len(due):
             return
         columns, count = columns.take(due), count.take(due)
-        place = count % _SIZE_SAMPLES
+        place = count % most
         self._samples_m[0, place, columns] = length_m.take(due)
         self._samples_m[1, place, columns] = width_m.take(due)
         self._sampled_us[columns] = t_us
         count += 1
         self._sample_count[columns] = count
-        filled = np.minimum(count, _SIZE_SAMPLES)
+        filled = np.minimum(count, most)
         row = np.arange(len(columns))
-        is_empty = np.arange(_SIZE_SAMPLES)[:, None] >= filled
+        is_empty = np.arange(most)[:, None] >= filled
         sorted_m = np.where(is_empty, np.inf, self._samples_m.take(columns, axis=2))
         sorted_m.sort(axis=1)
         median_m = (sorted_m[:, (filled - 1) // 2, row] + sorted_m[:, filled // 2, row]) / 2
         self.length_m[columns], self.width_m[columns] = median_m
-        self.classes[columns] = classify(median_m[0], median_m[1])
+        self.classes[columns] = classify(median_m[0], median_m[1], settings)
 
     def is_measured(self) -> BoolArray:
         """Tell which bodies have a size to rely on, (n,)."""
-        return self._sample_count >= _EAGER_SAMPLES
+        return self._sample_count >= self._settings.eager_samples
 
 
 def looks_of(state: FloatArray, road: IntArray, length_m: FloatArray) -> Looks:

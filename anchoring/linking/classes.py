@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int32]
+from anchoring.observations import BoolArray, FloatArray, IntArray
+from anchoring.settings import AnchoringSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +37,6 @@ CLASSES: tuple[ObjectClass, ...] = (
 UNKNOWN_CLASS = len(CLASSES)
 CLASS_NAMES: tuple[str, ...] = (*(each.name for each in CLASSES), "unknown")
 
-# Beyond this many standard deviations (both together) a size belongs to no class.
-_LIMIT_SIGMAS = 4.0
-_LENGTH_RANGE_M = (1.0, 26.0)
-_WIDTH_RANGE_M = (0.3, 4.5)
 # One row a class, as columns.
 _LENGTH_M, _LENGTH_SIGMA_M = np.array([each.length_m for each in CLASSES]).T[:, :, None]
 _WIDTH_M, _WIDTH_SIGMA_M = np.array([each.width_m for each in CLASSES]).T[:, :, None]
@@ -50,12 +44,13 @@ _SCORE_AT_MEAN = np.log(_LENGTH_SIGMA_M * _WIDTH_SIGMA_M)
 _TOP_SPEED_MPS = max(each.top_speed_mps for each in CLASSES)
 
 
-def classify(length_m: FloatArray, width_m: FloatArray) -> IntArray:
+def classify(length_m: FloatArray, width_m: FloatArray, settings: AnchoringSettings) -> IntArray:
     """Find the likeliest class of each size.
 
     Parameters
     ----------
     length_m, width_m : (n,).
+    settings : how far off a size may be.
 
     Returns
     -------
@@ -64,23 +59,19 @@ def classify(length_m: FloatArray, width_m: FloatArray) -> IntArray:
     Examples
     --------
     >>> sizes_m = np.array([[4.4, 1.8], [9.2, 2.2], [12.0, 2.6], [2.2, 0.7], [40.0, 9.0]])
-    >>> [CLASS_NAMES[index] for index in classify(sizes_m[:, 0], sizes_m[:, 1])]
+    >>> [CLASS_NAMES[index] for index in classify(*sizes_m.T, AnchoringSettings())]
     ['car', 'truck', 'bus', 'motorcycle', 'unknown']
     """
     far = ((length_m - _LENGTH_M) / _LENGTH_SIGMA_M) ** 2 + ((width_m - _WIDTH_M) / _WIDTH_SIGMA_M) ** 2
     best = (0.5 * far + _SCORE_AT_MEAN).argmin(axis=0)
-    is_known = far[best, np.arange(len(length_m))] <= _LIMIT_SIGMAS**2
+    is_known = far[best, np.arange(len(length_m))] <= settings.class_sigmas**2
     return np.where(is_known, best, UNKNOWN_CLASS).astype(np.int32)
 
 
-def is_plausible_size(length_m: FloatArray, width_m: FloatArray) -> BoolArray:
+def is_plausible_size(length_m: FloatArray, width_m: FloatArray, settings: AnchoringSettings) -> BoolArray:
     """Tell which sizes a vehicle can have, (n,)."""
-    return (
-        (length_m >= _LENGTH_RANGE_M[0])
-        & (length_m <= _LENGTH_RANGE_M[1])
-        & (width_m >= _WIDTH_RANGE_M[0])
-        & (width_m <= _WIDTH_RANGE_M[1])
-    )
+    is_long = (length_m >= settings.least_length_m) & (length_m <= settings.most_length_m)
+    return is_long & (width_m >= settings.least_width_m) & (width_m <= settings.most_width_m)
 
 
 def is_plausible_speed(speed_mps: FloatArray) -> BoolArray:

@@ -1,6 +1,10 @@
 """What can conditions talk about? The fluents of one body at one time, packed into a number.
 
 Most bodies have the same values most of the time, so states are shared: a number per body, a mapping per number.
+
+Trackers exchange two vehicles that pass each other, or let one track slip on to a vehicle whose own track is lost.
+Neither shows in one frame. So each body is predicted from its older snapshot, and if what is seen of it is far off, the
+question is whether it fits another body better: one that is off as well, in exchange, or one that nobody sees.
 """
 
 import math
@@ -11,19 +15,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y, looks_of
 from anchoring.linking.classes import is_plausible_size, is_plausible_speed
 from anchoring.linking.frame import Frame, RoadMap
-from anchoring.linking.swaps import swapped
+from anchoring.linking.linker import fit_costs
+from anchoring.observations import BoolArray, LongArray
 from anchoring.settings import AnchoringSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-LongArray = NDArray[np.int64]
-
-# Older snapshots than this say nothing about what is possible since; younger links have no sure speed yet.
-_OLDEST_US = 1_200_000
-_SETTLED_US = 400_000
 
 
 class Fluent(IntFlag):
@@ -95,7 +92,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
     """
     count = len(bodies)
     speed_mps = np.hypot(frame.state[VX], frame.state[VY])
-    comparable = _comparable(bodies, frame)
+    comparable = _comparable(bodies, frame, settings)
     waits_us = settings.establish_us + settings.contested_us
     values = {
         Fluent.VISIBLE: frame.is_seen,
@@ -104,7 +101,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
         Fluent.ON_ROAD: (frame.places[0] >= 0) | (frame.places[2] >= 0)
         if roads.has_roads
         else np.ones(count, dtype=np.bool_),
-        Fluent.SIZE_OK: is_plausible_size(frame.length_m, frame.width_m),
+        Fluent.SIZE_OK: is_plausible_size(frame.length_m, frame.width_m, settings),
         Fluent.SPEED_OK: is_plausible_speed(speed_mps),
         Fluent.NO_JUMP: _no_jump(bodies, frame, settings),
         **_same_motion(bodies, frame, comparable, settings),
@@ -115,11 +112,11 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
     return codes
 
 
-def _comparable(bodies: Bodies, frame: Frame) -> BoolArray:
+def _comparable(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolArray:
     """Tell which bodies are seen well, now and in a snapshot that is older but not too old."""
     comparable: BoolArray = frame.is_seen & ~frame.clipped & ~bodies.was_clipped[OLD]
-    comparable &= frame.t_us - bodies.states_us[OLD] <= _OLDEST_US
-    comparable &= bodies.states_us[OLD] >= bodies.linked_us + _SETTLED_US
+    comparable &= frame.t_us - bodies.states_us[OLD] <= settings.oldest_us
+    comparable &= bodies.states_us[OLD] >= bodies.linked_us + settings.settled_us
     return comparable
 
 
@@ -166,3 +163,65 @@ def _separate(frame: Frame, established: BoolArray) -> BoolArray:
     older = established | (np.arange(len(established)) < news[:, None])
     separate[news] = ~(inside & older & frame.is_seen).any(axis=1)
     return separate
+
+
+def swapped(
+    bodies: Bodies, frame: Frame, comparable: BoolArray, *, roads: RoadMap, settings: AnchoringSettings
+) -> BoolArray:
+    """Find the bodies whose vision object fits another body clearly better.
+
+    Parameters
+    ----------
+    bodies : as they were before the frame.
+    frame : what is seen and predicted now.
+    comparable : (n,) bodies that are seen and have a snapshot from before that can be trusted.
+    roads : to predict along.
+    settings : windows, and how far off is far.
+
+    Returns
+    -------
+    (n,).
+    """
+    result = np.zeros(len(bodies), dtype=np.bool_)
+    old = bodies.states[OLD]
+    elapsed_s = (frame.t_us - bodies.states_us[OLD]) * 1e-6
+    off_x = frame.state[X] - old[X] - old[VX] * elapsed_s
+    off_y = frame.state[Y] - old[Y] - old[VY] * elapsed_s
+    # Straight on is good enough to pass over nearly all bodies.
+    suspects = (comparable & (np.hypot(off_x, off_y) > settings.swap_m)).nonzero()[0]
+    # A track slips when the other one is lost, not long after.
+    is_lost_now = frame.t_us - bodies.states_us[NOW] <= settings.slip_us
+    unseen = (bodies.is_established & ~frame.is_seen & is_lost_now).nonzero()[0]
+    if len(suspects) + len(unseen) < 2 or not len(suspects):
+        return result
+    others = np.concatenate([suspects, unseen])
+    costs = _costs(bodies, frame, (suspects, others), roads=roads, settings=settings)
+    own = costs[np.arange(len(suspects)), np.arange(len(suspects))]
+    exchanged = costs[:, : len(suspects)]
+    gain = own[:, None] + own - exchanged - exchanged.T
+    stolen = own[:, None] - costs[:, len(suspects) :]
+    result[suspects] = (gain > 2 * settings.swap_cost).any(axis=1) | (stolen > settings.swap_cost).any(axis=1)
+    return result
+
+
+def _costs(
+    bodies: Bodies,
+    frame: Frame,
+    columns: tuple[LongArray, LongArray],
+    *,
+    roads: RoadMap,
+    settings: AnchoringSettings,
+) -> NDArray[np.float64]:
+    """Compare what is seen of some bodies with what was expected of others a moment ago."""
+    suspects, others = columns
+    expected = roads.predicted(bodies, frame.t_us, snapshot=OLD)[:, others]
+    # Roads are left out: both are close, and the prediction has followed the road.
+    nowhere = np.full(len(others), -1, dtype=np.int32)
+    costs = fit_costs(
+        looks_of(frame.state[:, suspects], nowhere[: len(suspects)], frame.length_m[suspects]),
+        looks_of(expected, nowhere, bodies.length_m[others]),
+        (frame.t_us - bodies.states_us[OLD, others]) * 1e-6,
+        has_length=~frame.clipped[suspects],
+        settings=settings,
+    )
+    return np.where(np.isfinite(costs), costs, settings.swap_unfit_cost)

@@ -3,17 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y
 from anchoring.linking.prediction import RoadPaths, predict
-from anchoring.observations import Observations, nowhere
+from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
+from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork, RoadPositions
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int32]
-LongArray = NDArray[np.int64]
 
 
 @dataclass(slots=True)
@@ -57,15 +52,15 @@ class RoadMap:
     Parameters
     ----------
     network : None if nothing is known about roads.
-    tolerance_m : how far outside the lanes still is on the road.
+    settings : how far outside the lanes still is on the road, and how long a change of lane goes on.
     """
 
-    __slots__ = ("_network", "_paths", "_tolerance_m")
+    __slots__ = ("_network", "_paths", "_settings")
 
-    def __init__(self, network: RoadNetwork | None, *, tolerance_m: float) -> None:
+    def __init__(self, network: RoadNetwork | None, settings: AnchoringSettings) -> None:
         self._network = network
         self._paths = None if network is None else RoadPaths.of_network(network)
-        self._tolerance_m = tolerance_m
+        self._settings = settings
 
     @property
     def has_roads(self) -> bool:
@@ -123,7 +118,9 @@ class RoadMap:
     def _moved(self, bodies: Bodies, t_us: int, snapshot: int) -> tuple[FloatArray, FloatArray]:
         state = bodies.states[snapshot].copy()
         elapsed_s = (t_us - bodies.states_us[snapshot]) * 1e-6
-        centre_m, turn_rad = predict(state, bodies.roads[snapshot], elapsed_s, self._paths)
+        centre_m, turn_rad = predict(
+            state, bodies.roads[snapshot], elapsed_s, self._paths, lateral_s=self._settings.lateral_s
+        )
         state[X : Y + 1] = centre_m
         return state, turn_rad
 
@@ -132,7 +129,7 @@ class RoadMap:
         if self._network is None:
             at = nowhere(len(centre_m))
         else:
-            at = self._network.locate(centre_m, tolerance_m=self._tolerance_m)
+            at = self._network.locate(centre_m, tolerance_m=self._settings.road_tolerance_m)
         for row, values in (ALONG, at.along_m), (ACROSS, at.across_m), (TANGENT, at.tangent_rad):
             frame.state[row, columns] = values
         for row, place in enumerate((at.road, at.lane, at.junction)):

@@ -6,22 +6,13 @@ worse by a margin: with two cars equally likely nothing is linked, since a wrong
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from anchoring.observations import BoolArray, FloatArray, IntArray
 from anchoring.settings import AnchoringSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int32]
-
-# Two cars with less between them sideways are in one lane and keep their order.
-_SAME_LANE_M = 2.0
-# Below this speed a heading says little.
-_SLOW_MPS = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +59,7 @@ def fit_costs(
     length_window = settings.fit_length_m + settings.fit_length_share * lost.length_m
     seen_mps, lost_mps = np.hypot(*seen.velocity_mps.T), np.hypot(*lost.velocity_mps.T)
     turn_rad = np.abs(np.angle(np.exp(1j * (seen.heading_rad[:, None] - lost.heading_rad))))
-    turn_rad[(seen_mps < _SLOW_MPS)[:, None] & (lost_mps < _SLOW_MPS)] = 0.0
+    turn_rad[(seen_mps < settings.fit_slow_mps)[:, None] & (lost_mps < settings.fit_slow_mps)] = 0.0
     length_m = np.where(has_length[:, None], seen.length_m[:, None] - lost.length_m, 0.0)
     deviations = np.stack(
         [
@@ -113,19 +104,20 @@ def assign(costs: FloatArray, *, unmatched: float, margin: float) -> list[tuple[
     return clear
 
 
-def keep_order(pairs: list[tuple[int, int]], seen: Looks, lost: Looks) -> list[tuple[int, int]]:
+def keep_order(pairs: list[tuple[int, int]], seen: Looks, lost: Looks, *, same_lane_m: float) -> list[tuple[int, int]]:
     """Leave out pairs by which two cars in one lane would have changed places.
 
     Parameters
     ----------
     pairs : (row of seen, row of lost).
     seen, lost : as in `fit_costs`.
+    same_lane_m : two cars with less between them sideways are in one lane and keep their order.
     """
     wrong = set()
     for one, two in itertools.combinations(pairs, 2):
         seen_along, seen_across = _offsets(_row(seen, one[0]), _row(seen, two[0]))
         lost_along, lost_across = _offsets(_row(lost, one[1]), _row(lost, two[1]))
-        in_one_lane = max(abs(seen_across.item()), abs(lost_across.item())) < _SAME_LANE_M
+        in_one_lane = max(abs(seen_across.item()), abs(lost_across.item())) < same_lane_m
         if in_one_lane and seen_along.item() * lost_along.item() < 0:
             wrong |= {one, two}
     return [pair for pair in pairs if pair not in wrong]
@@ -160,14 +152,5 @@ def _offsets(seen: Looks, lost: Looks) -> tuple[FloatArray, FloatArray]:
 
 
 def _row(looks: Looks, row: int) -> Looks:
-    one = slice(row, row + 1)
-    return Looks(
-        centre_m=looks.centre_m[one],
-        velocity_mps=looks.velocity_mps[one],
-        heading_rad=looks.heading_rad[one],
-        length_m=looks.length_m[one],
-        road=looks.road[one],
-        along_m=looks.along_m[one],
-        across_m=looks.across_m[one],
-        tangent_rad=looks.tangent_rad[one],
-    )
+    arrays = {field.name: getattr(looks, field.name)[row : row + 1] for field in fields(looks)}
+    return Looks(**arrays)

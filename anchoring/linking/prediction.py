@@ -3,16 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from anchoring.observations import FloatArray, IntArray, LongArray
 from gis.road_network import RoadNetwork
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
-IndexArray = NDArray[np.int64]
-
-# A change of lane that has begun goes on for about this long.
-_LATERAL_S = 0.5
 
 
 class RoadPaths:
@@ -34,8 +27,8 @@ class RoadPaths:
 
     def __init__(self, lines_m: Sequence[FloatArray]) -> None:
         counts = np.array([len(line_m) - 1 for line_m in lines_m], dtype=np.int64)
-        self._last: IndexArray = np.cumsum(counts) - 1
-        self._first: IndexArray = self._last - counts + 1
+        self._last: LongArray = np.cumsum(counts) - 1
+        self._first: LongArray = self._last - counts + 1
         step_m = np.concatenate([np.diff(line_m, axis=0) for line_m in lines_m])
         size_m = np.hypot(step_m[:, 0], step_m[:, 1])
         self._start_m: FloatArray = np.concatenate([line_m[:-1] for line_m in lines_m]).T.copy()
@@ -74,7 +67,7 @@ class RoadPaths:
 
 
 def predict(
-    state: FloatArray, road: IntArray, elapsed_s: FloatArray, paths: RoadPaths | None
+    state: FloatArray, road: IntArray, elapsed_s: FloatArray, paths: RoadPaths | None, *, lateral_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Predict bodies from when they were last seen.
 
@@ -84,6 +77,7 @@ def predict(
     road : (n,) -1 for none.
     elapsed_s : (n,) seconds since then.
     paths : None if there are no roads.
+    lateral_s : a change of lane that has begun goes on for about this long.
 
     Returns
     -------
@@ -99,7 +93,7 @@ def predict(
     elapsed_s = elapsed_s.take(rows)
     cos, sin = np.cos(tangent_rad), np.sin(tangent_rad)
     ahead_m = (vx * cos + vy * sin) * elapsed_s
-    aside_m = (vy * cos - vx * sin) * _LATERAL_S * -np.expm1(-elapsed_s / _LATERAL_S)
+    aside_m = (vy * cos - vx * sin) * lateral_s * -np.expm1(-elapsed_s / lateral_s)
     # Only the difference of two points of the line is used, so a prediction starts exactly where the car was.
     road, count = road.take(rows), len(rows)
     points_m, line_rad = paths.points(

@@ -13,19 +13,17 @@ import shapely
 from numpy.typing import NDArray
 
 from data_gen.drawing.cameras import CameraPath
-from data_gen.drawing.clouds import Clouds, darken
 from data_gen.drawing.ground.buildings import hides_ground
 from data_gen.drawing.ground.ground import VERGE_M, paint_ground
 from data_gen.drawing.ground.mosaic import Raster
 from data_gen.drawing.ground.scenery import Scenery, plan_scenery
 from data_gen.drawing.occlusion.occluders import Occluder, OccluderKind, plan_occluders
 from data_gen.drawing.occlusion.overlay import Overlay
-from data_gen.drawing.rectangle import Rectangle
 from data_gen.drawing.sensor import NOISE_SIGMA, Sensor
-from data_gen.drawing.sun import Sun, Weather, draw_sun
+from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
 from data_gen.drawing.traffic.solid_painter import SolidPainter
 from data_gen.drawing.traffic.sprite_painter import SpritePainter
-from data_gen.drawing.view import CameraView
+from data_gen.drawing.view import CameraView, Rectangle
 from data_gen.simulation.states import VehicleStates
 from gis.road_network import RoadNetwork
 

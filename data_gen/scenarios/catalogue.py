@@ -5,15 +5,14 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from data_gen.errors import DataGenError
-from data_gen.scenario import Scenario
-from data_gen.scenarios.hard_negatives.scenario import following_only, lane_change_only, meeting_only, parked_car
-from data_gen.scenarios.junction.scenario import JUNCTION_OPTIONS, junction
-from data_gen.scenarios.motorway.scenario import MOTORWAY_OPTIONS, motorway
-from data_gen.scenarios.options import OptionValues, ScenarioOption, read_options
-from data_gen.scenarios.queue_passing.scenario import queue_passing
-from data_gen.scenarios.roundabout.scenario import ROUNDABOUT_OPTIONS, roundabout
-from data_gen.scenarios.rural_overtaking.scenario import RURAL_OPTIONS, rural_overtaking
-from data_gen.scenarios.urban_grid.scenario import URBAN_OPTIONS, urban_grid
+from data_gen.scenario import OptionValues, Scenario, ScenarioOption, read_options
+from data_gen.scenarios.hard_negatives import following_only, lane_change_only, meeting_only, parked_car
+from data_gen.scenarios.junction import JUNCTION_OPTIONS, junction
+from data_gen.scenarios.motorway import MOTORWAY_OPTIONS, motorway
+from data_gen.scenarios.queue_passing import queue_passing
+from data_gen.scenarios.roundabout import ROUNDABOUT_OPTIONS, roundabout
+from data_gen.scenarios.rural_overtaking import RURAL_OPTIONS, rural_overtaking
+from data_gen.scenarios.urban_grid import URBAN_OPTIONS, urban_grid
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from data_gen.scenario import VehicleKind
 Driver = tuple[tuple[str, str], ...]
 
 _NO_ATTRIBUTES: Driver = ()
+_HEAVY: Driver = (("accel", "1.2"), ("decel", "4"))
 
 
 def car(share: float, driver: Driver = _NO_ATTRIBUTES, *, name: str = "car") -> VehicleKind:
@@ -22,38 +23,12 @@ def van(share: float, driver: Driver = _NO_ATTRIBUTES, *, name: str = "van") -> 
 
 def truck(share: float, driver: Driver = _NO_ATTRIBUTES, *, name: str = "truck") -> VehicleKind:
     """Describe rigid trucks."""
-    return VehicleKind(
-        name,
-        "truck",
-        share,
-        (8.0, 11.5),
-        (2.4, 2.55),
-        _over(
-            (
-                ("accel", "1.2"),
-                ("decel", "4"),
-            ),
-            driver,
-        ),
-    )
+    return VehicleKind(name, "truck", share, (8.0, 11.5), (2.4, 2.55), _over(_HEAVY, driver))
 
 
 def bus(share: float, driver: Driver = _NO_ATTRIBUTES, *, name: str = "bus") -> VehicleKind:
     """Describe town buses."""
-    return VehicleKind(
-        name,
-        "bus",
-        share,
-        (11.5, 12.2),
-        (2.5, 2.55),
-        _over(
-            (
-                ("accel", "1.2"),
-                ("decel", "4"),
-            ),
-            driver,
-        ),
-    )
+    return VehicleKind(name, "bus", share, (11.5, 12.2), (2.5, 2.55), _over(_HEAVY, driver))
 
 
 def motorcycle(share: float, driver: Driver = _NO_ATTRIBUTES, *, name: str = "motorcycle") -> VehicleKind:

@@ -15,7 +15,7 @@ import numpy as np
 from data_gen.drawing.view import BoolArray
 from data_gen.simulation.states import FloatArray, IntArray
 from data_gen.truth.event import TruthEvent, reasons_cut_by_clip
-from data_gen.truth.tables import TruthTables, stretches
+from data_gen.truth.motion import TruthTables, stretches
 
 STANDING_MPS = 2.0
 WRONG_WAY_US = 12_000_000

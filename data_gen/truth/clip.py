@@ -13,12 +13,11 @@ from data_gen.truth.event import TruthEvent, in_order
 from data_gen.truth.events import find_events
 from data_gen.truth.following import find_following
 from data_gen.truth.junction_passes import find_junction_passes
-from data_gen.truth.motion import Motion, tabulate
+from data_gen.truth.motion import Motion, tabulate, truth_tables
 from data_gen.truth.near_miss import find_near_misses
 from data_gen.truth.queue_jump import find_queue_jumps
 from data_gen.truth.reckless import find_reckless
 from data_gen.truth.rows import visible_centres
-from data_gen.truth.tables import truth_tables
 from data_gen.truth.turns import find_turns
 from gis.road_network import RoadNetwork
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from data_gen.simulation.states import FloatArray
 from data_gen.truth.event import MARGIN_US, ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
-from data_gen.truth.tables import TruthTables
+from data_gen.truth.motion import TruthTables
 
 SHORT_S = 1.0
 LEAST_MPS = 30 / 3.6

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from data_gen.drawing.view import BoolArray
 from data_gen.simulation.states import FloatArray, IntArray
 from data_gen.truth.event import TruthEvent, reasons_cut_by_clip
-from data_gen.truth.tables import TruthTables, stretches
+from data_gen.truth.motion import TruthTables, stretches
 
 NOMINAL, STRICT, LOOSE = 0, 1, 2
 SAME_HEADING_COS = math.cos(math.radians(50.0))

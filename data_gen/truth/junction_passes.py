@@ -15,7 +15,7 @@ import numpy as np
 from data_gen.drawing.view import BoolArray
 from data_gen.simulation.states import FloatArray
 from data_gen.truth.event import TruthEvent
-from data_gen.truth.tables import TruthTables, stretches
+from data_gen.truth.motion import TruthTables, stretches
 
 SLOWEST_MPS = 1.5
 _SAME_HEADING_COS = math.cos(math.radians(50.0))

@@ -1,16 +1,18 @@
-"""How did the vehicles move along their roads, and which pairs shared one? Tables over all steps of a clip."""
+"""Where was every vehicle at every step, seen from roads, lanes and junctions? Tables over all steps of a clip."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.view import BoolArray, CameraView
+from data_gen.drawing.view import BoolArray
 from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
 from gis.road_network import RoadNetwork
 
 IndexArray = NDArray[np.int32]
+_Cell = TypeVar("_Cell", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +47,56 @@ class PairRun:
     """Half the sum of the lengths: bodies overlap along the road while |gap| is at most this."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TruthTables:
+    """What the truth of events is derived from: tables of (steps, vehicles), and the network."""
+
+    motion: Motion
+    network: RoadNetwork
+    seen: BoolArray
+    """In view and not hidden; False where absent."""
+    present: BoolArray
+    x_m: FloatArray
+    y_m: FloatArray
+    heading_rad: FloatArray
+    across_m: FloatArray
+    """Centre to the left of the road's reference line, looking in driving direction; nan off the roads."""
+    junction: IndexArray
+    """Junction under the centre, -1 outside of all."""
+    front_lane: IndexArray
+    """Lane of the network in which SUMO has the front bumper; -1 inside junctions and where absent."""
+    width_m: FloatArray
+    """(vehicles,)."""
+
+
+class _Cells:
+    """The cells of a table of (steps, vehicles) in which somebody is, in the order of the states."""
+
+    def __init__(self, states: Sequence[VehicleStates], ids: Sequence[str]) -> None:
+        column = {vehicle_id: place for place, vehicle_id in enumerate(ids)}
+        self._shape = len(states), len(ids)
+        self._rows = np.concatenate([np.full(len(step.ids), number) for number, step in enumerate(states)])
+        self._columns = np.array([column[vehicle_id] for step in states for vehicle_id in step.ids], dtype=np.int64)
+
+    def spread(self, values: NDArray[_Cell], empty: float) -> NDArray[_Cell]:
+        """Fill a table with values, and with `empty` where nobody is."""
+        filled = np.full(self._shape, empty, dtype=values.dtype)
+        filled[self._rows, self._columns] = values
+        return filled
+
+    def numbers(self, values: FloatArray) -> FloatArray:
+        return self.spread(values, np.nan)
+
+    def indices(self, values: IndexArray) -> IndexArray:
+        return self.spread(values, -1)
+
+    def by_vehicle(self, values: FloatArray) -> FloatArray:
+        """Give one value a vehicle, the last one that it had."""
+        filled = np.zeros(self._shape[1])
+        filled[self._columns] = values
+        return filled
+
+
 def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
     """Lay the states of a clip out as tables.
 
@@ -58,54 +110,20 @@ def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
     The tables; vehicles in order of first appearance.
     """
     ids = tuple(dict.fromkeys(vehicle_id for step in states for vehicle_id in step.ids))
-    column = {vehicle_id: place for place, vehicle_id in enumerate(ids)}
-    rows = np.concatenate([np.full(len(step.ids), number) for number, step in enumerate(states)])
-    columns = np.array([column[vehicle_id] for step in states for vehicle_id in step.ids], dtype=np.int64)
+    cells = _Cells(states, ids)
     positions = network.locate(np.concatenate([step.centre_m for step in states]))
     heading_rad = np.concatenate([step.heading_rad for step in states])
     direction = np.where(np.cos(heading_rad - np.nan_to_num(positions.tangent_rad)) >= 0, 1, -1)
-    shape = (len(states), len(ids))
-    length_m = np.zeros(len(ids))
-    length_m[columns] = np.concatenate([step.length_m for step in states])
-
-    def table(values: FloatArray, empty: float) -> FloatArray:
-        """Spread the values over (steps, vehicles), with `empty` elsewhere."""
-        filled = np.full(shape, empty)
-        filled[rows, columns] = values
-        return filled
-
     return Motion(
         t_us=np.array([step.t_us for step in states], dtype=np.int64),
         ids=ids,
-        road=table(positions.road.astype(np.float64), -1).astype(np.int32),
-        direction=table(direction.astype(np.float64), 0).astype(np.int32),
-        along_m=table(direction * positions.along_m, np.nan),
-        lane=table(positions.lane.astype(np.float64), -1).astype(np.int32),
-        speed_mps=table(np.concatenate([step.speed_mps for step in states]), np.nan),
-        length_m=length_m,
+        road=cells.indices(positions.road),
+        direction=cells.spread(direction.astype(np.int32), 0),
+        along_m=cells.numbers(direction * positions.along_m),
+        lane=cells.indices(positions.lane),
+        speed_mps=cells.numbers(np.concatenate([step.speed_mps for step in states])),
+        length_m=cells.by_vehicle(np.concatenate([step.length_m for step in states])),
     )
-
-
-def centres_in_view(
-    motion: Motion, states: Sequence[VehicleStates], view: CameraView | Sequence[CameraView]
-) -> BoolArray:
-    """Tell at which steps each vehicle's centre is in the image.
-
-    Parameters
-    ----------
-    motion, states : of the same clip.
-    view : of the camera; one for each step if it moves.
-
-    Returns
-    -------
-    (steps, vehicles); False where a vehicle is absent.
-    """
-    column = {vehicle_id: place for place, vehicle_id in enumerate(motion.ids)}
-    in_view = np.zeros(motion.road.shape, dtype=np.bool_)
-    views = (view,) * len(states) if isinstance(view, CameraView) else view
-    for row, (step, seen) in enumerate(zip(states, views, strict=True)):
-        in_view[row, [column[vehicle_id] for vehicle_id in step.ids]] = seen.contains(step.centre_m)
-    return in_view
 
 
 def pair_runs(motion: Motion) -> Iterator[PairRun]:
@@ -130,3 +148,63 @@ def pair_runs(motion: Motion) -> Iterator[PairRun]:
             for start, end in edges.reshape(-1, 2).tolist():
                 gap_m = motion.along_m[start:end, a] - motion.along_m[start:end, b]
                 yield PairRun(a, b, start, gap_m, float(motion.length_m[a] + motion.length_m[b]) / 2)
+
+
+def truth_tables(states: Sequence[VehicleStates], network: RoadNetwork, seen: BoolArray, motion: Motion) -> TruthTables:
+    """Lay out a clip for the truth of events.
+
+    Parameters
+    ----------
+    states : at least one step, in order of time.
+    network : the road network.
+    seen : (steps, vehicles), True where a vehicle is in view and not hidden, columns as in `motion.ids`.
+    motion : of the same clip.
+
+    Returns
+    -------
+    The tables.
+
+    Examples
+    --------
+    >>> from gis.lanes import Lane
+    >>> lane = Lane("e_0", "e", 0, "e", +1, np.array([[0.0, 0.0], [100.0, 0.0]]), 3.5, 25.0)
+    >>> step = VehicleStates(
+    ...     t_us=0, ids=("a",), classes=("car",), lanes=("e_0",), centre_m=np.array([[10.0, 0.0]]),
+    ...     heading_rad=np.zeros(1), speed_mps=np.ones(1), length_m=np.array([4.0]), width_m=np.array([1.8]),
+    ...     appearance=np.zeros(1, dtype=np.int64),
+    ... )
+    >>> network = RoadNetwork([lane])
+    >>> tables = truth_tables([step], network, np.ones((1, 1), dtype=np.bool_), tabulate([step], network))
+    >>> tables.across_m.tolist(), tables.front_lane.tolist(), tables.junction.tolist()
+    ([[-1.75]], [[0]], [[-1]])
+    """
+    cells = _Cells(states, motion.ids)
+    centre_m = np.concatenate([step.centre_m for step in states])
+    positions = network.locate(centre_m)
+    lane_of = {lane.id: number for number, lane in enumerate(network.lanes)}
+    front_lane = np.array([lane_of.get(lane, -1) for step in states for lane in step.lanes], dtype=np.int32)
+    return TruthTables(
+        motion=motion,
+        network=network,
+        seen=seen,
+        present=cells.spread(np.ones(len(centre_m), dtype=np.bool_), False),
+        x_m=cells.numbers(centre_m[:, 0]),
+        y_m=cells.numbers(centre_m[:, 1]),
+        heading_rad=cells.numbers(np.concatenate([step.heading_rad for step in states])),
+        across_m=cells.numbers(positions.across_m) * motion.direction,
+        junction=cells.indices(positions.junction),
+        front_lane=cells.indices(front_lane),
+        width_m=cells.by_vehicle(np.concatenate([step.width_m for step in states])),
+    )
+
+
+def stretches(holds: BoolArray) -> Iterator[tuple[int, int]]:
+    """Give each stretch of True as (first, one past the last).
+
+    Examples
+    --------
+    >>> list(stretches(np.array([True, False, True, True])))
+    [(0, 1), (2, 4)]
+    """
+    edges = np.flatnonzero(np.diff(holds.astype(np.int8), prepend=0, append=0))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

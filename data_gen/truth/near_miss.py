@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from data_gen.drawing.view import BoolArray
 from data_gen.simulation.states import FloatArray
 from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
-from data_gen.truth.tables import TruthTables, stretches
+from data_gen.truth.motion import TruthTables, stretches
 
 CONTACT_S = 1.5
 BRAKING_MPS2 = 3.4

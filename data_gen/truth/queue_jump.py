@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
-from data_gen.truth.tables import TruthTables
+from data_gen.truth.motion import TruthTables
 
 STANDING_MPS = 2.0
 QUEUE_M = 40.0

@@ -14,7 +14,7 @@ import numpy as np
 
 from data_gen.drawing.view import BoolArray
 from data_gen.truth.event import ROLES, TruthEvent, reasons_out_of_view, rows_around
-from data_gen.truth.tables import TruthTables
+from data_gen.truth.motion import TruthTables
 
 MEET_S = 3.0
 FARTHEST_M = 150.0

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.drawing.occlusion.overlay import Overlay
-from data_gen.drawing.occlusion.visibility import hidden_shares
+from data_gen.drawing.occlusion.overlay import Overlay, hidden_shares
 from data_gen.drawing.view import BoolArray, CameraView
 from data_gen.simulation.states import VehicleStates
 from gis.road_network import RoadNetwork

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from data_gen.truth.event import TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
-from data_gen.truth.tables import TruthTables, stretches
+from data_gen.truth.motion import TruthTables, stretches
 
 STRAIGHT_RAD = math.radians(45.0)
 BACK_RAD = math.radians(150.0)

@@ -1,18 +1,21 @@
-"""When does a noisy quantity count as having crossed its threshold, and at what time did it?
+"""When does a noisy quantity count as having crossed its threshold, and a state as settled, and since when?
 
 Hysteresis decides *that* a quantity has changed sides: only when it has passed the threshold by a margin, so that noise
 around the threshold says nothing. It does not say *when*: the change is dated back to the moment the raw quantity last
-crossed the bare threshold, found by straight interpolation between two frames.
+crossed the bare threshold, found by straight interpolation between two frames. A state such as a place has no distance
+to a threshold, so noise is kept out by time: an object is in a new state when it has been there for a while, and then
+the change is dated back to the first frame there.
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-LongArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from qsr.measuring.footprints import BoolArray, FloatArray, IntArray, LongArray
+
+Cell = TypeVar("Cell", bound=np.generic)
 
 Value = bool | str | None
 
@@ -37,6 +40,24 @@ class RelationChange:
     decided_us: int
     old: Value
     new: Value
+
+
+def rearranged(array: NDArray[Cell], columns: LongArray, fresh: IntArray | int = 0) -> NDArray[Cell]:
+    """Rearrange the columns, the last axis, of an array.
+
+    Parameters
+    ----------
+    columns : new column k is old column ``columns[k]``, or a fresh one where that is -1.
+    fresh : what stands in fresh columns, for each column or for all.
+
+    Examples
+    --------
+    >>> rearranged(np.array([[5, 6, 7]]), np.array([2, -1, 0])).tolist()
+    [[7, 0, 5]]
+    """
+    if not array.shape[-1]:
+        array = np.zeros((*array.shape[:-1], 1), dtype=array.dtype)
+    return np.where(columns < 0, np.asarray(fresh, dtype=array.dtype), array.take(columns, axis=-1, mode="clip"))
 
 
 class SwitchBank:
@@ -87,20 +108,10 @@ class SwitchBank:
         self.is_on: BoolArray = np.zeros((rows, 0), dtype=np.bool_)
         self.since_us: LongArray = np.zeros((rows, 0), dtype=np.int64)
 
-    def keep(self, columns: NDArray[np.intp]) -> None:
+    def keep(self, columns: LongArray) -> None:
         """Rearrange the columns: new column k is old column ``columns[k]``, or a fresh one where that is -1."""
-        if self.is_on.shape[1] == 0:
-            empty = np.zeros((len(self._margins), len(columns)))
-            self._last_values = empty
-            self.is_on, self._crossed_us = empty.astype(np.bool_), empty.astype(np.int64)
-            self.since_us = self._crossed_us.copy()
-            self._last_us = np.zeros(len(columns), dtype=np.int64)
-        else:
-            self._last_us = self._last_us.take(columns)
-            self._last_values = self._last_values.take(columns, axis=1)
-            self._crossed_us = self._crossed_us.take(columns, axis=1)
-            self.since_us = self.since_us.take(columns, axis=1)
-            self.is_on = self.is_on.take(columns, axis=1)
+        for name in ("_last_us", "_last_values", "_crossed_us", "since_us", "is_on"):
+            setattr(self, name, rearranged(getattr(self, name), columns))
         fresh = np.flatnonzero(columns < 0)
         self._fresh = fresh if len(fresh) else None
 
@@ -137,9 +148,62 @@ class SwitchBank:
         self._last_us = np.full(values.shape[1], t_us) if held is None else np.where(held, self._last_us, t_us)
         return turned
 
-    def _start(self, fresh: NDArray[np.int64], t_us: int, values: FloatArray) -> None:
+    def _start(self, fresh: LongArray, t_us: int, values: FloatArray) -> None:
         started = values[:, fresh]
         self._last_values[:, fresh] = started
         self._crossed_us[:, fresh] = t_us
         self.since_us[:, fresh] = t_us
         self.is_on[:, fresh] = started > 0
+
+
+class Dwell:
+    """Keep the settled state of many objects; states are whole numbers.
+
+    Parameters
+    ----------
+    dwell_us : how long an object must be in a new state.
+    backdate_us : a change is dated back at most this far.
+
+    Attributes
+    ----------
+    current : (objects,) the settled states.
+
+    Examples
+    --------
+    >>> dwell = Dwell(dwell_us=200, backdate_us=1000)
+    >>> dwell.keep(np.array([-1]), np.array([7]), 0)                 # one new object, in state 7
+    >>> for t_us, state in ((100, 8), (200, 7), (300, 8), (400, 8), (500, 8)):
+    ...     settled = dwell.update(t_us, np.array([state]))
+    >>> settled                                                      # object, state before and now, since when
+    [(0, 7, 8, 300)]
+    """
+
+    __slots__ = ("_backdate_us", "_candidate", "_dwell_us", "_since_us", "current")
+
+    def __init__(self, *, dwell_us: int, backdate_us: int) -> None:
+        self._dwell_us = dwell_us
+        self._backdate_us = backdate_us
+        self.current: LongArray = np.zeros(0, dtype=np.int64)
+        self._candidate: LongArray = self.current
+        self._since_us: LongArray = self.current
+
+    def keep(self, columns: LongArray, states: IntArray, t_us: int) -> None:
+        """Rearrange the objects as in `SwitchBank.keep`; fresh ones have settled in their state."""
+        self.current = rearranged(self.current, columns, states)
+        self._candidate = rearranged(self._candidate, columns, states)
+        self._since_us = rearranged(self._since_us, columns, t_us)
+
+    def update(self, t_us: int, states: IntArray) -> list[tuple[int, int, int, int]]:
+        """Take the state of every object; list who has settled in a new one: object, before, now, since when."""
+        moved = states != self._candidate
+        if moved.any():
+            self._candidate = states.astype(np.int64)
+            self._since_us = np.where(moved, t_us, self._since_us)
+        settled = (self._candidate != self.current) & (t_us - self._since_us >= self._dwell_us)
+        if not settled.any():
+            return []
+        columns = np.flatnonzero(settled)
+        since_us = np.maximum(self._since_us[columns], t_us - self._backdate_us)
+        rows = (columns, self.current[columns], self._candidate[columns], since_us)
+        self.current = np.where(settled, self._candidate, self.current)
+        return list(zip(*(row.tolist() for row in rows), strict=True))

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qsr.changes.crossings import RelationChange
-from qsr.changes.moving import MovingTracker
 from qsr.changes.places import PlaceTracker
-from qsr.changes.travel import TravelTracker, against_traffic_states, forward_states
-from qsr.measuring.footprints import Footprints
+from qsr.changes.travel import MovingTracker, TravelTracker, against_traffic_states, forward_states
+from qsr.measuring.footprints import Footprints, LongArray
 from qsr.settings import RelationSettings
 
 # (n,) numbers, whole or not: each tracker is given what was measured for it.
@@ -26,9 +25,7 @@ class ObjectTracker(Protocol):
         """Make an object that has disappeared unknown; to be called before `keep`."""
         ...
 
-    def keep(
-        self, columns: NDArray[np.intp], quantity: Quantity, ids: Sequence[str], t_us: int
-    ) -> list[RelationChange]:
+    def keep(self, columns: LongArray, quantity: Quantity, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`."""
         ...
 

@@ -8,14 +8,12 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from qsr.changes.crossings import RelationChange
 from qsr.changes.pair_observer import PairObserver
-from qsr.measuring.near_in_time import near_in_time
-from qsr.measuring.object_table import HALF_LENGTH, BoolArray, FloatArray, X, Y
-from qsr.measuring.oncoming import facing_pairs, oncoming_values
-from qsr.measuring.pairs import NearPairs, NearSet, PairArray, pairs_within
+from qsr.measuring.conflicts import oncoming_values
+from qsr.measuring.footprints import HALF_LENGTH, BoolArray, FloatArray, LongArray, X, Y
+from qsr.measuring.pairs import NearPairs, NearSet, facing_pairs, near_in_time, pairs_within
 from qsr.measuring.road_relations import switch_margins, switch_values
 from qsr.relations import (
     FACING_RELATIONS,
@@ -27,8 +25,6 @@ from qsr.relations import (
 )
 from qsr.settings import RelationSettings
 
-LongArray = NDArray[np.int64]
-
 
 @dataclass(frozen=True, slots=True)
 class ObjectsNow:
@@ -39,7 +35,7 @@ class ObjectsNow:
     t_us : time of the frame.
     ids : n names.
     serials : (n,) a number per object, rising, and never used for another object.
-    table : (13, n) as made by `qsr.measuring.object_table.object_table`.
+    table : (13, n) as made by `qsr.measuring.footprints.object_table`.
     observed : (n,) which objects are seen in this frame; None if all are.
     """
 
@@ -49,7 +45,7 @@ class ObjectsNow:
     table: FloatArray
     observed: BoolArray | None
 
-    def may_enter(self, pairs: PairArray, is_near: BoolArray) -> BoolArray:
+    def may_enter(self, pairs: LongArray, is_near: BoolArray) -> BoolArray:
         """Tell which of the near pairs, (2, pairs), may come in with this frame.
 
         Examples
@@ -127,7 +123,7 @@ class _Kept:
         self._near = NearSet()
         self._relations = PairObserver(relations, margins, backdate_us=settings.backdate_us)
 
-    def find(self, now: ObjectsNow, pairs: PairArray, is_near: BoolArray) -> NearPairs:
+    def find(self, now: ObjectsNow, pairs: LongArray, is_near: BoolArray) -> NearPairs:
         return self._near.update(now.serials, pairs, now.may_enter(pairs, is_near))
 
     def update(self, now: ObjectsNow, pairs: NearPairs, values: FloatArray) -> list[RelationChange]:

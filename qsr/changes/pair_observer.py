@@ -7,15 +7,11 @@ made only for the few values that change.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from qsr.changes.crossings import RelationChange, SwitchBank
+from qsr.changes.crossings import RelationChange, SwitchBank, rearranged
+from qsr.measuring.footprints import BoolArray, FloatArray, LongArray
 from qsr.measuring.pairs import NearPairs
 from qsr.relations import PairRelation
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-LongArray = NDArray[np.int64]
 
 
 class PairObserver:
@@ -89,15 +85,9 @@ class PairObserver:
         if came_from is None:
             return np.zeros(0, dtype=np.int64)
         self._bank.keep(came_from)
-        if self._holds.shape[1]:
-            self._holds = self._holds.take(came_from, axis=1)
-            self._changed_us = self._changed_us.take(came_from, axis=1)
-        else:
-            self._holds = np.zeros((len(self._relations), len(came_from)), dtype=np.bool_)
-            self._changed_us = np.zeros((len(self._relations), len(came_from)), dtype=np.int64)
-        fresh = np.flatnonzero(came_from < 0)
-        self._changed_us[:, fresh] = t_us
-        return fresh
+        self._holds = rearranged(self._holds, came_from)
+        self._changed_us = rearranged(self._changed_us, came_from, t_us)
+        return np.flatnonzero(came_from < 0)
 
     def _decide(self, t_us: int, fresh: LongArray) -> list[RelationChange]:
         holds = self._conjunctions.of(self._bank.is_on)

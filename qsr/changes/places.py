@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from qsr.changes.crossings import RelationChange
-from qsr.changes.dwell import Dwell, IntArray
+from qsr.changes.crossings import Dwell, RelationChange
 from qsr.errors import QsrError
+from qsr.measuring.footprints import IntArray, LongArray
 
 
 def check_places(relation: str, places: IntArray, count: int, t_us: int) -> None:
@@ -49,7 +48,7 @@ class PlaceTracker:
         places = self._at.pop(object_id, {})
         return [self._named(object_id, place, t_us, t_us, old=is_there) for place, (is_there, _) in places.items()]
 
-    def keep(self, columns: NDArray[np.intp], places: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
+    def keep(self, columns: LongArray, places: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`; fresh ones start at their place, -1 for none."""
         self._dwell.keep(columns, places, t_us)
         changes = []

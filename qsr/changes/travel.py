@@ -1,16 +1,15 @@
-"""Does a car drive along or against its road, and along or against its lane?
+"""Is a car moving, and does it drive along or against its road and its lane?
 
-Both are unknown off the roads and while the car goes across: within 45 degrees it drives one way or the other.
+The last two are unknown off the roads and while the car goes across: within 45 degrees it drives one way or the other.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from qsr.changes.crossings import RelationChange, Value
-from qsr.changes.dwell import Dwell
-from qsr.measuring.footprints import Footprints, IntArray
+from qsr.changes.crossings import Dwell, RelationChange, SwitchBank, Value, rearranged
+from qsr.measuring.footprints import FloatArray, Footprints, IntArray, LongArray
+from qsr.settings import RelationSettings
 
 # A state of the dwell: what is known of the relation.
 _VALUES: dict[int, Value] = {-1: None, 0: False, 1: True}
@@ -64,7 +63,7 @@ class TravelTracker:
         old = _VALUES[int(self._dwell.current[column])]
         return [] if old is None else [RelationChange(self._relation, (object_id,), t_us, t_us, old, None)]
 
-    def keep(self, columns: NDArray[np.intp], states: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
+    def keep(self, columns: LongArray, states: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`; fresh ones start with what is known of them."""
         self._dwell.keep(columns, states, t_us)
         changes = []
@@ -83,4 +82,49 @@ class TravelTracker:
             at_us = max(since_us, self._changed_us.get(object_id, since_us - 1) + 1)
             self._changed_us[object_id] = at_us
             changes.append(RelationChange(self._relation, (object_id,), at_us, t_us, _VALUES[old], _VALUES[new]))
+        return changes
+
+
+class MovingTracker:
+    """Follow moving(object): faster than a limit, with hysteresis.
+
+    Parameters
+    ----------
+    settings : thresholds.
+    """
+
+    __slots__ = ("_bank", "_changed_us", "_fresh", "_limit_mps")
+
+    def __init__(self, settings: RelationSettings) -> None:
+        self._limit_mps = settings.moving_mps
+        self._bank = SwitchBank(np.array([settings.moving_margin_mps]), backdate_us=settings.backdate_us)
+        self._changed_us: LongArray = np.zeros(0, dtype=np.int64)
+        self._fresh: LongArray = np.zeros(0, dtype=np.int64)
+
+    def forget(self, object_id: str, column: int, t_us: int) -> list[RelationChange]:
+        """Make an object that has disappeared unknown; to be called before `keep`."""
+        return [RelationChange("moving", (object_id,), t_us, t_us, bool(self._bank.is_on[0, column]), None)]
+
+    def keep(self, columns: LongArray, speed_mps: FloatArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
+        """Rearrange the objects as in `SwitchBank.keep`; fresh ones start with their next `update`."""
+        self._bank.keep(columns)
+        self._changed_us = rearranged(self._changed_us, columns, t_us)
+        self._fresh = np.flatnonzero(columns < 0)
+        return []
+
+    def update(self, t_us: int, speed_mps: FloatArray, ids: Sequence[str]) -> list[RelationChange]:
+        """Take the speed of every object, (n,), and return the changes."""
+        turned = self._bank.update(t_us, (speed_mps - self._limit_mps).reshape(1, -1))[0]
+        is_on = self._bank.is_on[0]
+        changes = [
+            RelationChange("moving", (ids[column],), t_us, t_us, None, bool(is_on[column]))
+            for column in self._fresh.tolist()
+        ]
+        self._fresh = self._fresh[:0]
+        if turned.any():
+            for column in np.flatnonzero(turned).tolist():
+                at_us = max(int(self._bank.since_us[0, column]), int(self._changed_us[column]) + 1)
+                self._changed_us[column] = at_us
+                now = bool(is_on[column])
+                changes.append(RelationChange("moving", (ids[column],), at_us, t_us, not now, now))
         return changes

@@ -1,4 +1,7 @@
-"""When would two cars touch if both went on as they do, and how hard would one have to brake to prevent it?
+"""How soon would two cars touch: one that follows, both as they go on, or both as they drive towards each other?
+
+The time gap of a follower is the distance from bumper to bumper over its own speed. Only the next car ahead counts: a
+driver keeps the distance to that one, and whoever drives in front of it is its business.
 
 Time to collision (Hayward 1972, "Near-miss determination through use of a scale of danger") with both velocities held:
 two boxes whose sides are parallel touch from the moment they overlap along both axes. On one road the axes are those of
@@ -9,14 +12,23 @@ box around it. Both bodies have their say, and the later contact counts.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from qsr.measuring.footprints import (
+    ACROSS,
+    ALONG,
+    COS,
+    HALF_LENGTH,
+    HALF_PATH,
+    SIN,
+    SPEED,
+    TRAVEL,
+    BoolArray,
+    FloatArray,
+    LongArray,
+)
 from qsr.measuring.free_space import FreeSpace
-from qsr.measuring.object_table import ACROSS, ALONG, COS, HALF_LENGTH, HALF_PATH, SIN, SPEED, TRAVEL, FloatArray
-from qsr.relations import Switch
+from qsr.relations import FacingSwitch, Switch
 from qsr.settings import RelationSettings
-
-BoolArray = NDArray[np.bool_]
 
 # Where no contact is to come: beyond every threshold, but finite, so that crossings can be dated.
 _NEVER_S = 10.0
@@ -24,6 +36,12 @@ _NEVER_S = 10.0
 _AT_ONCE_S = 0.1
 _HARDEST_MPS2 = 30.0
 _STILL_MPS = 1e-9
+# Slower cars count as so fast, where a distance is divided by the speed.
+_SLOWEST_MPS = 0.01
+# Far below every threshold: the quantity of a car that is not the next one ahead.
+_NOT_NEXT_S = -100.0
+# Where two cars do not meet, as above.
+_NO_MEETING_S = 100.0
 
 
 def fill_conflicts(
@@ -81,3 +99,66 @@ def _first_contact(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, 
     start, end = np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
     touching: FloatArray = np.where((start < end) & (end > 0), np.minimum(np.maximum(start, 0.0), _NEVER_S), _NEVER_S)
     return touching
+
+
+def fill_headways(
+    values: FloatArray,
+    ends: FloatArray,
+    *,
+    gap_m: FloatArray,
+    lateral_m: FloatArray,
+    direction: FloatArray,
+    columns: LongArray,
+    settings: RelationSettings,
+) -> None:
+    """Fill in the rows of `values` from `IN_PATH` to `B_AT_SHORT_HEADWAY`.
+
+    Parameters
+    ----------
+    values : (switches, pairs), as in `qsr.relations.Switch`.
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair.
+    gap_m, lateral_m, direction : (pairs,) a's centre ahead of b's; sideways between them; above zero if they drive the
+        same way.
+    columns : (2, pairs) of a and of b in the object table, which tell who is who in several pairs.
+    settings : thresholds.
+    """
+    # A difference in speed counts as one in time, at the ratio of the margins: the smaller of the two decides.
+    s_per_mps = settings.time_gap_margin_s / settings.moving_margin_mps if settings.moving_margin_mps else 1.0
+    half_length, half_path, speed = ends[HALF_LENGTH], ends[HALF_PATH], ends[SPEED]
+    in_path = half_path[0] + half_path[1] - lateral_m
+    values[Switch.IN_PATH] = in_path
+    in_one_path = (in_path > 0) & (direction > 0)
+    # From here on row 0 is about a as the follower, row 1 about b.
+    is_behind = np.array((in_one_path & (gap_m < 0), in_one_path & (gap_m > 0)))
+    bumper_m = np.abs(gap_m) - (half_length[0] + half_length[1])
+    nearest_m = np.full(1 + columns.max(initial=-1), np.inf)
+    np.minimum.at(nearest_m, columns, np.where(is_behind, bumper_m, np.inf))
+    is_next = is_behind & (bumper_m <= nearest_m.take(columns))
+    gap_s = bumper_m / np.maximum(speed, _SLOWEST_MPS)
+    for row, limit_s, least_mps in (
+        (Switch.A_FOLLOWS_B, settings.following_s, settings.moving_mps),
+        (Switch.A_AT_SHORT_HEADWAY, settings.short_headway_s, settings.short_headway_least_mps),
+    ):
+        short_s = np.minimum(limit_s - gap_s, (speed - least_mps) * s_per_mps)
+        values[row : row + 2] = np.where(is_next, np.maximum(short_s, _NOT_NEXT_S), _NOT_NEXT_S)
+
+
+def oncoming_values(ends: FloatArray, settings: RelationSettings) -> FloatArray:
+    """Measure the quantities of `qsr.relations.FacingSwitch`.
+
+    Parameters
+    ----------
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair, in opposite directions on one road.
+    settings : thresholds.
+
+    Returns
+    -------
+    (1, pairs) seconds, above zero while their bumpers will meet in less than ``oncoming_s``.
+    """
+    along, half_length, travel = ends[ALONG], ends[HALF_LENGTH], ends[TRAVEL]
+    ahead_m = np.where(travel[0] > 0, along[1] - along[0], along[0] - along[1]) - half_length[0] - half_length[1]
+    speed_of_a, speed_of_b = ends[SPEED] * np.abs(travel)
+    time_s = np.minimum(ahead_m / np.maximum(speed_of_a + speed_of_b, _SLOWEST_MPS), _NO_MEETING_S)
+    values = np.empty((len(FacingSwitch), ends.shape[2]))
+    values[FacingSwitch.MEET_SOON] = settings.oncoming_s - np.where(ahead_m > 0, time_s, _NO_MEETING_S)
+    return values

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from qsr.measuring.object_table import COS, HALF_LENGTH, HALF_WIDTH, SIN, FloatArray, X, Y
+from qsr.measuring.footprints import COS, HALF_LENGTH, HALF_WIDTH, SIN, FloatArray, X, Y
 
 
 @dataclass(frozen=True, slots=True)

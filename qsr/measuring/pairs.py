@@ -1,26 +1,43 @@
 """Which pairs of objects are near enough to be looked at, and since when?
 
-Near means near in the plane or, for cars that drive towards each other, near along their road.
+Near means near in the plane or, for cars that drive towards each other, near along their road. Cars that are *near in
+time* may be further apart: a time gap of 3 s is 15 m in a town and 100 m on a motorway, so a radius in metres alone is
+too small for the one or costs too much in the other. These are pairs that are in line, less than two lanes apart
+sideways, and that the faster one's speed would bring together within some seconds.
 
 A pair enters the near set at one radius and leaves it at a larger one, so that two cars at the rim do not come and go
 with the noise. Cost per frame follows the number of near pairs, not the square of the number of objects.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-FloatArray = NDArray[np.float64]
-PairArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from qsr.measuring.footprints import (
+    ACROSS,
+    ALONG,
+    COS,
+    HALF_LENGTH,
+    ROAD,
+    SIN,
+    SPEED,
+    TRAVEL,
+    BoolArray,
+    FloatArray,
+    LongArray,
+    X,
+    Y,
+)
+from qsr.measuring.road_relations import is_on_one_road
+from qsr.settings import RelationSettings
 
 # Up to here comparing all pairs is quicker than building a tree.
 _ALL_PAIRS_LIMIT = 60
 
 
-def pairs_within(centre_m: FloatArray, half_length_m: FloatArray, radius_m: float) -> tuple[PairArray, FloatArray]:
+def pairs_within(centre_m: FloatArray, half_length_m: FloatArray, radius_m: float) -> tuple[LongArray, FloatArray]:
     """List the pairs whose centres are nearer than the radius plus both half lengths.
 
     Parameters
@@ -59,7 +76,7 @@ def pairs_within(centre_m: FloatArray, half_length_m: FloatArray, radius_m: floa
 
 def facing_within(
     road: FloatArray, along_m: FloatArray, *, travel: FloatArray, half_length_m: FloatArray, reach_m: float
-) -> tuple[PairArray, FloatArray]:
+) -> tuple[LongArray, FloatArray]:
     """List the pairs on one road that travel in opposite directions, no matter whether they have met.
 
     Parameters
@@ -102,6 +119,66 @@ def facing_within(
     return pairs.take(order, axis=1), distance_m.take(order)
 
 
+def near_in_time(table: FloatArray, settings: RelationSettings) -> tuple[LongArray, FloatArray, BoolArray]:
+    """List the pairs that may stay, and say which of them may come in.
+
+    Parameters
+    ----------
+    table : (13, n) as made by `qsr.measuring.footprints.object_table`.
+    settings : thresholds.
+
+    Returns
+    -------
+    (2, pairs) columns of the table, the lower in the first row, in lexicographic order; (pairs,) distances as from
+    `pairs_within`; (pairs,) True for those within the smaller limits.
+    """
+    speed_mps = table[SPEED]
+    radius_m = max(settings.leave_radius_m, settings.leave_reach_s * float(speed_mps.max(initial=0.0)))
+    pairs, distance_m = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], radius_m)
+    may_enter = distance_m <= settings.enter_radius_m
+    stays = distance_m <= settings.leave_radius_m
+    # Most pairs are too far apart or near anyway: only the others are asked whether they are in line.
+    faster_mps = speed_mps.take(pairs).max(axis=0)
+    asked = (~may_enter & (distance_m <= settings.leave_reach_s * faster_mps)).nonzero()[0]
+    if len(asked):
+        sideways_m = _sideways_m(table.take(pairs.take(asked, axis=1), axis=1), settings)
+        stays[asked] |= sideways_m <= settings.leave_line_m
+        is_soon = distance_m.take(asked) <= settings.enter_reach_s * faster_mps.take(asked)
+        may_enter[asked] = is_soon & (sideways_m <= settings.enter_line_m)
+    kept = stays.nonzero()[0]
+    return pairs.take(kept, axis=1), distance_m.take(kept), may_enter.take(kept)
+
+
+def _sideways_m(ends: FloatArray, settings: RelationSettings) -> FloatArray:
+    """Measure how far apart the centres are across the road, or across the mean heading; inf if there is none."""
+    a, b = ends[:, 0], ends[:, 1]
+    apart_x, apart_y = a[X] - b[X], a[Y] - b[Y]
+    mean_cos, mean_sin = a[COS] + b[COS], a[SIN] + b[SIN]
+    alike = a[COS] * b[COS] + a[SIN] * b[SIN] > math.cos(settings.heading_limit_rad)
+    size = np.where(alike, np.hypot(mean_cos, mean_sin), 1.0)
+    across_heading = np.where(alike, np.abs(apart_y * mean_cos - apart_x * mean_sin) / size, np.inf)
+    on_one_road = is_on_one_road(ends, np.hypot(apart_x, apart_y), settings)
+    sideways_m: FloatArray = np.where(on_one_road, np.abs(a[ACROSS] - b[ACROSS]), across_heading)
+    return sideways_m
+
+
+def facing_pairs(table: FloatArray, settings: RelationSettings) -> tuple[LongArray, FloatArray]:
+    """List the pairs that drive in opposite directions on one road, near enough to be looked at.
+
+    Returns
+    -------
+    As from `facing_within`.
+    """
+    travel = table[TRAVEL]
+    return facing_within(
+        table[ROAD],
+        table[ALONG],
+        travel=np.where(np.abs(travel) > math.sqrt(settings.road_alignment), travel, 0.0),
+        half_length_m=table[HALF_LENGTH],
+        reach_m=settings.oncoming_leave_m,
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class NearPairs:
     """Hold the near pairs of one frame and how they follow from those of the frame before.
@@ -114,10 +191,10 @@ class NearPairs:
     ended : columns of the frame before whose pairs are gone.
     """
 
-    columns: PairArray
-    keys: PairArray
-    came_from: PairArray | None
-    ended: PairArray
+    columns: LongArray
+    keys: LongArray
+    came_from: LongArray | None
+    ended: LongArray
 
 
 class NearSet:
@@ -130,9 +207,9 @@ class NearSet:
     __slots__ = ("_keys",)
 
     def __init__(self) -> None:
-        self._keys: PairArray = np.zeros(0, dtype=np.int64)
+        self._keys: LongArray = np.zeros(0, dtype=np.int64)
 
-    def update(self, serials: PairArray, pairs: PairArray, may_enter: BoolArray) -> NearPairs:
+    def update(self, serials: LongArray, pairs: LongArray, may_enter: BoolArray) -> NearPairs:
         """Take the pairs of one frame that are near enough to stay.
 
         Parameters

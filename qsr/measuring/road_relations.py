@@ -9,23 +9,25 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from qsr.measuring.conflicts import fill_conflicts
+from qsr.measuring.conflicts import fill_conflicts, fill_headways
+from qsr.measuring.footprints import (
+    ACROSS,
+    ALONG,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    ROAD,
+    TRAVEL,
+    BoolArray,
+    FloatArray,
+    LongArray,
+)
 from qsr.measuring.free_space import FreeSpace
-from qsr.measuring.headways import fill_headways
-from qsr.measuring.object_table import ACROSS, ALONG, HALF_LENGTH, HALF_WIDTH, ROAD, TRAVEL, FloatArray
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 
-LongArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
 # Headings that are nearly opposite have no mean; the gap means nothing there and only has to stay finite.
 _LEAST_MEAN = 0.01
-# On one road, but this many times as far along it as in the plane (or as the near radius): a ring or a hairpin, where
-# free space is meant.
-_FAR_ALONG = 2.0
 
 
 @dataclass(slots=True)
@@ -46,7 +48,7 @@ def switch_values(
 
     Parameters
     ----------
-    table : (13, n) as made by `qsr.measuring.object_table.object_table`.
+    table : (13, n) as made by `qsr.measuring.footprints.object_table`.
     columns : (2, pairs), of a and of b.
     settings : thresholds.
     rows : how many switches are asked for, from the first on.
@@ -114,7 +116,7 @@ def is_on_one_road(ends: FloatArray, apart_m: FloatArray, settings: RelationSett
     settings : thresholds.
     """
     road_of_a, road_of_b = ends[ROAD]
-    far_m = _FAR_ALONG * np.maximum(apart_m, settings.leave_radius_m)
+    far_m = settings.far_along * np.maximum(apart_m, settings.leave_radius_m)
     one_road = (road_of_a == road_of_b) & (road_of_a >= 0) & (np.abs(ends[ALONG, 0] - ends[ALONG, 1]) <= far_m)
     return np.asarray(one_road, dtype=np.bool_)
 

@@ -15,7 +15,7 @@ from service.records import CarState
 CarValue = float | str | bool | None
 
 # Relations to places are told only where a car has been: elsewhere they are false without a word.
-PLACE_RELATIONS = frozenset({"on", "in_crossing", "in_lane"})
+PLACE_RELATIONS = frozenset(one.name for one in RELATIONS if one.frame == "map" and one.arity == 2)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,9 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TypeVar
 
-from anchoring.adapter import TRIAL_US, LinkTrials
+from anchoring.adapter import LinkTrials
 from anchoring.observations import LinkChange
+from anchoring.settings import AnchoringSettings
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.streams.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
@@ -102,7 +103,7 @@ def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Samp
 
 def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, _States]]:
     """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
-    trials = LinkTrials(TRIAL_US)
+    trials = LinkTrials(AnchoringSettings().trial_us)
     links = _by_frame(log.links(run_id), "t_us")
     changes = _by_frame(log.relations(run_id), "decided_us")
     frames = groupby(log.states(run_id), key=attrgetter("t_us"))

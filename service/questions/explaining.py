@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # JSON values
 
-from anchoring.hypotheses.history import LinkHistory, LinkInterval
-from anchoring.observations import LinkChange
+from anchoring.observations import LinkChange, LinkInterval, link_intervals
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Occurrence
 from chronicles.explanation.explanations import Explanation, WhyNot
@@ -219,19 +218,19 @@ def _occurrence(event: EventRecord) -> Occurrence:
 
 
 def _identities(log: EventLog, event: EventRecord) -> dict[str, tuple[LinkInterval, ...]]:
-    history = LinkHistory()
-    history.record(
+    changes = (
         LinkChange(one.t_us, one.kind, one.level, one.lower, one.upper, one.reason) for one in log.links(event.run)
     )
-    chains = {role: _chain(history, symbol, event.end_us) for role, symbol in event.roles.items()}
+    below = link_intervals(changes)
+    chains = {role: _chain(below, symbol, event.end_us) for role, symbol in event.roles.items()}
     return {role: links for role, links in chains.items() if links}
 
 
-def _chain(history: LinkHistory, car: str, until_us: int) -> tuple[LinkInterval, ...]:
+def _chain(below: Mapping[str, Sequence[LinkInterval]], car: str, until_us: int) -> tuple[LinkInterval, ...]:
     found: list[LinkInterval] = []
     pending = [car]
     while pending:
-        links = [one for one in history.links_of(pending.pop()) if one.start_us <= until_us]
+        links = [one for one in below.get(pending.pop(), ()) if one.start_us <= until_us]
         found += links
         pending += sorted({one.lower for one in links})
     order = ("world", "on_road", "car")

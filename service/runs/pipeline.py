@@ -12,13 +12,14 @@ another text. A sample carries a whole frame, so the middleware costs a few func
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import files
 from typing import Any  # a sample carries whatever its stream was declared to carry
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
+from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.recogniser import Recogniser
 from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
@@ -114,6 +115,17 @@ class Pipeline:
         return stream
 
 
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """Hold the numbers of the engines behind vision."""
+
+    anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
+    relations: RelationSettings = field(default_factory=RelationSettings)
+
+
+USUAL = EngineSettings()
+
+
 def shipped_kpl(source: str) -> KplText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
@@ -127,6 +139,7 @@ def declared_pipeline(
     monitors: LoadedMonitors = NO_MONITORS,
     *,
     kpl: KplText | None = None,
+    settings: EngineSettings = USUAL,
     clock: Callable[[], int],
 ) -> Pipeline:
     """Create the pipeline that a text declares for what is fed: the text of the user, or the shipped one.
@@ -143,7 +156,7 @@ def declared_pipeline(
         If the text is wrong.
     """
     text = kpl or shipped_kpl(feed.source)
-    registry = _host_code(feed, network, chronicle_set, monitors)
+    registry = _host_code(feed, network, chronicle_set, monitors, settings)
     deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
     if not deployment.publishers(feed.source):
         raise InputError(f"{text.name}: expected a process made of the source {feed.source!r}, got none")
@@ -170,21 +183,28 @@ def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
 
 
 def _host_code(
-    feed: Feed, network: RoadNetwork | None, chronicle_set: ChronicleSet, monitors: LoadedMonitors
+    feed: Feed,
+    network: RoadNetwork | None,
+    chronicle_set: ChronicleSet,
+    monitors: LoadedMonitors,
+    settings: EngineSettings,
 ) -> Registry:
     """Offer the source, what looks at it, and everything that follows."""
-    settings = RelationSettings()
     watched = watched_relations(chronicle_set, monitors)
     # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
-    wait_us = settings.backdate_us
+    wait_us = settings.relations.backdate_us
     registry = Registry()
     if feed.vision is None:
         registry.source(feed.source, output=OBJECTS)
     else:
         registry.source(feed.source, output="Frame")
         registry.unit("vision", inputs=("Frame",), output=OBJECTS)(partial(VisionUnit, feed.vision))
-    registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(lambda: AnchoringUnit(Anchorer(network)))
-    registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(lambda: RelationUnit(_observer(network, settings, watched)))
+    registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(
+        lambda: AnchoringUnit(Anchorer(network, settings.anchoring))
+    )
+    registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(
+        lambda: RelationUnit(_observer(network, settings.relations, watched))
+    )
     features = monitors.features if monitors.definitions else None
     registry.unit("synchronisation", inputs=(CARS, RELATIONS), output=STATE)(
         lambda: SynchronisationUnit(features, network, lag_us=wait_us)

@@ -22,7 +22,7 @@ from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
-from service.runs.pipeline import KplText, Pipeline, declared_pipeline, watched_relations
+from service.runs.pipeline import EngineSettings, KplText, Pipeline, declared_pipeline, watched_relations
 from service.runs.recording import RecordedStreams, Recorder
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
@@ -135,8 +135,15 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
+    settings = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
     pipeline = declared_pipeline(
-        source.feed(), source.network, chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns
+        source.feed(),
+        source.network,
+        chronicles.merged,
+        monitors,
+        kpl=kpl,
+        settings=settings,
+        clock=time.perf_counter_ns,
     )
     recorded = RecordedStreams.of(pipeline)
     record = _run_record(source, site, chronicles, monitors, pipeline=pipeline, columns=request.columns or {})

@@ -196,28 +196,6 @@ def evaluate_events(
     )
 
 
-def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
-    """Pool the scores of several scenes: counts add up, no mean of means.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or they speak of different event types.
-    """
-    types = {evaluation.type for evaluation in evaluations}
-    if len(types) != 1:
-        raise ValueError(f"evaluations: expected one event type, got {sorted(types)!r}")
-    return Evaluation(
-        type=types.pop(),
-        right=tuple(match for one in evaluations for match in one.right),
-        border=tuple(match for one in evaluations for match in one.border),
-        wrong=tuple(event for one in evaluations for event in one.wrong),
-        missed=tuple(event for one in evaluations for event in one.missed),
-        unjudged=tuple(event for one in evaluations for event in one.unjudged),
-        has_truth=any(one.has_truth for one in evaluations),
-    )
-
-
 def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
     """Read ``truth_events.jsonl`` and ``truth.csv`` of a generated scene.
 

@@ -11,8 +11,8 @@ import pytest
 from anchoring.anchorer import Anchorer
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
-from anchoring.hypotheses.history import LinkHistory
 from anchoring.hypotheses.hypotheses import default_linkages
+from anchoring.observations import link_intervals
 from anchoring.settings import AnchoringSettings
 from tests.anchoring.support import BEND_RADIUS_M, Seen, bend, observations, run, straight_road
 
@@ -350,12 +350,9 @@ def test_history_tells_who_was_who() -> None:
         return {"v1": east(10 * t)} if t < 1 else {"v2": east(10 * t)} if t >= 2 else {}
 
     _, changes = run(Anchorer(straight_road()), film(scene, 3.0))
-    history = LinkHistory()
-    history.record(changes)
-    assert history.car_of("v1", 800_000) == "car1"
-    assert history.car_of("v1", 1_500_000) == ""
-    assert history.car_of("v2", 2_900_000) == "car1"
-    assert [name for name, _, _ in history.vision_ids("car1")] == ["v1", "v2"]
+    below = link_intervals(changes)
+    assert [(link.lower, link.end_us is None) for link in below["w1"]] == [("v1", False), ("v2", True)]
+    assert [(link.lower, link.end_us) for link in below["car1"]] == [("r1", None)]
 
 
 class NeverEstablish:

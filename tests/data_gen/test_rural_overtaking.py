@@ -7,8 +7,9 @@ from data_gen.drawing.view import camera_over
 from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import simulate
 from data_gen.truth.events import TruthEvent, find_events
-from data_gen.truth.motion import centres_in_view, tabulate
+from data_gen.truth.motion import tabulate
 from gis.sumo_net import read_sumo_net
+from tests.data_gen.truth_support import centres_in_view
 
 SCENARIO = scenario_named("rural_overtaking")
 

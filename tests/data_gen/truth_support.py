@@ -1,14 +1,15 @@
 """Builders for tests of the truth of events: hand-made motion on small networks, laid out as truth tables."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from data_gen.drawing.view import CameraView
 from data_gen.simulation.states import FloatArray, VehicleStates
-from data_gen.truth.motion import tabulate
-from data_gen.truth.tables import TruthTables, truth_tables
+from data_gen.truth.motion import Motion, TruthTables, tabulate, truth_tables
 from gis.lanes import Junction, Lane
 from gis.road_network import RoadNetwork
 
@@ -103,3 +104,25 @@ def _state(drives: Mapping[str, Drive], network: RoadNetwork, step: int) -> Vehi
         width_m=np.array([drive.width_m for drive in here.values()], dtype=np.float64),
         appearance=np.zeros(len(here), dtype=np.int64),
     )
+
+
+def centres_in_view(
+    motion: Motion, states: Sequence[VehicleStates], view: CameraView | Sequence[CameraView]
+) -> NDArray[np.bool_]:
+    """Tell at which steps each vehicle's centre is in the image.
+
+    Parameters
+    ----------
+    motion, states : of the same clip.
+    view : of the camera; one for each step if it moves.
+
+    Returns
+    -------
+    (steps, vehicles); False where a vehicle is absent.
+    """
+    column = {vehicle_id: place for place, vehicle_id in enumerate(motion.ids)}
+    in_view = np.zeros(motion.road.shape, dtype=np.bool_)
+    views = (view,) * len(states) if isinstance(view, CameraView) else view
+    for row, (step, seen) in enumerate(zip(states, views, strict=True)):
+        in_view[row, [column[vehicle_id] for vehicle_id in step.ids]] = seen.contains(step.centre_m)
+    return in_view

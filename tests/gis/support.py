@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gis.frames import LocalFrame
 from gis.lanes import Lane
 from gis.polyline import offset
 from gis.road_network import RoadNetwork
@@ -80,7 +82,7 @@ def locate_slowly(
         lane, junction = (nearest, -1) if nearest < len(lane_m) else (-1, nearest - len(lane_m))
     if lane < 0:
         return -1, np.nan, np.nan, -1, junction, np.nan
-    road = network.road_index(network.lanes[lane].road)
+    road = [one.id for one in network.roads].index(network.lanes[lane].road)
     along_m, across_m, tangent_rad = _road_coordinates(network.roads[road].reference_line_m, point_m)
     return road, along_m, across_m, lane, junction, tangent_rad
 
@@ -138,3 +140,18 @@ def _road_coordinates(line_m: FloatArray, point_m: FloatArray) -> tuple[float, f
             best = (behind_m + share_m + past_m, across_m, float(np.arctan2(ahead[1], ahead[0])))
         behind_m += size_m
     return best
+
+
+def write_geojson(network: RoadNetwork, path: Path, frame: LocalFrame) -> None:
+    """Write a road network as GeoJSON, positions to a tenth of a millimetre."""
+    features = []
+    for lane in network.lanes:
+        names = ("id", "road", "edge", "index", "direction", "width_m", "speed_limit_mps")
+        line = frame.to_wgs84(lane.centre_line_m).round(9).tolist()
+        geometry = {"type": "LineString", "coordinates": line}
+        features.append({"properties": {name: getattr(lane, name) for name in names}, "geometry": geometry})
+    for junction in network.junctions:
+        ring = frame.to_wgs84(junction.outline_m).round(9).tolist()
+        geometry = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
+        features.append({"properties": {"id": junction.id}, "geometry": geometry})
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), encoding="utf-8")

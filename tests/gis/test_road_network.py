@@ -8,7 +8,7 @@ import shapely
 
 from gis.errors import GisError
 from gis.lanes import Junction, Lane, Road
-from gis.road_network import RoadNetwork
+from gis.road_network import RoadNetwork, plain_rings
 from gis.sumo_net import read_sumo_net
 from tests.gis.support import CROSSING_NET, FloatArray, arc, locate_slowly, straight_lane, two_way_along
 
@@ -148,30 +148,11 @@ def test_surface_joins_lanes_and_junctions_over_hairline_gaps() -> None:
 def test_road_polygons_leave_the_island_of_a_ring_road_empty() -> None:
     ring_m = arc(radius_m=30.0, turn_rad=2 * np.pi, segments=40)
     network = RoadNetwork([Lane("ring", "ring", 0, "ring", 1, ring_m, 5.0, 10.0)])
-    rings = network.road_polygons()
+    rings = plain_rings(network.surface())
     filled = shapely.union_all([shapely.Polygon(ring) for ring in rings])
     assert not filled.covers(shapely.Point(0.0, 30.0))
     assert filled.symmetric_difference(network.surface()).area < 1e-6
     assert all(shapely.is_ccw(shapely.LinearRing(ring)) for ring in rings)
-
-
-def test_ids_are_looked_up() -> None:
-    network = RoadNetwork(TWO_WAY, junctions=[SQUARE])
-    assert (network.lane_index("ew_0"), network.road_index("we"), network.junction_index("c")) == (1, 0, 0)
-
-
-@pytest.mark.parametrize(
-    ("look_up", "name", "message"),
-    [
-        ("lane_index", "we_1", "expected the id of a lane, got 'we_1'; did you mean 'we_0'?"),
-        ("road_index", "north", "expected the id of a road, got 'north'"),
-        ("junction_index", "x", "expected the id of a junction, got 'x'"),
-    ],
-)
-def test_an_unknown_id_is_an_error(look_up: str, name: str, message: str) -> None:
-    with pytest.raises(GisError) as caught:
-        getattr(RoadNetwork(TWO_WAY, junctions=[SQUARE]), look_up)(name)
-    assert str(caught.value) == f"road network: {message}"
 
 
 def test_a_network_without_lanes_is_an_error() -> None:

@@ -81,7 +81,7 @@ def test_a_crossing_made_by_netconvert_has_four_roads_and_a_junction() -> None:
 
 def test_reference_lines_of_a_bent_road_follow_the_edge_shape_netconvert_was_given() -> None:
     network = read_sumo_net(CROSSING_NET)
-    line_m = network.roads[network.road_index("ce")].reference_line_m
+    line_m = next(road for road in network.roads if road.id == "ce").reference_line_m
     assert line_m[1:].tolist() == [pytest.approx(point, abs=0.02) for point in ([60, 5], [120, 30], [200, 10])]
 
 

@@ -2,8 +2,10 @@
 
 import random
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+import msgspec
 
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import (
@@ -147,3 +149,22 @@ def read_all(url: str, wanted: EventFilter | None = None) -> list[EventRecord]:
     """Read all events of a filter."""
     with open_log(url) as log:
         return [decode_event(text) for text in iterate_events(log, wanted or EventFilter())]
+
+
+def event_of_row(row: Mapping[str, str]) -> EventRecord:
+    """Read an event back from its row of a CSV file."""
+    roles = {
+        column.removeprefix("role."): actor for column, actor in row.items() if column.startswith("role.") and actor
+    }
+    place = Place(row["place_road"], float(row["place_x_m"]), float(row["place_y_m"])) if row["place_x_m"] else None
+    plain = {
+        "chronicle": ChronicleRef(row["chronicle"], row["version"]),
+        "roles": roles,
+        "place": place,
+        "revises": row["revises"] or None,
+        "hypotheses": msgspec.json.decode(row["hypotheses"], type=tuple[str, ...]),
+        "sub_events": msgspec.json.decode(row["sub_events"], type=tuple[SubEvent, ...]),
+        **{column: int(row[column]) for column in ("seq", "start_us", "end_us", "recognised_us")},
+        **{column: row[column] for column in ("id", "type", "source", "run", "start", "end", "status")},
+    }
+    return msgspec.convert(plain, EventRecord)

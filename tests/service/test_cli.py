@@ -1,5 +1,6 @@
 """Does the command line do what its help says, as a user and as a script see it?"""
 
+import csv
 import json
 import os
 import re
@@ -14,7 +15,7 @@ import httpx
 import pytest
 
 from service.cli import app
-from service.export.events import read_events_csv, read_events_jsonl
+from service.questions.queries import decode_event
 from service.records import CameraRecord
 from tests.service.logs import SECOND_US, overtake, read_all, run, write_log, write_small_log
 
@@ -81,14 +82,14 @@ def test_a_cut_table_says_so(log: str, capsys: pytest.CaptureFixture[str]) -> No
 
 def test_jsonl_is_the_log_line_by_line(log: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert app.run(["events", log, "--format", "jsonl"]) == 0
-    assert list(read_events_jsonl(capsys.readouterr().out.splitlines(), name="-")) == read_all(log)
+    assert [decode_event(line) for line in capsys.readouterr().out.splitlines()] == read_all(log)
 
 
 def test_csv_has_a_column_for_each_role(log: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert app.run(["events", log, "--format", "csv", "--role", "passer=car7"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].endswith(",role.overtaken,role.overtaker,role.passed,role.passer")
-    assert [event.id for event in read_events_csv(lines, name="-")] == ["r1-4"]
+    assert [row["id"] for row in csv.DictReader(lines)] == ["r1-4"]
 
 
 def test_several_logs_are_merged_in_the_order_of_time(

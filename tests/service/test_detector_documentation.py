@@ -6,10 +6,11 @@ import tomllib
 from dataclasses import fields
 from pathlib import Path
 
-from service.runs.inputs.site import FIELDS
+from service.runs.inputs.site import SiteFile
+from service.runs.inputs.toml_tables import read_toml, tables_of
 from vision.networks.box_detector import CLASS_NAMES
 from vision.networks.detection_files import KNOWN_COLUMNS
-from vision.networks.onnx_settings import OnnxSettings, read_onnx_settings
+from vision.networks.onnx_settings import OnnxSettings
 
 PAGE = Path(__file__).parents[2] / "docs" / "detectors.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -26,13 +27,13 @@ def test_the_example_of_the_page_runs() -> None:
 
 
 def test_the_site_table_of_the_page_has_every_field() -> None:
-    assert tuple(tomllib.loads(toml_blocks()[0])["detector"]) == FIELDS["detector"]
+    assert tuple(tomllib.loads(toml_blocks()[0])["detector"]) == dict(tables_of(SiteFile))["detector"]
 
 
 def test_the_description_of_a_network_on_the_page_can_be_read(tmp_path: Path) -> None:
     path = tmp_path / "traffic.toml"
     path.write_text(toml_blocks()[1], encoding="utf-8")
-    assert read_onnx_settings(path).tiles == (2, 1)
+    assert read_toml(path, OnnxSettings, what="a description").tiles == (2, 1)
 
 
 def test_the_page_names_every_setting_column_and_class() -> None:

@@ -1,5 +1,6 @@
 """Do exported files carry everything, and can they be read back?"""
 
+import csv
 import io
 import math
 import random
@@ -7,13 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from service.errors import ExportError
-from service.export.events import read_events_csv, read_events_jsonl, write_events_csv, write_events_jsonl
+from service.export.events import write_events_csv, write_events_jsonl
 from service.export.tracks import MotReport, footprint_corners, write_tracks_csv, write_tracks_mot
-from service.questions.queries import EventFilter, find_role_names, iterate_events
+from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_events
 from service.records import CameraRecord, CarState, ViewRecord
 from service.store.log import open_log
-from tests.service.logs import CAMERA, overtake, random_drafts, read_all, state, write_log
+from tests.service.logs import CAMERA, event_of_row, overtake, random_drafts, read_all, state, write_log
 
 
 @pytest.fixture
@@ -27,39 +27,20 @@ def test_events_survive_a_round_trip_through_csv(url: str) -> None:
     with open_log(url) as log:
         count = write_events_csv(iterate_events(log, EventFilter()), find_role_names(log, EventFilter()), out)
     assert count == len(read_all(url)) > 30
-    assert list(read_events_csv(io.StringIO(out.getvalue(), newline=""), name="a.csv")) == read_all(url)
+    assert [event_of_row(row) for row in csv.DictReader(io.StringIO(out.getvalue(), newline=""))] == read_all(url)
 
 
 def test_events_survive_a_round_trip_through_jsonl(url: str) -> None:
     out = io.StringIO()
     with open_log(url) as log:
         assert write_events_jsonl(iterate_events(log, EventFilter()), out) == len(read_all(url))
-    assert list(read_events_jsonl(io.StringIO(out.getvalue()), name="a.jsonl")) == read_all(url)
+    assert [decode_event(line) for line in out.getvalue().splitlines()] == read_all(url)
 
 
 def test_an_empty_csv_has_its_header(tmp_path: Path) -> None:
     out = io.StringIO()
     assert write_events_csv([], ["overtaker"], out) == 0
     assert out.getvalue().endswith("hypotheses,sub_events,role.overtaker\n")
-
-
-def test_a_line_that_is_no_event_is_refused_with_its_number() -> None:
-    with pytest.raises(ExportError, match=r"a\.jsonl:1: expected an event as one JSON object, got '{}'"):
-        list(read_events_jsonl(["{}"], name="a.jsonl"))
-
-
-def test_a_csv_without_our_columns_is_refused() -> None:
-    with pytest.raises(ExportError, match=r"a\.csv:1: expected columns seq, type"):
-        list(read_events_csv(["id\n", "x\n"], name="a.csv"))
-
-
-def test_a_csv_row_that_is_no_event_is_refused(url: str) -> None:
-    out = io.StringIO()
-    with open_log(url) as log:
-        write_events_csv(iterate_events(log, EventFilter(), limit=1), [], out)
-    broken = out.getvalue().replace("demo.mp4,r1,", "demo.mp4,r1,,", 1)
-    with pytest.raises(ExportError, match=r"a\.csv:2: expected an event"):
-        list(read_events_csv(io.StringIO(broken), name="a.csv"))
 
 
 def test_tracks_have_the_columns_of_the_truth() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from anchoring.adapter import SETTLE_US
+from anchoring.settings import AnchoringSettings
 from chronicles.events import Occurrence
 from dyknow.streams.sample import Sample
 from dyknow.streams.stream import exhaust
@@ -78,7 +78,7 @@ def test_the_same_wrong_speed_just_after_a_lost_view_is_none() -> None:
 
 def test_what_goes_on_longer_than_the_view_needs_to_settle_is_told() -> None:
     (event,) = near_misses(recognised(around_a_loss(wrong_for=30)))
-    assert event.start_us >= LOST.stop * STEP_US + SETTLE_US
+    assert event.start_us >= LOST.stop * STEP_US + AnchoringSettings().settle_us
 
 
 def log_with_views(folder: Path, lost: set[int]) -> str:

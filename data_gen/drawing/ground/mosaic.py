@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.rectangle import Rectangle, rectangle_around
-from data_gen.drawing.view import CameraView
+from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
 from data_gen.simulation.states import FloatArray
 from gis.camera import GroundCamera
 

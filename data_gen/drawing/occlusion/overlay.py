@@ -1,4 +1,8 @@
-"""How do occluders come into the picture? As layers over the traffic, and as shadows on traffic and ground alike."""
+"""How do occluders come into the picture, and which part of a vehicle's body do they hide?
+
+They are layers over the traffic, and shadows on traffic and ground alike; what they hide is measured on the very layers
+that are drawn.
+"""
 
 from collections.abc import Sequence
 
@@ -7,14 +11,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from data_gen.drawing.ground.buildings import at_height
 from data_gen.drawing.ground.mosaic import Raster
-from data_gen.drawing.ground.paint import GroundPainter, Picture
+from data_gen.drawing.ground.paint import GroundPainter, Picture, cover_of
 from data_gen.drawing.occlusion.occluders import Occluder, shadow_on_ground
-from data_gen.drawing.rectangle import Rectangle
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.sprite_painter import blend
-from data_gen.drawing.view import CameraView
-from data_gen.simulation.states import FloatArray
+from data_gen.drawing.traffic.vehicle_models import height_m
+from data_gen.drawing.view import CameraView, Rectangle, corners_m
+from data_gen.simulation.states import FloatArray, VehicleStates
 
 ByteArray = NDArray[np.uint8]
 Layer = tuple[Rectangle, ByteArray]
@@ -134,3 +139,40 @@ def _cut(where: Rectangle, part: Rectangle) -> tuple[tuple[slice, slice], tuple[
     inner = np.s_[top - part.top : bottom - part.top, left - part.left : right - part.left]
     source = np.s_[top - where.top : bottom - where.top, left - where.left : right - where.left]
     return inner, source
+
+
+def hidden_shares(states: VehicleStates, rows: NDArray[np.intp], view: CameraView, overlay: Overlay) -> FloatArray:
+    """Measure how much of some bodies an occluder hides.
+
+    Parameters
+    ----------
+    states : vehicles.
+    rows : (n,), those to measure; all lie in front of the camera.
+    view : the camera.
+    overlay : the occluders as drawn.
+
+    Returns
+    -------
+    (n,) from 0 to 1: of the part of the body's outline that lies in the image; 0 where none of it does.
+    """
+    outlines_m = corners_m(states)
+    return np.array(
+        [_hidden_share(outlines_m[row], height_m(states.classes[row]), view, overlay) for row in rows],
+        dtype=np.float64,
+    )
+
+
+def _hidden_share(footprint_m: FloatArray, up_m: float, view: CameraView, overlay: Overlay) -> float:
+    foot_px, roof_px = at_height(footprint_m, 0.0, view), at_height(footprint_m, up_m, view)
+    points_px = np.vstack((foot_px, roof_px))
+    if (points_px.max(axis=0) < 0).any() or (points_px.min(axis=0) > np.array(view.size_px)).any():
+        return 0.0
+    silhouette_px = cv2.convexHull(points_px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+    patch = cover_of([silhouette_px], view.size_px)
+    if patch is None:
+        return 0.0
+    rows, columns = patch.window
+    part = Rectangle(columns.start, rows.start, columns.stop, rows.stop)
+    if not overlay.touches(part, view) or not patch.cover.any():
+        return 0.0
+    return float((patch.cover * overlay.opacity(part, view)).sum() / patch.cover.sum())

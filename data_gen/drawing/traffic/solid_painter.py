@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_gen.drawing.ground.paint import Colour
-from data_gen.drawing.rectangle import Rectangle, rectangle_around
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.sprite_painter import blend, looks_of, rows_near_image
 from data_gen.drawing.traffic.vehicle_models import Part, VehicleLooks, vehicle_parts
 from data_gen.drawing.traffic.vehicles import PENUMBRA_M, SHADOW_COLOUR, SHADOW_STRENGTH, shadow_m
-from data_gen.drawing.view import CameraView
+from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
 from data_gen.simulation.states import FloatArray, VehicleStates
 
 _FINE_PIXEL_M = 0.05

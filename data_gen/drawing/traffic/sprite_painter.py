@@ -6,11 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.rectangle import Rectangle, rectangle_around
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import VehicleLooks, height_m
 from data_gen.drawing.traffic.vehicles import Sprite, paint_vehicle
-from data_gen.drawing.view import CameraView
+from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
 from data_gen.simulation.states import FloatArray, VehicleStates
 
 _HEADING_STEP_RAD = math.radians(2)

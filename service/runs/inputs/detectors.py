@@ -9,18 +9,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from msgspec import Meta
 
 from service.errors import InputError
+from service.runs.inputs.toml_tables import Number, Text, read_toml
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections
 from vision.networks.onnx_detector import OnnxDetector
-from vision.networks.onnx_settings import OnnxSettings, read_onnx_settings
+from vision.networks.onnx_settings import ClassWords, OnnxSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.video.frames import Frame
 
 Channels = Literal["colour", "thermal", "both"]
 GRAMMAR = "motion, motion:thermal, motion:both, onnx:PATH or file:PATH"
+Side = Annotated[int, Meta(ge=2, lt=100_000)]
+SIZE = "width and height in whole pixels, at least 2"
 _CHANNELS: Mapping[str, Channels] = {"": "colour", "thermal": "thermal", "both": "both"}
 
 
@@ -30,16 +35,16 @@ class DetectionDetails:
 
     Attributes
     ----------
-    use : the detector, in the words of the command line; empty for the motion detector.
+    use : the detector, in the words of the command line.
     classes, score_threshold : for a file of detections, as `ReadingRules`.
     rate_hz, size_px : frames a second and size of the picture, for a file of detections that stands alone.
     """
 
-    use: str = ""
-    classes: Mapping[int, str] = field(default_factory=dict)
-    score_threshold: float = 0.25
-    rate_hz: float | None = None
-    size_px: tuple[int, int] | None = None
+    use: Text = "motion"
+    classes: ClassWords = field(default_factory=dict)
+    score_threshold: Number = 0.25
+    rate_hz: Annotated[float, Meta(ge=0.1, le=1000, description="frames a second from 0.1 to 1000")] | None = None
+    size_px: Annotated[tuple[Side, Side], Meta(description=SIZE)] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +132,7 @@ def choose_detector(
         If the description of a network cannot be used.
     """
     details = details if details is not None else DetectionDetails()
-    text = wanted if wanted is not None else details.use or "motion"
+    text = wanted if wanted is not None else details.use
     where = "--detector" if wanted is not None else "[detector] use"
     kind, colon, what = text.partition(":")
     if kind == "motion" and what in _CHANNELS and bool(colon) == bool(what):
@@ -138,7 +143,7 @@ def choose_detector(
     if not path.is_file():
         raise InputError(f"{where}: expected the path of a file, got {what!r}, and there is no {path}")
     if kind == "onnx":
-        return OnnxChoice(path, read_onnx_settings(_description(path)))
+        return OnnxChoice(path, read_toml(_description(path), OnnxSettings, what="TOML that describes the weights"))
     return FileChoice(path, ReadingRules(columns or {}, details.classes, details.score_threshold))
 
 

@@ -6,17 +6,16 @@ be trusted. Paths in the file are relative to the file's own folder.
 
 from __future__ import annotations
 
-import difflib
-import tomllib
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TypeGuard
+from typing import Annotated, Literal
 
 import numpy as np
+from msgspec import Meta, Struct
 
+from anchoring.settings import AnchoringSettings
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraTrack, read_camera_track
 from gis.errors import GisError
@@ -25,25 +24,82 @@ from gis.geojson import read_geojson
 from gis.lanes import Lane, edge_name
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
-from service.errors import SiteError
+from qsr.settings import RelationSettings
 from service.runs.inputs.detectors import DetectionDetails
+from service.runs.inputs.toml_tables import Number, Text, read_toml, wrong
 from service.times import FIRST_UTC, LAST_UTC
-from vision.errors import VisionError
-from vision.networks.onnx_settings import class_words
 
-# Which fields each table may have; the key "" is the file itself.
-FIELDS: Mapping[str, tuple[str, ...]] = {
-    "": ("name", "start_utc", "network", "frame", "camera", "detector"),
-    "network": ("sumo", "geojson", "lane"),
-    "network.lane": ("id", "road", "direction", "centre_line_m", "width_m", "speed_limit_mps"),
-    "frame": ("origin_lat_deg", "origin_lon_deg"),
-    "camera": ("homography", "point", "road_mask", "moving", "poses", "reach_m", "thermal"),
-    "camera.point": ("pixel", "ground_m"),
-    "camera.thermal": ("video", "homography"),
-    "detector": ("use", "classes", "score_threshold", "rate_hz", "size_px"),
-}
+Point = Annotated[tuple[Number, Number], Meta(description="a point [x, y] of two numbers")]
+Line = Annotated[list[tuple[Number, Number]], Meta(min_length=1, description="points [[x, y], [x, y], ...]")]
+_Row = tuple[Number, Number, Number]
+Matrix = Annotated[tuple[_Row, _Row, _Row], Meta(description="3 rows of 3 numbers")]
+Metres = Annotated[float, Meta(ge=0, le=1e300, description="metres, not below 0")]
+START = "a date and time with its zone and no quotes, as 2026-05-01T08:00:00Z"
 
-Point = tuple[float, float]
+
+class LaneTable(Struct, kw_only=True):
+    """A lane written out."""
+
+    id: Text
+    road: Text | None = None
+    direction: Annotated[Literal[1, -1], Meta(description="1 or -1")] = 1
+    centre_line_m: Line
+    width_m: Number
+    speed_limit_mps: Number
+
+
+class NetworkTable(Struct):
+    """The roads, in one of three forms."""
+
+    sumo: Path | None = None
+    geojson: Path | None = None
+    lane: list[LaneTable] | None = None
+
+
+class FrameTable(Struct):
+    """Where on Earth the local frame lies."""
+
+    origin_lat_deg: Number
+    origin_lon_deg: Number
+
+
+class PointTable(Struct):
+    """A mark whose place is known in the picture and on the ground."""
+
+    pixel: Point
+    ground_m: Point
+
+
+class ThermalTable(Struct):
+    """A thermal video of the same ground."""
+
+    video: Path
+    homography: Matrix
+
+
+class CameraTable(Struct):
+    """How pixels and ground belong together."""
+
+    homography: Matrix | None = None
+    point: list[PointTable] | None = None
+    road_mask: Path | None = None
+    moving: bool = False
+    poses: Path | None = None
+    reach_m: Metres | None = None
+    thermal: ThermalTable | None = None
+
+
+class SiteFile(Struct, kw_only=True):
+    """The whole file."""
+
+    name: Text
+    start_utc: Annotated[datetime, Meta(tz=True, description=START)]
+    network: NetworkTable | None = None
+    frame: FrameTable | None = None
+    camera: CameraTable | None = None
+    detector: DetectionDetails | None = None
+    anchoring: AnchoringSettings = AnchoringSettings()
+    relations: RelationSettings = RelationSettings()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +147,7 @@ class Site:
     motion : None if the camera stands still; `camera` is that of the first frame where it moves.
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
     detector : which detector is to look, and what it needs besides; None if the file has no [detector].
+    anchoring, relations : the numbers of these engines, with what [anchoring] and [relations] change in them.
     """
 
     name: str
@@ -104,6 +161,8 @@ class Site:
     motion: Motion | None = None
     thermal: Thermal | None = None
     detector: DetectionDetails | None = None
+    anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
+    relations: RelationSettings = field(default_factory=RelationSettings)
 
 
 def load_site(path: str | Path) -> Site:
@@ -124,278 +183,121 @@ def load_site(path: str | Path) -> Site:
         are given at once, or a file it names cannot be used. The message names the file and the field.
     """
     path = Path(path)
-    site = _Table(_parse(path), path, "", "")
-    name, start_utc = site.text("name"), site.time("start_utc")
-    frame_table, network_table, camera_table = (site.table(part) for part in ("frame", "network", "camera"))
-    frame = _read_frame(frame_table) if frame_table else None
-    network = _read_network(network_table, frame) if network_table else None
-    motion = _read_motion(camera_table) if camera_table else None
-    camera = _read_camera(camera_table, motion) if camera_table else None
-    road_mask = _read_road_mask(camera_table, motion) if camera_table else None
-    thermal_table = camera_table.table("thermal") if camera_table else None
-    thermal = _read_thermal(thermal_table) if thermal_table else None
-    named = [network_table.file(form) for form in ("sumo", "geojson") if network_table and network_table.has(form)]
-    named += [road_mask] if road_mask else []
-    named += [camera_table.file("poses")] if camera_table and motion and motion.poses else []
-    named += [thermal.video] if thermal else []
-    detector_table = site.table("detector")
-    detector = _read_detector(detector_table) if detector_table else None
-    return Site(name, start_utc, network, camera, frame, road_mask, path, (path, *named), motion, thermal, detector)
+    said = read_toml(path, SiteFile, what="a readable site file")
+    if not FIRST_UTC <= said.start_utc <= LAST_UTC:
+        expected = f"expected a time from {FIRST_UTC:%Y-%m-%d} to {LAST_UTC:%Y-%m-%d}"
+        raise wrong(path, "start_utc", f"{expected}, got {said.start_utc.isoformat()!r}")
+    # What is asked of a stored run goes by the usual times: the log does not keep those of a site.
+    for place, name, came, usual in (
+        ("anchoring", "trial_us", said.anchoring.trial_us, AnchoringSettings().trial_us),
+        ("relations", "backdate_us", said.relations.backdate_us, RelationSettings().backdate_us),
+    ):
+        if came != usual:
+            raise wrong(path, f"{place}.{name}", f"expected {usual!r}, by which stored runs are read, got {came!r}")
+    roads, view = said.network or NetworkTable(), said.camera or CameraTable()
+    thermal = view.thermal
+    frame = _read_frame(said.frame, path) if said.frame else None
+    network = _read_network(roads, frame, path) if said.network else None
+    motion = _read_motion(view, path)
+    camera = _read_camera(view, path) if said.camera else None
+    files = (path, roads.sumo, roads.geojson, view.road_mask, view.poses, thermal.video if thermal else None)
+    return Site(
+        name=said.name,
+        start_utc=said.start_utc.astimezone(UTC),
+        network=network,
+        camera=camera,
+        frame=frame,
+        road_mask=view.road_mask,
+        path=path,
+        files=tuple(file for file in files if file),
+        motion=motion,
+        thermal=Thermal(thermal.video, _camera_of(thermal.homography, path, "camera.thermal")) if thermal else None,
+        detector=said.detector,
+        anchoring=said.anchoring,
+        relations=said.relations,
+    )
 
 
-def _parse(path: Path) -> Mapping[str, object]:
+def _read_frame(table: FrameTable, path: Path) -> LocalFrame:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise SiteError(f"{path}: expected a readable site file, got {error.strerror or error!s}") from error
-    except ValueError as error:
-        raise SiteError(f"{path}: expected TOML in UTF-8, got {error!s}") from error
-    except RecursionError as error:
-        raise SiteError(f"{path}: expected TOML with a few levels of nesting, got too many to read") from error
-
-
-def _read_frame(table: _Table) -> LocalFrame:
-    try:
-        return LocalFrame(table.number("origin_lat_deg"), table.number("origin_lon_deg"))
+        return LocalFrame(table.origin_lat_deg, table.origin_lon_deg)
     except GisError as error:
-        raise table.wrong("", error) from error
+        raise wrong(path, "frame", error) from error
 
 
-def _read_network(table: _Table, frame: LocalFrame | None) -> RoadNetwork:
-    form = table.only_one_of("sumo", "geojson", "lane")
+def _only_form(table: Struct, names: tuple[str, ...], path: Path, place: str) -> str:
+    """Tell which of several fields is there, of which there must be exactly one."""
+    given = [name for name in names if getattr(table, name) is not None]
+    if len(given) == 1:
+        return given[0]
+    came = " and ".join(given) if given else "none of them"
+    raise wrong(path, place, f"expected exactly one of {', '.join(names)}; got {came}")
+
+
+def _read_network(table: NetworkTable, frame: LocalFrame | None, path: Path) -> RoadNetwork:
+    form = f"network.{_only_form(table, ('sumo', 'geojson', 'lane'), path, 'network')}"
     try:
-        if form == "lane":
-            return RoadNetwork(_read_lanes(table))
-        if form == "sumo":
-            return read_sumo_net(table.file("sumo"))
+        if table.lane is not None:
+            return RoadNetwork(_read_lanes(table.lane, path))
+        if table.sumo is not None:
+            return read_sumo_net(table.sumo)
         if frame is None:
-            raise table.wrong("geojson", "expected a [frame] table beside it, which places its degrees; got none")
-        return read_geojson(table.file("geojson"), frame)
+            raise wrong(path, form, "expected a [frame] table beside it, which places its degrees; got none")
+        assert table.geojson is not None
+        return read_geojson(table.geojson, frame)
     except GisError as error:
-        raise table.wrong(form, error) from error
+        raise wrong(path, form, error) from error
     except RecursionError as error:
-        raise table.wrong(form, "expected a file with a few levels of nesting, got too many to read") from error
+        raise wrong(path, form, "expected a file with a few levels of nesting, got too many to read") from error
 
 
-def _read_lanes(table: _Table) -> Sequence[Lane]:
+def _read_lanes(tables: list[LaneTable], path: Path) -> list[Lane]:
     lanes: list[Lane] = []
     lanes_of_edge: Counter[str] = Counter()
-    for entry in table.tables("lane"):
-        lane_id = entry.text("id")
-        road = entry.text("road") if entry.has("road") else lane_id
-        direction = entry.direction("direction") if entry.has("direction") else 1
-        edge = edge_name(road, direction)
-        line_m = np.array(entry.points("centre_line_m"))
-        width_m, speed_mps = entry.number("width_m"), entry.number("speed_limit_mps")
+    for number, one in enumerate(tables, start=1):
+        road = one.road if one.road is not None else one.id
+        edge = edge_name(road, one.direction)
+        line_m, index = np.array(one.centre_line_m), lanes_of_edge[edge]
         try:
-            lanes.append(Lane(lane_id, edge, lanes_of_edge[edge], road, direction, line_m, width_m, speed_mps))
+            lanes.append(Lane(one.id, edge, index, road, one.direction, line_m, one.width_m, one.speed_limit_mps))
         except GisError as error:
-            raise entry.wrong("", error) from error
+            raise wrong(path, f"network.lane[{number}]", error) from error
         lanes_of_edge[edge] += 1
     return lanes
 
 
-def _read_motion(table: _Table) -> Motion | None:
-    if not table.has("moving") or not table.flag("moving"):
+def _read_motion(table: CameraTable, path: Path) -> Motion | None:
+    if not table.moving:
         for name in ("poses", "reach_m"):
-            if table.has(name):
-                raise table.wrong(name, f"expected moving = true beside {name}, got a camera that stands still")
+            if getattr(table, name) is not None:
+                expected = f"expected moving = true beside {name}, got a camera that stands still"
+                raise wrong(path, f"camera.{name}", expected)
         return None
-    reach_m = table.number("reach_m") if table.has("reach_m") else None
-    if reach_m is not None and reach_m < 0:
-        raise table.wrong("reach_m", f"expected metres, not below 0, got {reach_m!r}")
+    if table.road_mask is not None:
+        raise wrong(path, "camera.road_mask", "expected a camera that stands still beside it, got moving = true")
     try:
-        poses = read_camera_track(table.file("poses")) if table.has("poses") else None
+        return Motion(None if table.poses is None else read_camera_track(table.poses), table.reach_m)
     except GisError as error:
-        raise table.wrong("poses", error) from error
-    return Motion(poses, reach_m)
+        raise wrong(path, "camera.poses", error) from error
 
 
-def _read_road_mask(table: _Table, motion: Motion | None) -> Path | None:
-    if not table.has("road_mask"):
-        return None
-    if motion is not None:
-        raise table.wrong("road_mask", "expected a camera that stands still beside it, got moving = true")
-    return table.file("road_mask")
-
-
-def _read_thermal(table: _Table) -> Thermal:
-    try:
-        return Thermal(table.file("video"), GroundCamera.from_homography(table.rows("homography")))
-    except GisError as error:
-        raise table.wrong("homography", error) from error
-
-
-def _read_detector(table: _Table) -> DetectionDetails:
-    rate_hz = table.number("rate_hz") if table.has("rate_hz") else None
-    if rate_hz is not None and not 0.1 <= rate_hz <= 1000:
-        raise table.wrong("rate_hz", f"expected frames a second from 0.1 to 1000, got {rate_hz!r}")
-    size = table.point("size_px") if table.has("size_px") else None
-    if size is not None and not all(side in range(2, 100_000) for side in size):
-        raise table.wrong("size_px", f"expected width and height in whole pixels, at least 2, got {size!r}")
-    score_threshold = table.number("score_threshold") if table.has("score_threshold") else 0.25
-    return DetectionDetails(
-        use=table.text("use") if table.has("use") else "",
-        classes=table.classes("classes") if table.has("classes") else {},
-        score_threshold=score_threshold,
-        rate_hz=rate_hz,
-        size_px=None if size is None else (int(size[0]), int(size[1])),
-    )
-
-
-def _read_camera(table: _Table, motion: Motion | None) -> GroundCamera | None:
-    if motion is not None and motion.poses is not None and not (table.has("homography") or table.has("point")):
-        return None
-    if motion is not None and not (table.has("homography") or table.has("point")):
-        raise table.wrong("", "expected homography, point or poses beside moving = true; got none of them")
-    form = table.only_one_of("homography", "point")
-    try:
-        if form == "homography":
-            return GroundCamera.from_homography(table.rows("homography"))
-        points = table.tables("point")
-        return GroundCamera.from_point_pairs(
-            [entry.point("pixel") for entry in points], [entry.point("ground_m") for entry in points]
-        )
-    except GisError as error:
-        raise table.wrong(form, error) from error
-
-
-class _Table:
-    """One table of a site file, with the words to say where an error is.
-
-    `kind` is its place in FIELDS, `place` its place in the file: entry 2 of `camera.point` is `camera.point[2]`.
-    """
-
-    def __init__(self, values: Mapping[str, object], path: Path, kind: str, place: str) -> None:
-        self._values, self._path, self._kind, self._place = values, path, kind, place
-        for name in values:
-            if name not in FIELDS[kind]:
-                expected = ", ".join(FIELDS[kind])
-                raise self.wrong(name, f"expected one of {expected}; got an unknown field{_hint(name, kind)}")
-
-    def wrong(self, name: str, problem: object) -> SiteError:
-        """Word the error in a field; the name "" means the table itself."""
-        field = ".".join(part for part in (self._place, name) if part)
-        return SiteError(f"{self._path}: {field}: {problem}")
-
-    def has(self, name: str) -> bool:
-        return name in self._values
-
-    def only_one_of(self, *names: str) -> str:
-        """Tell which of several fields is there, of which there must be exactly one."""
-        given = [name for name in names if name in self._values]
-        if len(given) == 1:
-            return given[0]
-        came = " and ".join(given) if given else "none of them"
-        raise self.wrong("", f"expected exactly one of {', '.join(names)}; got {came}")
-
-    def text(self, name: str) -> str:
-        """Read a text that is not empty."""
-        value = self._values.get(name)
-        if isinstance(value, str) and value:
-            return value
-        raise self._unexpected(name, "a text that is not empty")
-
-    def number(self, name: str) -> float:
-        """Read a finite number."""
-        value = self._values.get(name)
-        if _is_number(value):
-            return float(value)
-        raise self._unexpected(name, "a number")
-
-    def flag(self, name: str) -> bool:
-        """Read true or false."""
-        value = self._values.get(name)
-        if isinstance(value, bool):
-            return value
-        raise self._unexpected(name, "true or false")
-
-    def direction(self, name: str) -> int:
-        """Read a direction of travel, 1 or -1."""
-        value = self._values.get(name)
-        if _is_number(value) and value in (1, -1):
-            return int(value)
-        raise self._unexpected(name, "1 or -1")
-
-    def time(self, name: str) -> datetime:
-        """Read a time with its zone, and turn it into UTC."""
-        value = self._values.get(name)
-        if isinstance(value, datetime) and value.tzinfo is not None:
-            if not FIRST_UTC <= value <= LAST_UTC:
-                expected = f"expected a time from {FIRST_UTC:%Y-%m-%d} to {LAST_UTC:%Y-%m-%d}"
-                raise self.wrong(name, f"{expected}, got {value.isoformat()!r}")
-            return value.astimezone(UTC)
-        raise self._unexpected(name, "a date and time with its zone and no quotes, as 2026-05-01T08:00:00Z")
-
-    def file(self, name: str) -> Path:
-        """Read the path of a file that exists, relative to the site file's folder."""
-        path = self._path.parent / self.text(name)
-        if path.is_file():
-            return path
-        raise self.wrong(name, f"expected the path of a file, got {self._values[name]!r}, and there is no {path}")
-
-    def classes(self, name: str) -> dict[int, str]:
-        """Read a table of somebody's classes, number to our word."""
-        try:
-            return class_words(self._values.get(name))
-        except VisionError as error:
-            raise self.wrong("", error) from error
-
-    def point(self, name: str) -> Point:
-        """Read a point [x, y]."""
-        value = self._values.get(name)
-        if isinstance(value, list) and len(value) == 2 and all(map(_is_number, value)):
-            return float(value[0]), float(value[1])
-        raise self._unexpected(name, "a point [x, y] of two numbers")
-
-    def points(self, name: str) -> list[list[float]]:
-        return self._number_rows(name, 2, "points [[x, y], [x, y], ...]")
-
-    def rows(self, name: str) -> list[list[float]]:
-        """Read a 3 x 3 matrix by rows."""
-        rows = self._number_rows(name, 3, "3 rows of 3 numbers")
-        if len(rows) != 3:
-            raise self._unexpected(name, "3 rows of 3 numbers")
-        return rows
-
-    def table(self, name: str) -> _Table | None:
-        """Read a table; None if the file has none of that name."""
-        value = self._values.get(name)
-        if value is None:
+def _read_camera(table: CameraTable, path: Path) -> GroundCamera | None:
+    if table.moving and table.homography is None and table.point is None:
+        if table.poses is not None:
             return None
-        if not isinstance(value, dict):
-            raise self._unexpected(name, f"a table [{name}]")
-        kind = f"{self._kind}.{name}" if self._kind else name
-        return _Table(value, self._path, kind, kind)
-
-    def tables(self, name: str) -> list[_Table]:
-        """Read a list of tables, `[[name]]` in the file."""
-        value, kind = self._values.get(name), f"{self._kind}.{name}"
-        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-            raise self._unexpected(name, f"tables [[{kind}]]")
-        return [_Table(entry, self._path, kind, f"{kind}[{place}]") for place, entry in enumerate(value, start=1)]
-
-    def _number_rows(self, name: str, width: int, expected: str) -> list[list[float]]:
-        value = self._values.get(name)
-        if isinstance(value, list) and all(isinstance(row, list) and len(row) == width for row in value):
-            numbers = [number for row in value for number in row if _is_number(number)]
-            if value and len(numbers) == width * len(value):
-                return [[float(number) for number in row] for row in value]
-        raise self._unexpected(name, expected)
-
-    def _unexpected(self, name: str, expected: str) -> SiteError:
-        came = repr(self._values[name]) if name in self._values else "no such field"
-        return self.wrong(name, f"expected {expected}, got {came}")
+        raise wrong(path, "camera", "expected homography, point or poses beside moving = true; got none of them")
+    _only_form(table, ("homography", "point"), path, "camera")
+    if table.homography is not None:
+        return _camera_of(table.homography, path, "camera")
+    points = table.point or []
+    try:
+        return GroundCamera.from_point_pairs([one.pixel for one in points], [one.ground_m for one in points])
+    except GisError as error:
+        raise wrong(path, "camera.point", error) from error
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    # A comparison, so that infinity, nan and integers too large for a float all fail.
-    return isinstance(value, int | float) and not isinstance(value, bool) and -1e300 < value < 1e300
-
-
-def _hint(name: str, kind: str) -> str:
-    near = difflib.get_close_matches(name, FIELDS[kind], n=1)
-    if near:
-        return f"; did you mean {near[0]}?"
-    homes = [f"in [{table}]" if table else "at the top of the file" for table in FIELDS if name in FIELDS[table]]
-    return f"; {name} belongs {homes[0]}" if homes else ""
+def _camera_of(homography: Matrix, path: Path, place: str) -> GroundCamera:
+    try:
+        return GroundCamera.from_homography(homography)
+    except GisError as error:
+        raise wrong(path, f"{place}.homography", error) from error

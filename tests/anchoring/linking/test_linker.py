@@ -87,10 +87,10 @@ def test_window_along_the_road_grows_with_time() -> None:
 
 def test_cars_in_one_lane_keep_their_order() -> None:
     seen, lost = looks([0.0, 6.0], [0.0, 0.5]), looks([0.0, 6.0], [0.0, 0.5])
-    assert keep_order([(0, 0), (1, 1)], seen, lost) == [(0, 0), (1, 1)]
-    assert keep_order([(0, 1), (1, 0)], seen, lost) == []
+    assert keep_order([(0, 0), (1, 1)], seen, lost, same_lane_m=2.0) == [(0, 0), (1, 1)]
+    assert keep_order([(0, 1), (1, 0)], seen, lost, same_lane_m=2.0) == []
 
 
 def test_cars_in_two_lanes_may_change_their_order() -> None:
     seen, lost = looks([0.0, 6.0], [0.0, 3.5]), looks([6.0, 0.0], [0.0, 3.5])
-    assert keep_order([(0, 0), (1, 1)], seen, lost) == [(0, 0), (1, 1)]
+    assert keep_order([(0, 0), (1, 1)], seen, lost, same_lane_m=2.0) == [(0, 0), (1, 1)]

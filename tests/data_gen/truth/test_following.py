@@ -6,7 +6,7 @@ import pytest
 from data_gen.simulation.states import FloatArray
 from data_gen.truth.event import TruthEvent
 from data_gen.truth.following import find_following
-from data_gen.truth.tables import TruthTables
+from data_gen.truth.motion import TruthTables
 from tests.data_gen.truth_support import STEP_US, Drive, along, motorway, tables_of
 
 STEPS = 300

@@ -6,8 +6,9 @@ import numpy as np
 
 from data_gen.drawing.view import camera_over
 from data_gen.scenario import View
-from data_gen.truth.motion import centres_in_view, pair_runs, tabulate
+from data_gen.truth.motion import pair_runs, tabulate
 from tests.data_gen.support import STEP_US, Track, motion_of, states_of, straight_road
+from tests.data_gen.truth_support import centres_in_view
 
 
 def test_driving_west_counts_along_the_road_in_the_direction_of_travel() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from anchoring.adapter import TRIAL_US
+from anchoring.settings import AnchoringSettings
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.monitoring.monitored_states import IDLE_US, Hindsight, TrafficState, TrafficStates
@@ -119,7 +119,7 @@ def test_states_that_were_given_out_do_not_change() -> None:
 
 
 def test_links_are_decided_before_a_state_on_them_is_judged() -> None:
-    assert RelationSettings().backdate_us >= TRIAL_US
+    assert RelationSettings().backdate_us >= AnchoringSettings().trial_us
 
 
 # ---- silence

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.pooled_scores import merge_evaluations
 from service.errors import TruthError
 from service.scoring.evaluate import (
     Positions,
@@ -13,7 +14,6 @@ from service.scoring.evaluate import (
     TrueEvent,
     evaluate_events,
     load_truth,
-    merge_evaluations,
     positions_from_rows,
 )
 

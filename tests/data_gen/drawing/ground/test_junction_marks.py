@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 import shapely
 
-import data_gen.scenarios
 from data_gen.drawing.ground.junction_marks import junction_marks, parking_bays
+from data_gen.scenario import shipped_network
 from gis.lanes import Lane
 from gis.sumo_net import read_sumo_net
 
-SCENARIOS = Path(data_gen.scenarios.__file__).parent
-JUNCTION = SCENARIOS / "junction" / "network.net.xml"
+JUNCTION = shipped_network("junction")
 
 
 def net(tmp_path: Path, connections: str, crossing: str = "") -> Path:

@@ -7,10 +7,9 @@ import pytest
 import shapely
 
 from data_gen.drawing.cameras import camera_path
-from data_gen.drawing.clouds import Clouds, darken
 from data_gen.drawing.ground.scenery import Scenery, plan_scenery, shadow_of
 from data_gen.drawing.render import make_world
-from data_gen.drawing.sun import Sun, draw_sun
+from data_gen.drawing.sun import Clouds, Sun, darken, draw_sun
 from data_gen.drawing.view import camera_over
 from data_gen.scenario import View
 from gis.lanes import Lane

@@ -9,12 +9,10 @@ import shapely
 
 from data_gen.drawing.cameras import CameraKind, camera_path
 from data_gen.drawing.occlusion.occluders import Occluder, OccluderKind, plan_occluders
-from data_gen.drawing.occlusion.overlay import Overlay
-from data_gen.drawing.occlusion.visibility import hidden_shares
-from data_gen.drawing.rectangle import Rectangle
+from data_gen.drawing.occlusion.overlay import Overlay, hidden_shares
 from data_gen.drawing.render import SceneRenderer, make_world
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.view import CameraView, camera_over
+from data_gen.drawing.view import CameraView, Rectangle, camera_over
 from data_gen.errors import DataGenError
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray

@@ -218,9 +218,9 @@ def test_wrong_requests_end_before_a_log_is_written(
     ("table", "message"),
     [
         ("use = 3", r"detector.use: expected a text that is not empty, got 3"),
-        ("rate_hz = 0", r"detector.rate_hz: expected frames a second from 0.1 to 1000, got 0.0"),
+        ("rate_hz = 0", r"detector.rate_hz: expected frames a second from 0.1 to 1000, got 0"),
         ("size_px = [1280.5, 720]", r"detector.size_px: expected width and height in whole pixels"),
-        ('classes = { "1" = "horse" }', r"detector: classes: expected a table such as .*, got 1 = 'horse'"),
+        ('classes = { "1" = "horse" }', r"detector.classes: expected a table such as .*, got 1 = 'horse'"),
         ("treshold = 1", r"detector.treshold: expected one of use, .*; did you mean score_threshold"),
     ],
 )

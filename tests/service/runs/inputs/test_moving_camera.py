@@ -54,10 +54,10 @@ def test_poses_stand_in_for_the_map_and_belong_to_the_site(tmp_path: Path) -> No
     [
         (MAP + 'moving = "yes"\n', "camera.moving: expected true or false, got 'yes'"),
         (MAP + "reach_m = 5\n", "camera.reach_m: expected moving = true beside reach_m, got a camera that stands"),
-        (MAP + "moving = true\nreach_m = -1\n", "camera.reach_m: expected metres, not below 0, got -1.0"),
+        (MAP + "moving = true\nreach_m = -1\n", "camera.reach_m: expected metres, not below 0, got -1"),
         (MAP + 'moving = true\nposes = "no.csv"\n', "camera.poses: expected the path of a file, got 'no.csv'"),
         (MAP + 'moving = true\nposes = "site.toml"\n', "camera.poses: .*expected the columns t_us, x_m"),
-        (MAP + 'moving = true\nroad_mask = "m.png"\n', "camera.road_mask: expected a camera that stands still"),
+        (MAP + 'moving = true\nroad_mask = "site.toml"\n', "camera.road_mask: expected a camera that stands still"),
         ("moving = true\n", "camera: expected homography, point or poses beside moving = true; got none of them"),
         (MAP + '[camera.thermal]\nvideo = "t.mp4"\n', "camera.thermal.video: expected the path of a file"),
         (MAP + "[camera.thermal]\nfilm = 1\n", "camera.thermal.film: expected one of video, homography"),

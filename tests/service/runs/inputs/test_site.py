@@ -9,12 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from anchoring.settings import AnchoringSettings
 from gis.frames import LocalFrame
-from gis.geojson import write_geojson
 from gis.sumo_net import read_sumo_net
+from qsr.settings import RelationSettings
 from service.errors import ServiceError, SiteError
-from service.runs.inputs.site import FIELDS, Site, load_site
-from tests.gis.support import CROSSING_NET
+from service.runs.inputs.site import Site, SiteFile, load_site
+from service.runs.inputs.toml_tables import tables_of
+from service.runs.processing import RunRequest, process
+from service.store.log import open_log
+from tests.gis.support import CROSSING_NET, write_geojson
+from tests.service.tracks import write_tracks
 
 HEAD = 'name = "crossing"\nstart_utc = 2026-05-01T10:00:00+02:00\n'
 LANE = 'id = "a"\ncentre_line_m = [[0, 0], [50, 0]]\nwidth_m = 3.5\nspeed_limit_mps = 20\n'
@@ -62,7 +67,7 @@ def test_a_geojson_network_is_placed_by_the_frame(tmp_path: Path) -> None:
     site = load(tmp_path, HEAD + FRAME + '[network]\ngeojson = "roads.geojson"\n')
     assert site.network is not None
     assert site.frame == LocalFrame(58.4, 15.6)
-    assert site.network.locate([[0.0, 100.0]]).road.tolist() == [site.network.road_index("cn")]
+    assert site.network.locate([[0.0, 100.0]]).road.tolist() == [[road.id for road in site.network.roads].index("cn")]
 
 
 def test_lanes_written_out_form_roads(tmp_path: Path) -> None:
@@ -104,7 +109,10 @@ def test_the_example_of_the_documentation_loads(tmp_path: Path) -> None:
 
 def test_the_documentation_names_every_field() -> None:
     text = DOCS.read_text(encoding="utf-8")
-    assert [name for names in FIELDS.values() for name in names if name not in text] == []
+    tables = dict(tables_of(SiteFile))
+    assert {"anchoring", "relations", "camera.thermal"} < set(tables)
+    of_engines = (*tables.pop("anchoring"), *tables.pop("relations"))  # on the pages of these engines
+    assert {name for names in tables.values() for name in names if name not in text} - {*of_engines} == set()
 
 
 @pytest.mark.parametrize(
@@ -134,15 +142,15 @@ def test_the_documentation_names_every_field() -> None:
         (
             HEAD + "[camara]\n",
             (
-                "camara: expected one of name, start_utc, network, frame, camera, detector; got an unknown field; "
-                "did you mean camera?"
+                "camara: expected one of name, start_utc, network, frame, camera, detector, anchoring, "
+                "relations; got an unknown field; did you mean camera?"
             ),
         ),
         (
             'road_mask = "mask.png"\n' + HEAD,
             (
-                "road_mask: expected one of name, start_utc, network, frame, camera, detector; got an unknown field; "
-                "road_mask belongs in [camera]"
+                "road_mask: expected one of name, start_utc, network, frame, camera, detector, anchoring, "
+                "relations; got an unknown field; road_mask belongs in [camera]"
             ),
         ),
         (
@@ -162,7 +170,7 @@ def test_the_documentation_names_every_field() -> None:
         (HEAD + "camera = 3\n", "camera: expected a table [camera], got 3"),
         (HEAD + "[network]\n", "network: expected exactly one of sumo, geojson, lane; got none of them"),
         (
-            HEAD + '[network]\nsumo = "a"\ngeojson = "b"\n',
+            HEAD + '[network]\nsumo = "site.toml"\ngeojson = "site.toml"\n',
             "network: expected exactly one of sumo, geojson, lane; got sumo and geojson",
         ),
         (HEAD + "[network]\nsumo = 1\n", "network.sumo: expected a text that is not empty, got 1"),
@@ -278,6 +286,28 @@ def test_every_wrong_field_is_named_with_what_was_expected_and_what_came(
     assert str(caught.value) == f"{tmp_path}/site.toml: " + message.replace("{folder}", str(tmp_path))
 
 
+def test_numbers_of_engines_are_read_over_their_defaults(tmp_path: Path) -> None:
+    site = load(tmp_path, HEAD + "[anchoring]\nsurvive_us = 9_000_000\n[relations]\nclose_m = 30\n")
+    assert site.anchoring == AnchoringSettings(survive_us=9_000_000)
+    assert site.relations == RelationSettings(close_m=30.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[relations]\nclose = 3\n", r"relations.close: expected one of .*unknown field; did you mean close_m\?"),
+        ("[anchoring]\nsurvive_us = 0.5\n", r"anchoring.survive_us: expected a whole number.*, got 0.5"),
+        ("[anchoring]\nsurvive_us = 5\n", r"anchoring: .*survive_us must be at least predict_us \(.*\), got 5"),
+        ("[relations]\nclose_m = nan\n", r"relations.*close_m.*a number.*, got nan"),
+        ("[anchoring]\ntrial_us = 1\n", r"anchoring.trial_us: expected 2000000, by which stored runs are read, got 1"),
+        ("relations = 3\n", r"relations: expected a table \[relations\], got 3"),
+    ],
+)
+def test_wrong_numbers_of_engines_are_named(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(SiteError, match=message):
+        load(tmp_path, HEAD + text)
+
+
 def test_broken_toml_is_an_error_with_its_place(tmp_path: Path) -> None:
     with pytest.raises(SiteError, match=r"site.toml: expected TOML in UTF-8, got .*\(at line 1, column 8\)"):
         load(tmp_path, "name = \n")
@@ -295,3 +325,16 @@ def test_a_missing_file_and_a_folder_are_errors(tmp_path: Path) -> None:
         load_site(tmp_path / "none.toml")
     with pytest.raises(ServiceError, match="expected a readable site file, got Is a directory"):
         load_site(tmp_path)
+
+
+def test_numbers_of_the_site_reach_the_engines(tmp_path: Path) -> None:
+    tracks, counts = write_tracks(tmp_path / "t.csv", frames=40), []
+    for number, extra in enumerate(("", "[anchoring]\nestablish_us = 60_000_000\n")):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(HEAD + extra, encoding="utf-8")
+        url = str(tmp_path / f"{number}.db")
+        process(RunRequest(tracks, path, url))
+        with open_log(url) as log:
+            counts.append(len(list(log.states(log.run(None).id))))
+    assert counts[0] > 0
+    assert counts[1] == 0

@@ -3,11 +3,8 @@
 A ring of 20 m radius with one lane of 5 m, four arms of 200 m with one lane of 3.5 m each way; the ring goes first.
 """
 
-from pathlib import Path
-
-from data_gen.scenario import Flow, Scenario, View
+from data_gen.scenario import Flow, OptionValues, Scenario, ScenarioOption, View, shipped_network
 from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
-from data_gen.scenarios.options import OptionValues, ScenarioOption
 
 ROUNDABOUT_OPTIONS = (ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high")),)
 _ARMS = ("east", "north", "west", "south")
@@ -32,7 +29,7 @@ def roundabout(options: OptionValues) -> Scenario:
     factor = _DEMAND[options.choice("demand")]
     return Scenario(
         name="roundabout",
-        network_file=Path(__file__).parent / "network.net.xml",
+        network_file=shipped_network("roundabout"),
         kinds=(
             car(0.78, _DRIVER),
             van(0.12, _DRIVER),

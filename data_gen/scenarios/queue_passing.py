@@ -4,11 +4,8 @@ The right lane leads to a turn with 14 s of green in 45 s, at 1.6 m/s at most: w
 stands or nearly does. That is a pass and never an overtake.
 """
 
-from pathlib import Path
-
-from data_gen.scenario import Flow, Scenario, View
+from data_gen.scenario import Flow, OptionValues, Scenario, View, shipped_network
 from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
-from data_gen.scenarios.options import OptionValues
 
 _DRIVER = (("speedFactor", "1"), ("speedDev", "0"), ("sigma", "0.2"))
 
@@ -34,7 +31,7 @@ def queue_passing(options: OptionValues) -> Scenario:
     )
     return Scenario(
         name="queue_passing",
-        network_file=Path(__file__).parent / "network.net.xml",
+        network_file=shipped_network("queue_passing"),
         kinds=kinds,
         flows=(
             Flow("approach", "turn", 0.1, shortest_gap_s=5.0, depart=(("departSpeed", "max"), ("departLane", "0"))),

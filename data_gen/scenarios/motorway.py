@@ -5,13 +5,10 @@ drivers who take their time, and some who are in a hurry. `lcKeepRight` makes th
 as they must; drivers in a hurry (`lcAssertive`) take small gaps, so cut-ins occur.
 """
 
-from pathlib import Path
-
-from data_gen.scenario import Flow, Scenario, VehicleKind, View
+from data_gen.scenario import Flow, OptionValues, Scenario, ScenarioOption, VehicleKind, View, shipped_network
 from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
-from data_gen.scenarios.options import OptionValues, ScenarioOption
 
-MOTORWAY_NETWORK = Path(__file__).parent / "network.net.xml"
+MOTORWAY_NETWORK = shipped_network("motorway")
 MOTORWAY_OPTIONS = (
     ScenarioOption("carriageways", "how many of them carry traffic", ("2", "1")),
     ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high")),

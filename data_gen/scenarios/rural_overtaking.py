@@ -11,12 +11,9 @@ overtakes together and the hardest braking anywhere):
 * `lanechange.duration` spreads the lane change over 2.5 s; without it vehicles jump 3.5 m sideways between frames.
 """
 
-from pathlib import Path
+from data_gen.scenario import Attempts, Flow, OptionValues, Scenario, ScenarioOption, VehicleKind, View, shipped_network
 
-from data_gen.scenario import Attempts, Flow, Scenario, VehicleKind, View
-from data_gen.scenarios.options import OptionValues, ScenarioOption
-
-RURAL_NETWORK = Path(__file__).parent / "network.net.xml"
+RURAL_NETWORK = shipped_network("rural_overtaking")
 RURAL_OPTIONS = (
     ScenarioOption("blocked", "so much oncoming traffic that hardly anybody can overtake"),
     ScenarioOption("aborted", "some drivers begin to overtake and give up"),

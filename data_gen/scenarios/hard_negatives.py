@@ -3,11 +3,10 @@
 Each scenario has plenty of one thing and no overtake at all. They use the networks of the rural road and the motorway.
 """
 
-from data_gen.scenario import Flow, RoadsideStop, Scenario, VehicleKind, View
+from data_gen.scenario import Flow, OptionValues, RoadsideStop, Scenario, VehicleKind, View
 from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
-from data_gen.scenarios.motorway.scenario import MOTORWAY_NETWORK
-from data_gen.scenarios.options import OptionValues
-from data_gen.scenarios.rural_overtaking.scenario import RURAL_NETWORK
+from data_gen.scenarios.motorway import MOTORWAY_NETWORK
+from data_gen.scenarios.rural_overtaking import RURAL_NETWORK
 
 _PATIENT = (("speedFactor", "1"), ("speedDev", "0"), ("sigma", "0.2"), ("lcOpposite", "0"))
 _RURAL_VIEW = View(centre_m=(500.0, 0.0), width_m=400.0)

@@ -5,11 +5,8 @@ the inner one. Each axis has green for 26 s, then its left turns alone, out of 8
 the oncoming traffic. The demand fills some five places in each lane at red and clears them nearly always.
 """
 
-from pathlib import Path
-
-from data_gen.scenario import Flow, Scenario, VehicleKind, View
+from data_gen.scenario import Flow, OptionValues, Scenario, ScenarioOption, VehicleKind, View, shipped_network
 from data_gen.scenarios.kinds import Driver, bus, car, motorcycle, truck, van
-from data_gen.scenarios.options import OptionValues, ScenarioOption
 
 JUNCTION_OPTIONS = (
     ScenarioOption("lights", "program of the traffic light", ("fixed", "actuated")),
@@ -40,7 +37,7 @@ def junction(options: OptionValues) -> Scenario:
     factor = _DEMAND[options.choice("demand")]
     return Scenario(
         name="junction",
-        network_file=Path(__file__).parent / "network.net.xml",
+        network_file=shipped_network("junction"),
         kinds=_kinds(_TOWN_DRIVER),
         flows=_flows(factor),
         view=View(centre_m=(0.0, 0.0), width_m=180.0),

@@ -4,11 +4,8 @@ Two streets cross three lanes, 90 by 70 m apart, one lane of 3.4 m each way; the
 others the streets go first. Cars are parked beside the streets and the lanes, off the carriageway.
 """
 
-from pathlib import Path
-
-from data_gen.scenario import Flow, ParkingStrip, Scenario, View
+from data_gen.scenario import Flow, OptionValues, ParkingStrip, Scenario, ScenarioOption, View, shipped_network
 from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
-from data_gen.scenarios.options import OptionValues, ScenarioOption
 
 URBAN_OPTIONS = (
     ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high")),
@@ -39,7 +36,7 @@ def urban_grid(options: OptionValues) -> Scenario:
     factor = _DEMAND[options.choice("demand")]
     return Scenario(
         name="urban_grid",
-        network_file=Path(__file__).parent / "network.net.xml",
+        network_file=shipped_network("urban_grid"),
         kinds=(
             car(0.8, _DRIVER),
             van(0.12, _DRIVER),

@@ -1,1 +1,0 @@
-"""Which scenario has queues and turns? A signalised junction of four arms."""

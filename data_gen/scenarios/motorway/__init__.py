@@ -1,1 +1,0 @@
-"""Which scenario has overtakes on parallel lanes? A motorway of three lanes each way."""

@@ -1,1 +1,0 @@
-"""Which scenario has cars that pass a queue? A road whose right lane creeps towards a slow traffic light."""

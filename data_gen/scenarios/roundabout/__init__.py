@@ -1,1 +1,0 @@
-"""Which scenario bends every path? A roundabout of one lane with four arms."""
