@@ -7,12 +7,40 @@ event of each type, which bounds how far back a search for overlapping intervals
 and constraints that SQLite and PostgreSQL share.
 """
 
-from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, MetaData, PrimaryKeyConstraint, Table, Text
+from typing import Any
 
-SCHEMA_VERSION = 2
+import msgspec
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    Dialect,
+    Float,
+    Index,
+    Integer,
+    MetaData,
+    PrimaryKeyConstraint,
+    Table,
+    Text,
+    TypeDecorator,
+)
+
+SCHEMA_VERSION = 3  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 
 metadata = MetaData()
+
+
+class JsonArray(TypeDecorator[tuple[Any, ...]]):  # Any: of texts or numbers
+    """A JSON array, read as a tuple; the writer makes the text."""
+
+    impl = Text
+    cache_ok = True
+
+    def process_result_value(self, value: str | None, dialect: Dialect) -> tuple[Any, ...]:
+        """Read what a row holds."""
+        return tuple(msgspec.json.decode(value or "[]"))
+
 
 # Keys: application, schema_version, last_seq.
 meta = Table(
@@ -29,6 +57,7 @@ runs = Table(
     Column("id", Text, nullable=False, unique=True),
     Column("source", Text, nullable=False),
     Column("start_utc_us", BigInteger, nullable=False),
+    Column("first_pts_us", BigInteger),  # what a player of the video shows at media time 0; empty without a video
     Column("status", Text, nullable=False),
     Column("reason", Text, nullable=False),
     Column("body", Text, nullable=False),  # RunRecord as JSON; status and reason above win over the body's
@@ -137,7 +166,6 @@ car_states = Table(
 )
 
 # What the tracker saw, linked to a car or not; the columns after run_no are the fields of SeenObject, in its order.
-# Logs from before this table read and write as they are.
 seen_objects = Table(
     "seen_objects",
     metadata,
@@ -161,7 +189,7 @@ views = Table(
     metadata,
     Column("run_no", Integer, nullable=False),
     Column("t_us", BigInteger, nullable=False),
-    Column("pixel_from_ground", Text, nullable=False),  # a JSON array of nine numbers, empty where the view was lost
+    Column("pixel_from_ground", JsonArray, nullable=False),  # nine numbers, empty where the view was lost
     PrimaryKeyConstraint("run_no", "t_us"),
     sqlite_with_rowid=False,
 )
@@ -201,10 +229,10 @@ relations = Table(
     Column("t_us", BigInteger, nullable=False),
     Column("decided_us", BigInteger, nullable=False),
     Column("name", Text, nullable=False),
-    Column("args", Text, nullable=False),  # a JSON array: relations have one, two or three arguments
+    Column("args", JsonArray, nullable=False),  # relations have one, two or three arguments
     Column("old", Text, nullable=False),
     Column("new", Text, nullable=False),
-    Column("hypotheses", Text, nullable=False),  # a JSON array
+    Column("hypotheses", JsonArray, nullable=False),
     PrimaryKeyConstraint("run_no", "number"),
     Index("relations_by_name", "run_no", "name", "t_us"),
 )
@@ -221,7 +249,7 @@ hypotheses = Table(
     PrimaryKeyConstraint("run_no", "number"),
 )
 
-# One row for each process of the run, written at its end. Logs from before this table read and write as they are.
+# One row for each process of the run, written at its end.
 streams = Table(
     "streams",
     metadata,
@@ -231,7 +259,7 @@ streams = Table(
     PrimaryKeyConstraint("run_no", "number"),
 )
 
-# What a clock measured: the one table in which a repeated run differs. Older logs lack it.
+# What a clock measured: the one table in which a repeated run differs.
 costs = Table(
     "costs",
     metadata,
