@@ -5,16 +5,19 @@ interrupts, leaves the events up to that moment in the log, with the reason.
 """
 
 import hashlib
+import signal
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+import msgspec
+
 from dyknow.node import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
-from service.records import RunRecord, RunStatus
-from service.runs.inputs.inputs import Input, content_digest, open_input
+from service.records import InputFile, RunRecord, RunStatus, StartFrom
+from service.runs.inputs.inputs import Input, VideoInput, content_digest, open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import Feed, KplText, Pipeline, watched_relations
@@ -25,6 +28,7 @@ from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
 from service.texts.idle_chronicles import idle_in_stream
 from service.times import utc_us
 from vision.errors import VideoBroken
+from vision.video.frames import VideoSource
 
 HISTORY_US = 330_000_000  # longer than any interval of the library's chronicles
 
@@ -43,6 +47,8 @@ class RunRequest:
     monitor_files : texts of monitors to run besides.
     kpl_file : declares the streams instead of the shipped text.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    start_utc_us : UTC time of media time zero, before what site file and video say.
+    again : also a run that the log has, finished.
     """
 
     input: Path
@@ -53,6 +59,8 @@ class RunRequest:
     monitor_files: tuple[Path, ...] = ()
     kpl_file: Path | None = None
     detector: str | None = None
+    start_utc_us: int | None = None
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,17 +106,29 @@ class RunSummary:
 
     Attributes
     ----------
+    record : of the run, as it was begun.
     status : ``finished``, ``broken`` (the input could not be read to its end) or ``interrupted``.
     reason : where and why it stopped early; empty when finished.
     streams : what each stream carried and what its process cost.
+    was_finished : the log had the run, finished, so nothing was done.
+    is_kept : False if it repeated a run that came further, which stays in its place.
+    stopped_by : the signal that interrupted it; as Ctrl-C where there was none.
     """
 
-    run: str
+    record: RunRecord
     status: RunStatus
     reason: str
     warnings: tuple[str, ...]
     progress: Progress
     streams: tuple[StreamReport, ...]
+    was_finished: bool = False
+    is_kept: bool = True
+    stopped_by: signal.Signals = signal.SIGINT
+
+    @property
+    def run(self) -> str:
+        """Return the identifier of the run."""
+        return self.record.id
 
 
 def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = lambda _: None) -> RunSummary:
@@ -132,8 +152,10 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
     feed = source.feed(chronicles.merged, monitors, kpl=kpl, clock=time.perf_counter_ns)
     recorded = RecordedStreams.of(feed.pipeline)
-    record = _run_record(source, site, chronicles, monitors, pipeline=feed.pipeline, columns=request.columns or {})
+    record = _run_record(request, source, site, chronicles, monitors, pipeline=feed.pipeline)
     with open_log(request.log_url, "w") as log:
+        if not request.again and log.has_finished(record.id):
+            return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
         return _run(source, feed, recorded, record, log=log, on_progress=on_progress)
 
 
@@ -158,9 +180,17 @@ def _run(
             raise
         writer.append_streams(stream_records(feed.pipeline))
         writer.append_costs(stream_costs(feed.pipeline))
-        recorder.finish(status, reason)
-    warnings = (*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views))
-    return RunSummary(record.id, status, reason, warnings, meter.read(), feed.pipeline.node.report())
+        is_kept = recorder.finish(status, reason)
+    return RunSummary(
+        record=record,
+        status=status,
+        reason=reason,
+        warnings=(*record.warnings, *(_lost_view(source, *lost) for lost in recorder.lost_views)),
+        progress=meter.read(),
+        streams=feed.pipeline.node.report(),
+        is_kept=is_kept,
+        stopped_by=interrupts.came or signal.SIGINT,
+    )
 
 
 def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
@@ -193,7 +223,8 @@ def _feed(
     except VideoBroken as error:
         status, reason = "broken", str(error)
     except KeyboardInterrupt:
-        status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got an interrupt"
+        came = "an interrupt" if interrupts.came in (None, signal.SIGINT) else interrupts.came.name
+        status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got {came}"
     except BrokenPipeError:
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
     if status == "finished" and meter.frames == 0:
@@ -204,32 +235,38 @@ def _feed(
 
 
 def _run_record(
+    request: RunRequest,
     source: Input,
     site: Site | None,
     chronicles: LoadedChronicles,
     monitors: LoadedMonitors,
     *,
     pipeline: Pipeline,
-    columns: Mapping[str, str],
 ) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
     software = f"dyknow {version('dyknow')}"
+    video = source.sensor.video if isinstance(source, VideoInput) else None
+    file = _input_file(source.path, video)
+    start_utc_us, start_from = _start(request, site, video)
     parts = (
         software,
         source.path.name,
-        content_digest(source.path),
-        repr(sorted(columns.items())),
+        file.digest,
+        repr(sorted((request.columns or {}).items())),
         content_digest(*site.files) if site else "no site",
         source.detector,
         content_digest(*source.detector_files),
         *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
         *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
         pipeline.kpl.text,
+        *((f"start {start_utc_us}",) if start_from == "option" else ()),
     )
     return RunRecord(
         id=hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest(),
         source=source.path.name,
-        start_utc_us=utc_us(site.start_utc) if site else 0,
+        start_utc_us=start_utc_us,
+        start_from=start_from,
+        file=file,
         input_kind=source.kind,
         input=source.path.name,
         site=site.name if site else "",
@@ -247,6 +284,30 @@ def _run_record(
         ),
         software=software,
     )
+
+
+def _input_file(path: Path, video: VideoSource | None) -> InputFile:
+    file = InputFile(path=str(path.absolute()), size_bytes=path.stat().st_size, digest=content_digest(path))
+    if video is None:
+        return file
+    return msgspec.structs.replace(
+        file,
+        first_pts_us=video.first_pts_us,
+        codec=video.codec,
+        width_px=video.width_px,
+        height_px=video.height_px,
+    )
+
+
+def _start(request: RunRequest, site: Site | None, video: VideoSource | None) -> tuple[int, StartFrom]:
+    """Tell when media time zero was, and who says so."""
+    if request.start_utc_us is not None:
+        return request.start_utc_us, "option"
+    if site and site.start_utc:
+        return utc_us(site.start_utc), "site"
+    if video and video.created_utc:
+        return utc_us(video.created_utc), "video"
+    return 0, "unknown"
 
 
 class _Meter:
@@ -279,6 +340,6 @@ class _Meter:
             frame_count=self._frame_count,
             media_us=self.last_us - (self._first_us or 0),
             elapsed_s=time.perf_counter() - self._started_s,
-            cars=len(self._recorder.cars) if self._recorder.records_cars else None,
+            cars=self._recorder.cars if self._recorder.records_cars else None,
             events=self._recorder.events if self._recorder.records_events else None,
         )

@@ -81,7 +81,7 @@ class Site:
     Attributes
     ----------
     name : for people.
-    start_utc : when the source's time line starts, in UTC.
+    start_utc : when the source's time line starts, in UTC; None if the file does not say.
     network : None if the file has no [network].
     camera : None if the file has no [camera], or gives a moving one by its poses alone.
     frame : where on Earth the local frame lies; None if the file has no [frame].
@@ -94,7 +94,7 @@ class Site:
     """
 
     name: str
-    start_utc: datetime
+    start_utc: datetime | None
     network: RoadNetwork | None
     camera: GroundCamera | None
     frame: LocalFrame | None
@@ -125,7 +125,7 @@ def load_site(path: str | Path) -> Site:
     """
     path = Path(path)
     site = _Table(_parse(path), path, "", "")
-    name, start_utc = site.text("name"), site.time("start_utc")
+    name, start_utc = site.text("name"), site.time("start_utc") if site.has("start_utc") else None
     frame_table, network_table, camera_table = (site.table(part) for part in ("frame", "network", "camera"))
     frame = _read_frame(frame_table) if frame_table else None
     network = _read_network(network_table, frame) if network_table else None
