@@ -130,7 +130,8 @@ class _Past:
             self._next = next(self._events, None)
         if self._fed >= _FED_BETWEEN_SWEEPS:
             self._fed = 0
-            self._history.forget_before(t_us - self._memory_us)
+            for name in self._watched:
+                self._history.forget_before(name, t_us - self._memory_us)
             for one in self._concluders:
                 one.conclusions.forget_before(t_us - self._memory_us)
                 one.builder.forget_before(t_us)
