@@ -11,6 +11,9 @@ from service.records import ProcessRecord, StreamInput, StreamRecord
 from service.runs.pipeline import Pipeline
 from service.store.log import open_log
 
+# What a report and its record say in the same words.
+_MEASURED = tuple(set(StreamRecord.__struct_fields__) - set(ProcessRecord.__struct_fields__))
+
 
 class RanStream(StreamRecord, frozen=True, kw_only=True):
     """What one process and its stream did in a run, and what that cost.
@@ -41,17 +44,7 @@ def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
             made_of=deployment.made_of.get(report.label, ""),  # none if a configuration has created it
             type=_type(report.label, pipeline),
             inputs=tuple(map(StreamInput, report.inputs, report.policies)),
-            waiting_for=report.waiting_for,
-            published=report.published,
-            delivered=report.delivered,
-            dropped=dict(sorted(report.dropped.items())),
-            subscribers=report.subscribers,
-            queued=report.queued,
-            rate_hz=report.rate_hz,
-            lag_us=report.lag_us,
-            last_valid_us=report.last_valid_us,
-            last_value=report.last_value,
-            updates=report.updates,
+            **{name: getattr(report, name) for name in _MEASURED} | {"dropped": dict(sorted(report.dropped.items()))},
         )
         for report in pipeline.node.report()
     )
@@ -103,16 +96,6 @@ def _report(process: ProcessRecord) -> StreamReport:
         kind=stream.kind,
         inputs=tuple(one.label for one in stream.inputs),
         policies=tuple(one.policy for one in stream.inputs),
-        waiting_for=stream.waiting_for,
-        published=stream.published,
-        delivered=stream.delivered,
-        dropped=stream.dropped,
-        subscribers=stream.subscribers,
-        queued=stream.queued,
-        rate_hz=stream.rate_hz,
-        lag_us=stream.lag_us,
-        last_valid_us=stream.last_valid_us,
-        last_value=stream.last_value,
-        updates=stream.updates,
+        **{name: getattr(stream, name) for name in _MEASURED},
         busy_ns=1_000 * (stream.busy_us or 0),
     )

@@ -42,6 +42,12 @@ class JsonArray(TypeDecorator[tuple[Any, ...]]):  # Any: of texts or numbers
         return tuple(msgspec.json.decode(value or "[]"))
 
 
+def _run_table(name: str, *items: Column[Any] | Index, with_rowid: bool = False) -> Table:
+    """Make a table of which rows belong to a run; the key begins with it."""
+    run_no = Column("run_no", Integer, primary_key=True)
+    return Table(name, metadata, run_no, *items, sqlite_with_rowid=with_rowid)
+
+
 # Keys: application, schema_version, last_seq.
 meta = Table(
     "meta",
@@ -107,48 +113,34 @@ revisions = Table(
     sqlite_with_rowid=False,
 )
 
-durations = Table(
+durations = _run_table(
     "durations",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("type", Text, nullable=False),
+    Column("type", Text, primary_key=True),
     Column("longest_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("run_no", "type"),
-    sqlite_with_rowid=False,
 )
 
 # Which roles the events of a type have: the columns of a CSV export, known before its first row.
-role_names = Table(
+role_names = _run_table(
     "role_names",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("type", Text, nullable=False),
-    Column("role", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "type", "role"),
-    sqlite_with_rowid=False,
+    Column("type", Text, primary_key=True),
+    Column("role", Text, primary_key=True),
 )
 
-cars = Table(
+cars = _run_table(
     "cars",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("car", Text, nullable=False),
+    Column("car", Text, primary_key=True),
     Column("number", Integer, nullable=False),  # 1, 2, ... in order of first sight within the run
     Column("car_class", Text, nullable=False),  # the last one that was not `unknown`
     Column("first_us", BigInteger, nullable=False),
     Column("last_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("run_no", "car"),
-    sqlite_with_rowid=False,
 )
 
 # The columns after run_no are the fields of CarState, in its order. No index by car: `cars` bounds a car's life, and
 # reading everybody's rows of those minutes is cheap against one more index on the largest table.
-car_states = Table(
+car_states = _run_table(
     "car_states",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("t_us", BigInteger, nullable=False),
-    Column("car", Text, nullable=False),
+    Column("t_us", BigInteger, primary_key=True),
+    Column("car", Text, primary_key=True),
     Column("x_m", Float, nullable=False),
     Column("y_m", Float, nullable=False),
     Column("heading_rad", Float, nullable=False),
@@ -161,17 +153,13 @@ car_states = Table(
     Column("lane", Text, nullable=False),
     Column("linked", Boolean, nullable=False),
     Column("vision_id", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "t_us", "car"),
-    sqlite_with_rowid=False,
 )
 
 # What the tracker saw, linked to a car or not; the columns after run_no are the fields of SeenObject, in its order.
-seen_objects = Table(
+seen_objects = _run_table(
     "seen_objects",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("t_us", BigInteger, nullable=False),
-    Column("vision_id", Text, nullable=False),
+    Column("t_us", BigInteger, primary_key=True),
+    Column("vision_id", Text, primary_key=True),
     Column("x_m", Float, nullable=False),
     Column("y_m", Float, nullable=False),
     Column("heading_rad", Float, nullable=False),
@@ -179,53 +167,39 @@ seen_objects = Table(
     Column("width_m", Float, nullable=False),
     Column("observed", Boolean, nullable=False),
     Column("clipped", Boolean, nullable=False),
-    PrimaryKeyConstraint("run_no", "t_us", "vision_id"),
-    sqlite_with_rowid=False,
 )
 
 # Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
-views = Table(
+views = _run_table(
     "views",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("t_us", BigInteger, nullable=False),
+    Column("t_us", BigInteger, primary_key=True),
     Column("pixel_from_ground", JsonArray, nullable=False),  # nine numbers, empty where the view was lost
-    PrimaryKeyConstraint("run_no", "t_us"),
-    sqlite_with_rowid=False,
 )
 
-frames = Table(
+frames = _run_table(
     "frames",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),  # 1, 2, ... in the order of the input
+    Column("number", Integer, primary_key=True),  # 1, 2, ... in the order of the input
     Column("t_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
-    sqlite_with_rowid=False,
 )
 
 # `number` keeps the order in which the run wrote the rows: changes of one frame depend on each other.
-links = Table(
+links = _run_table(
     "links",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),
+    Column("number", Integer, primary_key=True),
     Column("t_us", BigInteger, nullable=False),
     Column("kind", Text, nullable=False),
     Column("level", Text, nullable=False),
     Column("lower", Text, nullable=False),
     Column("upper", Text, nullable=False),
     Column("reason", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
     Index("links_by_upper", "run_no", "upper", "number"),
+    with_rowid=True,
 )
 
 # The columns after number are the fields of RelationRecord, in its order.
-relations = Table(
+relations = _run_table(
     "relations",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),
+    Column("number", Integer, primary_key=True),
     Column("t_us", BigInteger, nullable=False),
     Column("decided_us", BigInteger, nullable=False),
     Column("name", Text, nullable=False),
@@ -233,57 +207,36 @@ relations = Table(
     Column("old", Text, nullable=False),
     Column("new", Text, nullable=False),
     Column("hypotheses", JsonArray, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
     Index("relations_by_name", "run_no", "name", "t_us"),
+    with_rowid=True,
 )
 
 # The columns after number are the fields of HypothesisRecord, in its order.
-hypotheses = Table(
+hypotheses = _run_table(
     "hypotheses",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),
+    Column("number", Integer, primary_key=True),
     Column("t_us", BigInteger, nullable=False),
     Column("label", Text, nullable=False),
     Column("verdict", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
+    with_rowid=True,
 )
 
 # One row for each process of the run, written at its end.
-streams = Table(
+streams = _run_table(
     "streams",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),  # inputs come before what reads them
+    Column("number", Integer, primary_key=True),  # inputs come before what reads them
     Column("body", Text, nullable=False),  # StreamRecord as JSON
-    PrimaryKeyConstraint("run_no", "number"),
+    with_rowid=True,
 )
 
 # What a clock measured: the one table in which a repeated run differs.
-costs = Table(
+costs = _run_table(
     "costs",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),  # as in streams
+    Column("number", Integer, primary_key=True),  # as in streams
     Column("label", Text, nullable=False),
     Column("busy_us", BigInteger, nullable=False),  # time spent in the code of the process
-    PrimaryKeyConstraint("run_no", "number"),
+    with_rowid=True,
 )
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
-RUN_TABLES = (
-    events,
-    revisions,
-    durations,
-    role_names,
-    cars,
-    car_states,
-    seen_objects,
-    views,
-    frames,
-    links,
-    relations,
-    hypotheses,
-    streams,
-    costs,
-)
+RUN_TABLES = tuple(table for table in metadata.tables.values() if "run_no" in table.c and table is not runs)

@@ -11,7 +11,8 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 from msgspec.structs import asdict, astuple
-from sqlalchemy import Connection, Engine, Table, select, update
+from sqlalchemy import Connection, Engine, Table, func, select, update
+from sqlalchemy.dialects.sqlite import insert
 
 from service.records import (
     CarState,
@@ -64,7 +65,6 @@ class RunWriter:
         self._rows: dict[Table, list[Row]] = {table: [] for table in tables}
         self._counts = dict.fromkeys((schema.events, *_NUMBERED), 0)
         self._cars = _Cars()
-        self._known = _KnownTypes()
         self._flushed_us = 0
         self._is_open = True
 
@@ -204,7 +204,7 @@ class RunWriter:
         insert_rows(connection, schema.event_roles, role_rows)
         revised = [(self._run_no, draft.revises) for _, draft in self._drafts if draft.revises is not None]
         insert_rows(connection, schema.revisions, revised)
-        self._known.write(connection, self._run_no, [draft for _, draft in self._drafts])
+        _write_types(connection, self._run_no, [draft for _, draft in self._drafts])
 
     def _event_id(self, number: int) -> str:
         return f"{self.run_id}-{number}"
@@ -274,38 +274,20 @@ def _newer(before: str, now: str) -> str:
     return before if now == "unknown" else now
 
 
-class _KnownTypes:
-    """The longest duration and the role names of each event type of a run, as far as they are written."""
-
-    def __init__(self) -> None:
-        self._longest_us: dict[str, int] = {}
-        self._roles: set[tuple[str, str]] = set()
-
-    def write(self, connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:
-        """Write longest durations that have grown, and role names that are new."""
-        self._write_durations(connection, run_no, _longest_by_type(drafts))
-        roles = {(draft.type, role) for draft in drafts for role in draft.roles} - self._roles
-        insert_rows(connection, schema.role_names, [(run_no, *names) for names in sorted(roles)])
-        self._roles |= roles
-
-    def _write_durations(self, connection: Connection, run_no: int, longest_us: Mapping[str, int]) -> None:
-        table = schema.durations
-        for event_type, us in sorted(longest_us.items()):
-            known_us = self._longest_us.get(event_type)
-            if known_us is None:
-                insert_rows(connection, table, [(run_no, event_type, us)])
-            elif us > known_us:
-                is_it = (table.c.run_no == run_no) & (table.c.type == event_type)
-                connection.execute(update(table).where(is_it).values(longest_us=us))
-            self._longest_us[event_type] = max(us, known_us or 0)
-
-
-def _longest_by_type(drafts: Iterable[EventDraft]) -> dict[str, int]:
+def _write_types(connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:
+    """Write the longest duration and the role names of each event type, as far as they are new."""
+    table = schema.durations
     longest_us: dict[str, int] = {}
     for draft in drafts:
-        us = draft.end_us - draft.start_us
-        longest_us[draft.type] = max(us, longest_us.get(draft.type, 0))
-    return longest_us
+        longest_us[draft.type] = max(draft.end_us - draft.start_us, longest_us.get(draft.type, 0))
+    rows = [{"run_no": run_no, "type": name, "longest_us": us} for name, us in sorted(longest_us.items())]
+    new = insert(table)
+    longer = func.max(table.c.longest_us, new.excluded.longest_us)
+    connection.execute(new.on_conflict_do_update(index_elements=table.primary_key, set_={"longest_us": longer}), rows)
+    roles = {(draft.type, role) for draft in drafts for role in draft.roles}
+    if roles:
+        named = [{"run_no": run_no, "type": name, "role": role} for name, role in sorted(roles)]
+        connection.execute(insert(schema.role_names).on_conflict_do_nothing(), named)
 
 
 def _json(value: object) -> str:
