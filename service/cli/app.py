@@ -15,7 +15,6 @@ from typing import Annotated
 
 import typer
 
-import service
 from service.cli import exit_codes
 from service.cli.asking.draw import draw
 from service.cli.asking.evaluate import evaluate
@@ -86,8 +85,9 @@ def foreign_package() -> str:
         came = spec.origin if spec else None
         if came is None or Path(came).parents[1] != parent:
             return f"package {name!r}: expected {str(parent / name / '__init__.py')!r}, got {came!r}"
-    if "open_log" not in getattr(service, "__all__", ()):
-        return f"package 'service': expected our names in {service.__file__!r}, got others"
+    ours = sys.modules["service"]
+    if "open_log" not in getattr(ours, "__all__", ()):
+        return f"package 'service': expected our names in {ours.__file__!r}, got others"
     return ""
 
 

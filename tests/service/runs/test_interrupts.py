@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,8 +30,18 @@ from service.runs.processing import RunRequest, process
 def stop(progress):
     if progress.frames == int(sys.argv[3]):
         os.kill(os.getpid(), getattr(signal, sys.argv[4]))
+for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(one, signal.SIG_DFL)
 process(RunRequest(Path(sys.argv[1]), None, sys.argv[2], again=True), on_progress=stop)
 """
+
+
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """Listen to Ctrl-C also where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def rows(log: Path) -> list[str]:
