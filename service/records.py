@@ -13,6 +13,7 @@ from msgspec import Struct
 EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
 InputKind = Literal["video", "trajectory", "detections"]
+StartFrom = Literal["option", "site", "video", "unknown"]
 LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
 LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted"]
@@ -295,6 +296,26 @@ class CameraRecord(Struct, frozen=True):
     height_px: int
 
 
+class InputFile(Struct, frozen=True, kw_only=True):
+    """The file that a run read.
+
+    Attributes
+    ----------
+    path : absolute, when it was processed.
+    digest : of its bytes; the same file elsewhere has the same.
+    first_pts_us : the time stamp in the video that is media time 0; a player shows a frame at its media time plus this.
+    codec, width_px, height_px : of the video; None for other files, as `first_pts_us`.
+    """
+
+    path: str
+    size_bytes: int
+    digest: str
+    first_pts_us: int | None = None
+    codec: str | None = None
+    width_px: int | None = None
+    height_px: int | None = None
+
+
 class RunRecord(Struct, frozen=True, kw_only=True):
     """One pass of one input through the pipeline.
 
@@ -303,6 +324,8 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     id : given by the caller, a digest of all inputs, so that a repeated run replaces itself.
     source : short name of the input, the value of `source` on its events.
     start_utc_us : UTC time of media time zero, microseconds since 1970-01-01.
+    start_from : who said so; `unknown` is 1970, or a log from before this was kept.
+    file : the input; None in a log from before this was kept.
     camera : None for an input without pixels.
     warnings : what the user was told, such as a missing camera.
     monitors : the monitors that ran beside the chronicles.
@@ -317,6 +340,8 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     id: str
     source: str
     start_utc_us: int
+    start_from: StartFrom = "unknown"
+    file: InputFile | None = None
     input_kind: InputKind = "video"
     input: str = ""
     site: str = ""

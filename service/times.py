@@ -94,6 +94,26 @@ def parse_media_us(text: str, *, parameter: str) -> int:
     return point.us
 
 
+def parse_utc_us(text: str, *, parameter: str) -> int:
+    """Read when a source started, in microseconds since 1970-01-01 UTC.
+
+    Raises
+    ------
+    QueryError
+        If it is no time on the UTC calendar, or too near to the ends of it.
+
+    Examples
+    --------
+    >>> parse_utc_us("1970-01-01T00:00:01Z", parameter="--start-utc")
+    1000000
+    """
+    point = parse_time(text, parameter=parameter)
+    if point.clock != "utc" or not utc_us(FIRST_UTC) <= point.us <= utc_us(LAST_UTC):
+        expected = f"expected a time with its zone from {FIRST_UTC:%Y-%m-%d} to {LAST_UTC:%Y-%m-%d}"
+        raise QueryError(f"{parameter}: {expected}, such as 2026-05-01T08:00:00Z, got {text!r}", parameter=parameter)
+    return point.us
+
+
 def utc_us(moment: datetime) -> int:
     """Convert an aware date and time to microseconds since 1970-01-01 UTC.
 

@@ -221,18 +221,17 @@ class AttributeHistory:
         """List the arguments of all kept fluents that have `key` at `places`."""
         return tuple(self._indexes[name, places].get(key, ()))
 
-    def forget_before(self, t_us: int) -> int:
-        """Drop what lies further back than `t_us`; give the number of fluents left."""
-        for name, fluents in self._fluents.items():
-            gone = []
-            for args, fluent in fluents.items():
-                fluent.forget_before(t_us)
-                if self._initial[name] == UNKNOWN and fluent.is_unknown_since(t_us):
-                    gone.append(args)
-            for args in gone:
-                del fluents[args]
-                self._remove_from_indexes(name, args)
-        return sum(map(len, self._fluents.values()))
+    def forget_before(self, name: str, t_us: int) -> int:
+        """Drop what lies further back than `t_us` of an attribute; give the number of its fluents left."""
+        fluents, gone = self._fluents[name], []
+        for args, fluent in fluents.items():
+            fluent.forget_before(t_us)
+            if self._initial[name] == UNKNOWN and fluent.is_unknown_since(t_us):
+                gone.append(args)
+        for args in gone:
+            del fluents[args]
+            self._remove_from_indexes(name, args)
+        return len(fluents)
 
     def state(self) -> list[Any]:
         """Give everything, as plain data and events."""

@@ -38,20 +38,23 @@ class Stage:
         defaults: Iterable[tuple[str, str]],
         executor: EagerExecutor,
     ) -> None:
-        watched = {one.attribute for plan in plans.values() for one in plan.persistences}
+        # How far back each attribute is looked at: by far the most fluents are of attributes with a short memory.
+        self._memory_us: dict[str, int] = {}
+        for plan in plans.values():
+            for one in plan.persistences:
+                self._memory_us[one.attribute] = max(plan.memory_us, self._memory_us.get(one.attribute, 0))
         self.delay_us = delay_us
         self.buffer: list[Record] = []
-        self._history = AttributeHistory(watched, defaults)
+        self._history = AttributeHistory(self._memory_us, defaults)
         self._matchers = {rank: _Matcher(plan, rank, self._history) for rank, plan in plans.items()}
         self._executor = executor
-        self._memory_us = max(plan.memory_us for plan in plans.values())
         self._readers: dict[str, _Readers] = {}
         self._pending: list[tuple[int, int, int, Instance]] = []
         self._pending_count = 0
         self._unbuilt: list[Unbuilt] = []
         self._grown = 0
         self._next_sweep = _FIRST_SWEEP
-        for name in watched:
+        for name in self._memory_us:
             self._reader(name).histories.append(self._history)
         for matcher in self._matchers.values():
             for name in matcher.conclusions.names:
@@ -176,10 +179,11 @@ class Stage:
 
     def _sweep(self, now_us: int) -> None:
         """Forget what can no longer matter; done each time as much was added as was left the time before."""
-        oldest_us = now_us - self._memory_us
-        left = self._history.forget_before(oldest_us) + self._executor.sweep(now_us)
+        left = self._executor.sweep(now_us)
+        for name, memory_us in self._memory_us.items():
+            left += self._history.forget_before(name, now_us - memory_us)
         for matcher in self._matchers.values():
-            left += matcher.conclusions.forget_before(oldest_us)
+            left += matcher.conclusions.forget_before(now_us - matcher.plan.memory_us)
             matcher.builder.forget_before(now_us)
         self._grown = 0
         self._next_sweep = max(_FIRST_SWEEP, left)

@@ -8,7 +8,9 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 from io import TextIOWrapper
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -53,18 +55,40 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "serve": serve,
 }
 
+PACKAGES = ("service", "gis", "vision", "anchoring", "qsr", "chronicles", "dyknow", "data_gen")
 # An error whose class comes from one of these says something about the user's input.
-INPUT_ERROR_MODULES = frozenset(
-    f"{package}.errors"
-    for package in ("service", "gis", "vision", "anchoring", "qsr", "chronicles", "dyknow", "data_gen")
-)
+INPUT_ERROR_MODULES = frozenset(f"{package}.errors" for package in PACKAGES)
 
 
 def main() -> None:
     """Run the command line of this process and leave with its exit code."""
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # a file name that is no text is printed as its bytes
+    if foreign := foreign_package():
+        print(
+            f"error: {foreign}, so another program's package has the same name; "
+            "install dyknow anew, into an environment of its own (python -m venv)",
+            file=sys.stderr,
+        )
+        sys.exit(exit_codes.INVALID)
     sys.exit(run(sys.argv[1:]))
+
+
+def foreign_package() -> str:
+    """Say which of our packages Python would not take from the folder that this file is in; empty if it takes all.
+
+    Another distribution may have a package of the same name; installed over ours, its removal deletes our file.
+    """
+    parent = Path(__file__).parents[2]
+    for name in PACKAGES:
+        spec = find_spec(name)
+        came = spec.origin if spec else None
+        if came is None or Path(came).parents[1] != parent:
+            return f"package {name!r}: expected {str(parent / name / '__init__.py')!r}, got {came!r}"
+    ours = sys.modules["service"]
+    if "open_log" not in getattr(ours, "__all__", ()):
+        return f"package 'service': expected our names in {ours.__file__!r}, got others"
+    return ""
 
 
 def run(arguments: Sequence[str]) -> int:

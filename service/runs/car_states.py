@@ -38,15 +38,7 @@ class CarRows:
         )
         for car, (x_m, y_m), heading, speed, length, width, kind, road, along, lane, linked, vision in columns:
             yield CarState(
-                t_us=cars.t_us,
-                car=car,
-                x_m=x_m,
-                y_m=y_m,
-                heading_rad=heading,
-                speed_mps=speed,
-                length_m=length,
-                width_m=width,
-                car_class=kind,
+                *(cars.t_us, car, x_m, y_m, heading, speed, length, width, kind),
                 road=self.road(road),
                 along_m=along if road >= 0 else None,
                 lane=self._lanes[lane] if lane >= 0 else "",

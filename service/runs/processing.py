@@ -5,6 +5,7 @@ interrupts, leaves the events up to that moment in the log, with the reason.
 """
 
 import hashlib
+import signal
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
@@ -13,11 +14,13 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+import msgspec
+
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.node import Node, StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
-from service.records import RunRecord, RunStatus
+from service.records import InputFile, RunRecord, RunStatus, StartFrom
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
@@ -30,6 +33,7 @@ from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
 from service.texts.idle_chronicles import idle_in_stream, unfit_told
 from service.times import utc_us
 from vision.errors import VideoBroken
+from vision.video.frames import VideoSource
 
 HISTORY_US = 330_000_000  # longer than any interval of the library's chronicles
 
@@ -48,6 +52,8 @@ class RunRequest:
     monitor_files : texts of monitors to run besides.
     kpl_file : declares the streams instead of the shipped text.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    start_utc_us : UTC time of media time zero, before what site file and video say.
+    again : also a run that the log has, finished.
     """
 
     input: Path
@@ -58,6 +64,8 @@ class RunRequest:
     monitor_files: tuple[Path, ...] = ()
     kpl_file: Path | None = None
     detector: str | None = None
+    start_utc_us: int | None = None
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,17 +111,29 @@ class RunSummary:
 
     Attributes
     ----------
+    record : of the run, as it was begun.
     status : ``finished``, ``broken`` (the input could not be read to its end) or ``interrupted``.
     reason : where and why it stopped early; when finished, how much of the input could not be read, or empty.
     streams : what each stream carried and what its process cost.
+    was_finished : the log had the run, finished, so nothing was done.
+    is_kept : False if it repeated a run that came further, which stays in its place.
+    stopped_by : the signal that interrupted it; as Ctrl-C where there was none.
     """
 
-    run: str
+    record: RunRecord
     status: RunStatus
     reason: str
     warnings: tuple[str, ...]
     progress: Progress
     streams: tuple[StreamReport, ...]
+    was_finished: bool = False
+    is_kept: bool = True
+    stopped_by: signal.Signals = signal.SIGINT
+
+    @property
+    def run(self) -> str:
+        """Return the identifier of the run."""
+        return self.record.id
 
 
 def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = lambda _: None) -> RunSummary:
@@ -146,8 +166,10 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         clock=time.perf_counter_ns,
     )
     recorded = RecordedStreams.of(pipeline)
-    record = _run_record(source, site, chronicles, monitors, pipeline=pipeline, columns=request.columns or {})
+    record = _run_record(request, source, site, chronicles, monitors, pipeline=pipeline)
     with open_log(request.log_url, "w") as log:
+        if not request.again and log.has_finished(record.id):
+            return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
         return _run(source, pipeline, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
 
 
@@ -173,12 +195,20 @@ def _run(
             raise
         writer.append_streams(stream_records(pipeline))
         writer.append_costs(stream_costs(pipeline))
-        recorder.finish(status, reason)
+        is_kept = recorder.finish(status, reason)
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
     unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)
     damage = (f"{source.path.name}: {reason}",) if status == "finished" and reason else ()
-    warnings = (*record.warnings, *lost, *unfit, *damage)
-    return RunSummary(record.id, status, reason, warnings, meter.read(), pipeline.node.report())
+    return RunSummary(
+        record=record,
+        status=status,
+        reason=reason,
+        warnings=(*record.warnings, *lost, *unfit, *damage),
+        progress=meter.read(),
+        streams=pipeline.node.report(),
+        is_kept=is_kept,
+        stopped_by=interrupts.came or signal.SIGINT,
+    )
 
 
 def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
@@ -218,7 +248,8 @@ def _feed(
         node.advance(meter.last_us)
         watch(node.finish_in_steps())
     except KeyboardInterrupt:
-        status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got an interrupt"
+        came = "an interrupt" if interrupts.came in (None, signal.SIGINT) else interrupts.came.name
+        status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got {came}"
     except BrokenPipeError:
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
     if status == "interrupted":
@@ -227,8 +258,8 @@ def _feed(
         node.finish()
     elif status == "finished" and meter.read().frames == 0:
         status, reason = "broken", f"{source.path}: expected at least one frame, got none"
-    elif status == "finished":
-        reason = source.damage
+    elif status == "finished" and source.video:
+        reason = source.video.damage
     return status, reason
 
 
@@ -241,32 +272,37 @@ def _publish(pipeline: Pipeline, meter: "_Meter") -> Generator[None, None, None]
 
 
 def _run_record(
+    request: RunRequest,
     source: Input,
     site: Site | None,
     chronicles: LoadedChronicles,
     monitors: LoadedMonitors,
     *,
     pipeline: Pipeline,
-    columns: Mapping[str, str],
 ) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
     software = f"dyknow {version('dyknow')}"
+    file = _input_file(source.path, source.video)
+    start_utc_us, start_from = _start(request, site, source.video)
     parts = (
         software,
         source.path.name,
-        content_digest(source.path),
-        repr(sorted(columns.items())),
+        file.digest,
+        repr(sorted((request.columns or {}).items())),
         content_digest(*site.files) if site else "no site",
         source.detector,
         content_digest(*source.detector_files),
         *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
         *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
         pipeline.kpl.text,
+        *((f"start {start_utc_us}",) if start_from == "option" else ()),
     )
     return RunRecord(
         id=hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest(),
         source=source.path.name,
-        start_utc_us=utc_us(site.start_utc) if site else 0,
+        start_utc_us=start_utc_us,
+        start_from=start_from,
+        file=file,
         input_kind=source.kind,
         input=source.path.name,
         site=site.name if site else "",
@@ -284,6 +320,30 @@ def _run_record(
         ),
         software=software,
     )
+
+
+def _input_file(path: Path, video: VideoSource | None) -> InputFile:
+    file = InputFile(path=str(path.absolute()), size_bytes=path.stat().st_size, digest=content_digest(path))
+    if video is None:
+        return file
+    return msgspec.structs.replace(
+        file,
+        first_pts_us=video.first_pts_us,
+        codec=video.codec,
+        width_px=video.width_px,
+        height_px=video.height_px,
+    )
+
+
+def _start(request: RunRequest, site: Site | None, video: VideoSource | None) -> tuple[int, StartFrom]:
+    """Tell when media time zero was, and who says so."""
+    if request.start_utc_us is not None:
+        return request.start_utc_us, "option"
+    if site and site.start_utc:
+        return utc_us(site.start_utc), "site"
+    if video and video.created_utc:
+        return utc_us(video.created_utc), "video"
+    return 0, "unknown"
 
 
 class _Meter:
@@ -320,6 +380,6 @@ class _Meter:
             frame_count=self._frame_count,
             media_us=self.last_us - (self._first_us or 0),
             elapsed_s=time.perf_counter() - self._started_s,
-            cars=len(self._recorder.cars) if self._recorder.records_cars else None,
+            cars=self._recorder.cars if self._recorder.records_cars else None,
             events=self._recorder.events if self._recorder.records_events else None,
         )

@@ -6,10 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
+import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from anchoring.adapter import Anchored
-from anchoring.observations import Cars, LinkChange
+from anchoring.observations import Cars
 from chronicles.adapter import event_of, value_text
 from chronicles.events import Occurrence, OccurrenceKey
 from chronicles.execution.unfit_events import UnfitCounter
@@ -39,6 +41,8 @@ from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.store.log import RunWriter
 from vision.objects import VisionObjects
+
+FloatArray = NDArray[np.float64]
 
 _RECORDED = (
     *("recorded_frames", "recorded_objects", "recorded_cars"),
@@ -87,7 +91,6 @@ class Recorder:
     Attributes
     ----------
     events : number of events that stand so far; a retracted one does not.
-    cars : symbols of all cars seen so far.
     records_cars, records_events : whether there is a stream of them; without one, they are not known.
     unfit : counts the relation changes that chronicles cannot take.
     lost_views : from when to when a moving camera's view was lost; the end is None where it was not found again.
@@ -96,7 +99,6 @@ class Recorder:
     def __init__(self, writer: RunWriter, network: RoadNetwork | None, unfit: UnfitCounter, *, history_us: int) -> None:
         self.unfit = unfit
         self.events = 0
-        self.cars: set[str] = set()
         self.records_cars = self.records_events = False
         self.lost_views: list[tuple[int, int | None]] = []
         self._writer = writer
@@ -121,9 +123,14 @@ class Recorder:
             if stream is not None:
                 stream.subscribe(consumer)
 
-    def finish(self, status: RunStatus, reason: str) -> None:
-        """Write the rest and say how the run ended."""
-        self._writer.finish(status, reason)
+    @property
+    def cars(self) -> int:
+        """Return the number of cars that are written, which is at most ten seconds of media time ago."""
+        return self._writer.cars
+
+    def finish(self, status: RunStatus, reason: str) -> bool:
+        """Write the rest and say how the run ended; False if one that came further stays in its place."""
+        return self._writer.finish(status, reason)
 
     def _record_frame(self, sample: Sample[object]) -> None:
         self._writer.append_frames((sample.valid_us,))
@@ -146,10 +153,11 @@ class Recorder:
 
     def _record_cars(self, sample: Sample[Anchored]) -> None:
         cars = sample.value.cars
-        self.cars.update(cars.ids)
         self._history.remember(cars)
         self._writer.append_states(self._rows.of(cars))
-        self._writer.append_links(_link_record(change) for change in sample.value.link_changes)
+        self._writer.append_links(
+            msgspec.convert(change, LinkRecord, from_attributes=True) for change in sample.value.link_changes
+        )
 
     def _record_relations(self, sample: Sample[FrameRelations]) -> None:
         frame = sample.value
@@ -227,17 +235,17 @@ class Recorder:
 
 
 class CarHistory:
-    """Remember where the cars were over the last stretch of time."""
+    """Remember where the cars were over the last stretch of time, and nothing else of them: it is minutes long."""
 
     def __init__(self, length_us: int) -> None:
         self._length_us = length_us
         self._times_us: deque[int] = deque()
-        self._cars: deque[Cars] = deque()
+        self._cars: deque[tuple[tuple[str, ...], FloatArray]] = deque()  # names; road, x and y of each
 
     def remember(self, cars: Cars) -> None:
         """Add the cars of the newest time and forget what is too old."""
         self._times_us.append(cars.t_us)
-        self._cars.append(cars)
+        self._cars.append((cars.ids, np.column_stack((cars.positions.road, cars.centre_m))))
         while self._times_us[0] < cars.t_us - self._length_us:
             self._times_us.popleft()
             self._cars.popleft()
@@ -245,12 +253,11 @@ class CarHistory:
     def find(self, car: str, t_us: int) -> tuple[int, float, float] | None:
         """Return road index, x and y in metres of a car at the last time <= t_us; None if it was not there."""
         at = bisect_right(self._times_us, t_us) - 1
-        if at < 0 or car not in self._cars[at].ids:
+        if at < 0 or car not in self._cars[at][0]:
             return None
-        cars = self._cars[at]
-        row = cars.ids.index(car)
-        x_m, y_m = np.round(cars.centre_m[row], 3).tolist()
-        return int(cars.positions.road[row]), x_m, y_m
+        ids, places = self._cars[at]
+        road, x_m, y_m = np.round(places[ids.index(car)], 3).tolist()
+        return int(road), x_m, y_m
 
 
 def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenObject]:
@@ -266,17 +273,6 @@ def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenOb
     )
     for name, (x_m, y_m), heading, length, width, observed, clipped in columns:
         yield SeenObject(objects.t_us, name, x_m, y_m, heading, length, width, observed, clipped)
-
-
-def _link_record(change: LinkChange) -> LinkRecord:
-    return LinkRecord(
-        t_us=change.t_us,
-        kind=change.kind,
-        level=change.level,
-        lower=change.lower,
-        upper=change.upper,
-        reason=change.reason,
-    )
 
 
 def _relation_record(change: RelationChange, hypotheses: tuple[str, ...]) -> RelationRecord:

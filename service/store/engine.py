@@ -21,21 +21,33 @@ BUSY_TIMEOUT_S = 30.0
 READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server
 
 
+def can_write(path: Path) -> bool:
+    """Tell whether a file that exists can be written, and others beside it."""
+    return os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)
+
+
 def reading_engine(path: Path) -> Engine:
     """Make an engine that can only read; the file must exist.
 
     In a place where nothing may be written the file is read as it lies, without its shared-memory companion.
     """
-    if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK):
+    if can_write(path):
         # Not mode=ro: a read-only connection that leaves last would leave the -wal and -shm files behind.
         return _engine(_connector(path, "mode=rw", ("PRAGMA query_only = 1",)), "BEGIN")
     has_wal = path.with_name(path.name + "-wal").exists()
     return _engine(_connector(path, "mode=ro" if has_wal else "immutable=1", ()), "BEGIN")
 
 
-def writing_engine(path: Path) -> Engine:
-    """Make an engine that writes; the file is created by the first connection."""
-    pragmas = ("PRAGMA journal_mode = WAL", "PRAGMA synchronous = NORMAL")
+def writing_engine(path: Path, *, beside: Path | None = None) -> Engine:
+    """Make an engine that writes; the file is created by the first connection.
+
+    Parameters
+    ----------
+    beside : another log, whose tables are then those of the SQL schema `beside`.
+    """
+    pragmas: tuple[str, ...] = ("PRAGMA journal_mode = WAL", "PRAGMA synchronous = NORMAL")
+    if beside is not None:
+        pragmas += (f"ATTACH DATABASE '{_uri(beside, 'mode=ro')}' AS beside",)
     return _engine(_connector(path, "mode=rwc", pragmas), "BEGIN IMMEDIATE")
 
 
@@ -51,7 +63,7 @@ def explained(path: Path, wanted: str) -> Iterator[None]:
 
 
 def _connector(path: Path, query: str, pragmas: tuple[str, ...]) -> Callable[[], sqlite3.Connection]:
-    uri = f"file:{quote(str(path.absolute()))}?{query}"
+    uri = _uri(path, query)
 
     def connect() -> sqlite3.Connection:
         """Open a connection and set its pragmas."""
@@ -63,6 +75,11 @@ def _connector(path: Path, query: str, pragmas: tuple[str, ...]) -> Callable[[],
         return connection
 
     return connect
+
+
+def _uri(path: Path, query: str) -> str:
+    """Name a file for SQLite; the quoting leaves no quotation mark."""
+    return f"file:{quote(str(path.absolute()))}?{query}"
 
 
 def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> Engine:

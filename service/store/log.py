@@ -17,15 +17,14 @@ Questions about events are in `service.questions.queries`.
 
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, TypeVar
 
 import msgspec
-from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, delete, func, inspect, select
-from sqlalchemy.exc import DBAPIError
-from sqlalchemy.schema import CreateIndex, CreateTable
+from msgspec import Struct
+from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, func, inspect, select
 
 from service.errors import LogError, NotInLogError
 from service.records import (
@@ -43,12 +42,16 @@ from service.records import (
 from service.store import schema
 from service.store.engine import explained, reading_engine, writing_engine
 from service.store.location import check_writable, parse_log_url
+from service.store.repeats import file_beside, remove_log, take_place
 from service.store.run_lock import RunLock
+from service.store.versions import create_schema, up_to_date
 from service.store.writer import RunWriter, insert_rows
 
 __all__ = ["EventLog", "RunWriter", "open_log"]
 
 Mode = Literal["r", "w"]
+
+_Record = TypeVar("_Record", bound=Struct)
 
 _RUN_ID = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 _ROWS_AT_ONCE = 5_000
@@ -63,11 +66,13 @@ def open_log(url: str, mode: Mode = "r") -> "EventLog":
     mode : `r` reads a log that exists; `w` also writes runs. Opening for writing checks that the log can be
         written, but creates nothing: that is left to the first `begin_run`.
 
+    A log of an older schema is carried over to today's, or a copy of it where it cannot be written.
+
     Raises
     ------
     LogError
         If the URL is not understood, the file is missing (`r`) or cannot be written (`w`), is not a DyKnow log, or
-        was written by a version with another schema.
+        was written by a newer version.
     """
     path = parse_log_url(url)
     if mode == "w":
@@ -75,8 +80,6 @@ def open_log(url: str, mode: Mode = "r") -> "EventLog":
     elif not path.is_file():
         came = "a folder" if path.is_dir() else "no such file"
         raise LogError(f"log {str(path)!r}: expected an event log, got {came}")
-    if path.exists():
-        _check_is_log(path, may_be_empty=mode == "w")
     return EventLog(path, mode)
 
 
@@ -93,14 +96,16 @@ class EventLog:
     def __init__(self, path: Path, mode: Mode) -> None:
         self.path = path
         self._mode = mode
+        self._closing = ExitStack()
+        self._file = up_to_date(path, self._closing) if path.exists() else path
         self._reading: Engine | None = None
         self._writing: Engine | None = None
-        self._locks: list[RunLock] = []
 
     def begin_run(self, run: RunRecord) -> RunWriter:
-        """Start a run, creating the log if need be; a run with the same identifier is replaced.
+        """Start a run, creating the log if need be.
 
-        The old rows go and the new run appears in one transaction, so a repeated run never doubles its events.
+        A run with the same identifier is replaced when the new one finishes, in one transaction; until then its rows
+        stay, and those of the new one are not seen.
 
         Raises
         ------
@@ -115,26 +120,71 @@ class EventLog:
         if not _RUN_ID.fullmatch(run.id):
             raise LogError(f"run: expected an identifier of 1 to 64 letters, digits, '.', '_' or '-', got {run.id!r}")
         lock = RunLock(self.path, run.id)
-        self._locks.append(lock)
-        self._writing = self._writing or writing_engine(self.path)
-        with explained(self.path, "a log that can be written"), self._writing.begin() as connection:
-            _create_schema(connection)
-            run_no = _replace_run(connection, run)
-        return RunWriter(self._writing, self.path, run_no, run, lock)
+        self._closing.callback(lock.release)
+        if self._writing is None:
+            self._writing = self._engine(self.path)
+        run_no = self._add_run(self._writing, run)
+        if run_no is not None:
+            return RunWriter(self._writing, self.path, run_no, run, lock.release)
+        return self._begin_repeat(run, lock)
+
+    def _begin_repeat(self, run: RunRecord, lock: RunLock) -> RunWriter:
+        """Start to write a run beside the log, in which it is already."""
+        beside = file_beside(self.path, run.id)
+        remove_log(beside)  # of a repeat that was killed
+        self._closing.callback(remove_log, beside)
+        engine = self._engine(beside)
+        run_no = self._add_run(engine, run)
+        assert run_no is not None, beside
+
+        def finish() -> bool:
+            engine.dispose()
+            has_place = take_place(self.path, beside, run.id)
+            remove_log(beside)
+            lock.release()
+            return has_place
+
+        return RunWriter(engine, self.path, run_no, run, finish)
+
+    def _add_run(self, engine: Engine, run: RunRecord) -> int | None:
+        """Put a run after all others and return its number; None if it is there."""
+        table = schema.runs
+        with explained(self.path, "a log that can be written"), engine.begin() as connection:
+            create_schema(connection)
+            if connection.scalar(select(table.c.run_no).where(table.c.id == run.id)) is not None:
+                return None
+            run_no = (connection.scalar(select(func.max(table.c.run_no))) or 0) + 1
+            first_pts_us = run.file.first_pts_us if run.file else None
+            body = msgspec.json.encode(run).decode()
+            row = (run_no, run.id, run.source, run.start_utc_us, first_pts_us, run.status, run.reason, body)
+            insert_rows(connection, table, [row])
+        return run_no
+
+    def _engine(self, path: Path) -> Engine:
+        engine = writing_engine(path)
+        self._closing.callback(engine.dispose)
+        return engine
 
     def close(self) -> None:
         """Close all connections; rows that were not flushed are lost, and their runs may be written anew."""
-        for lock in self._locks:
-            lock.release()
-        for engine in (self._reading, self._writing):
-            if engine is not None:
-                engine.dispose()
+        self._closing.close()
+
+    def has_finished(self, run_id: str) -> bool:
+        """Tell whether a run is here and went to its end; a log that is not made yet has none."""
+        if not self._file.exists():
+            return False
+        with self.connect() as connection:
+            if not inspect(connection).has_table(schema.runs.name):
+                return False
+            query = select(schema.runs.c.status).where(schema.runs.c.id == run_id)
+            return connection.scalar(query) == "finished"
 
     @contextmanager
     def connect(self) -> Iterator[Connection]:
         """Give a connection for reading, in one transaction: everything read through it is one state of the log."""
         if self._reading is None:
-            self._reading = reading_engine(self.path)
+            self._reading = reading_engine(self._file)
+            self._closing.callback(self._reading.dispose)
         with explained(self.path, "a log that can be read"), self._reading.begin() as connection:
             yield connection
 
@@ -161,11 +211,7 @@ class EventLog:
 
     def cars(self, run_id: str) -> list[CarRecord]:
         """List the car symbols of a run in the order of first sight."""
-        table = schema.cars
-        query = select(table.c.car, table.c.number, table.c.car_class, table.c.first_us, table.c.last_us)
-        with self.connect() as connection:
-            rows = connection.execute(query.where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)).all()
-        return [CarRecord(*row) for row in rows]
+        return sorted(self._records(CarRecord, schema.cars, run_id), key=lambda car: car.number)
 
     def states(
         self, run_id: str, *, car: str | None = None, from_us: int | None = None, to_us: int | None = None
@@ -179,26 +225,16 @@ class EventLog:
             with self.connect() as connection:
                 first_us, last_us = connection.execute(life).one_or_none() or (0, -1)
             query = query.where(table.c.car == car, table.c.t_us.between(first_us, last_us))
-        query = _between(query, table.c.t_us, from_us, to_us).order_by(table.c.t_us, cars.c.number)
+        query = query.where(*_between(table.c.t_us, from_us, to_us)).order_by(table.c.t_us, cars.c.number)
         return (CarState(*row) for row in self._stream(query))
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
-        """Stream the vision objects of a run, ordered by time; none for a run without vision, or of an older log."""
-        return (SeenObject(*row) for row in self._rows_of_newer_table(schema.seen_objects, run_id))
+        """Stream the vision objects of a run, ordered by time; none for a run without vision."""
+        return self._records(SeenObject, schema.seen_objects, run_id)
 
     def views(self, run_id: str) -> Iterator[ViewRecord]:
         """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
-        for t_us, numbers in self._rows_of_newer_table(schema.views, run_id):
-            yield ViewRecord(t_us, msgspec.json.decode(numbers, type=tuple[float, ...]))
-
-    # Any: a row has the types of the table's columns.
-    def _rows_of_newer_table(self, table: Table, run_id: str) -> Iterator[Any]:
-        """Stream the rows of a table that older logs do not have, in the order of its primary key."""
-        with self.connect() as connection:
-            if not inspect(connection).has_table(table.name):
-                return iter(())
-        query = select(*list(table.c)[1:]).where(_of_run(table.c.run_no, run_id))
-        return self._stream(query.order_by(*table.primary_key.columns))
+        return self._records(ViewRecord, schema.views, run_id)
 
     def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number from 1, t_us) of the frames of a run, in the order of the input."""
@@ -208,33 +244,23 @@ class EventLog:
 
     def links(self, run_id: str) -> Iterator[LinkRecord]:
         """Stream the changes of the identity chain of a run in the order in which they were decided."""
-        table = schema.links
-        query = select(*list(table.c)[2:]).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
-        return (LinkRecord(*row) for row in self._stream(query))
+        return self._records(LinkRecord, schema.links, run_id)
 
     def hypotheses(self, run_id: str) -> Iterator[HypothesisRecord]:
         """Stream what has become of the links on trial, in the order in which it was decided."""
-        table = schema.hypotheses
-        query = select(*list(table.c)[2:]).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
-        return (HypothesisRecord(*row) for row in self._stream(query))
+        return self._records(HypothesisRecord, schema.hypotheses, run_id)
 
     def streams(self, run_id: str) -> tuple[StreamRecord, ...]:
         """List the processes of a run and what they did, inputs before what reads them; empty if it told nothing."""
-        table = schema.streams
-        query = select(table.c.body).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
-        with self.connect() as connection:
-            if not inspect(connection).has_table(table.name):
-                return ()  # an older log
-            return tuple(msgspec.json.decode(body, type=StreamRecord) for body in connection.scalars(query))
+        query = select(schema.streams.c.body).where(_of_run(schema.streams.c.run_no, run_id))
+        bodies = self._stream(query.order_by(schema.streams.c.number))
+        return tuple(msgspec.json.decode(body, type=StreamRecord) for (body,) in bodies)
 
     def costs(self, run_id: str) -> dict[str, int]:
         """Give the microseconds that each process of a run took, by label; empty if the log does not tell."""
         table = schema.costs
         query = select(table.c.label, table.c.busy_us).where(_of_run(table.c.run_no, run_id))
-        with self.connect() as connection:
-            if not inspect(connection).has_table(table.name):
-                return {}  # an older log
-            return {row.label: row.busy_us for row in connection.execute(query.order_by(table.c.number))}
+        return dict(self._stream(query.order_by(table.c.number)))
 
     def last_us(self, run_id: str) -> int:
         """Return the time of the last frame of a run, up to which everything is known; 0 if it has none."""
@@ -247,12 +273,16 @@ class EventLog:
     ) -> Iterator[RelationRecord]:
         """Stream the relation changes of a run with `from_us <= t_us < to_us` in the order they were decided."""
         table = schema.relations
-        query = select(*list(table.c)[2:]).where(_of_run(table.c.run_no, run_id))
-        if name is not None:
-            query = query.where(table.c.name == name)
-        query = _between(query, table.c.t_us, from_us, to_us).order_by(table.c.number)
-        for t_us, decided_us, relation, args, old, new, hypotheses in self._stream(query):
-            yield RelationRecord(t_us, decided_us, relation, _texts(args), old, new, _texts(hypotheses))
+        conditions = [] if name is None else [table.c.name == name]
+        return self._records(RelationRecord, table, run_id, *conditions, *_between(table.c.t_us, from_us, to_us))
+
+    def _records(
+        self, kind: type[_Record], table: Table, run_id: str, *conditions: ColumnElement[bool]
+    ) -> Iterator[_Record]:
+        """Stream rows of a table as structs, in the order of its primary key."""
+        columns = [table.c[name] for name in kind.__struct_fields__]
+        query = select(*columns).where(_of_run(table.c.run_no, run_id), *conditions)
+        return (kind(*row) for row in self._stream(query.order_by(*table.primary_key.columns)))
 
     def _stream(self, query: Select[Any]) -> Iterator[Any]:  # Any: a row has the types of the query's columns
         with self.connect() as connection:
@@ -276,83 +306,10 @@ def _run_record(body: str, status: RunStatus, reason: str) -> RunRecord:
     return msgspec.structs.replace(run, status=status, reason=reason)
 
 
-def _texts(array: str) -> tuple[str, ...]:
-    return msgspec.json.decode(array, type=tuple[str, ...])
-
-
 def _of_run(run_no: ColumnElement[int], run_id: str) -> ColumnElement[bool]:
     return run_no == select(schema.runs.c.run_no).where(schema.runs.c.id == run_id).scalar_subquery()
 
 
-# Any: it narrows any query, whatever its columns.
-def _between(query: Select[Any], t_us: ColumnElement[int], from_us: int | None, to_us: int | None) -> Select[Any]:
-    if from_us is not None:
-        query = query.where(t_us >= from_us)
-    return query if to_us is None else query.where(t_us < to_us)
-
-
-def _check_is_log(path: Path, *, may_be_empty: bool) -> None:
-    """Refuse a file that is not an event log, or is one of a newer schema."""
-    wanted = "an event log written by dyknow"
-    engine = reading_engine(path)
-    try:
-        with explained(path, wanted), engine.begin() as connection:
-            tables = inspect(connection).get_table_names()
-            if not tables and may_be_empty:
-                return  # a first run was killed before its first transaction
-            found = _meta(connection) if schema.meta.name in tables else {}
-    finally:
-        engine.dispose()
-    if found.get("application") != schema.APPLICATION:
-        raise LogError(f"log {str(path)!r}: expected {wanted}, got a database with tables {sorted(tables)[:5]!r}")
-    version = found.get("schema_version", "")
-    if version != str(schema.SCHEMA_VERSION):
-        is_newer = version.isdigit() and int(version) > schema.SCHEMA_VERSION
-        hint = "; a newer dyknow reads it" if is_newer else "; process the input again into a new log"
-        raise LogError(f"log {str(path)!r}: expected schema version {schema.SCHEMA_VERSION}, got {version!r}{hint}")
-
-
-def _meta(connection: Connection) -> dict[str, str]:
-    try:
-        return {key: value for key, value in connection.execute(select(schema.meta.c.key, schema.meta.c.value))}  # noqa: C416
-    except DBAPIError:
-        return {}  # another program's table of that name
-
-
-def _create_schema(connection: Connection) -> None:
-    is_new = not inspect(connection).has_table(schema.meta.name)
-    _create_tables(connection)  # what is missing: an older log has no `streams`
-    if not is_new:
-        return
-    values = {"application": schema.APPLICATION, "schema_version": str(schema.SCHEMA_VERSION), "last_seq": "0"}
-    insert_rows(connection, schema.meta, list(values.items()))
-
-
-def _create_tables(connection: Connection) -> None:
-    """Create the missing tables in an order of their own: `create_all` takes indexes as a set gives them."""
-    present = set(inspect(connection).get_table_names())
-    for table in schema.metadata.sorted_tables:
-        if table.name not in present:
-            connection.execute(CreateTable(table))
-            for index in sorted(table.indexes, key=lambda one: str(one.name)):
-                connection.execute(CreateIndex(index))
-
-
-def _replace_run(connection: Connection, run: RunRecord) -> int:
-    """Put a run in place of the one of the same identifier, or after all others; return its number."""
-    table = schema.runs
-    run_no = connection.scalar(select(table.c.run_no).where(table.c.id == run.id))
-    if run_no is None:
-        run_no = (connection.scalar(select(func.max(table.c.run_no))) or 0) + 1
-    else:
-        _delete_run(connection, run_no)
-    body = msgspec.json.encode(run).decode()
-    insert_rows(connection, table, [(run_no, run.id, run.source, run.start_utc_us, run.status, run.reason, body)])
-    return run_no
-
-
-def _delete_run(connection: Connection, run_no: int) -> None:
-    of_run = select(schema.events.c.seq).where(schema.events.c.run_no == run_no)
-    connection.execute(delete(schema.event_roles).where(schema.event_roles.c.seq.in_(of_run)))
-    for table in (*schema.RUN_TABLES, schema.runs):
-        connection.execute(delete(table).where(table.c.run_no == run_no))
+def _between(t_us: ColumnElement[int], from_us: int | None, to_us: int | None) -> list[ColumnElement[bool]]:
+    after = [] if from_us is None else [t_us >= from_us]
+    return after if to_us is None else [*after, t_us < to_us]

@@ -7,12 +7,46 @@ event of each type, which bounds how far back a search for overlapping intervals
 and constraints that SQLite and PostgreSQL share.
 """
 
-from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, MetaData, PrimaryKeyConstraint, Table, Text
+from typing import Any
 
-SCHEMA_VERSION = 2
+import msgspec
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    Dialect,
+    Float,
+    Index,
+    Integer,
+    MetaData,
+    PrimaryKeyConstraint,
+    Table,
+    Text,
+    TypeDecorator,
+)
+
+SCHEMA_VERSION = 3  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 
 metadata = MetaData()
+
+
+class JsonArray(TypeDecorator[tuple[Any, ...]]):  # Any: of texts or numbers
+    """A JSON array, read as a tuple; the writer makes the text."""
+
+    impl = Text
+    cache_ok = True
+
+    def process_result_value(self, value: str | None, dialect: Dialect) -> tuple[Any, ...]:
+        """Read what a row holds."""
+        return tuple(msgspec.json.decode(value or "[]"))
+
+
+def _run_table(name: str, *items: Column[Any] | Index, with_rowid: bool = False) -> Table:
+    """Make a table of which rows belong to a run; the key begins with it."""
+    run_no = Column("run_no", Integer, primary_key=True)
+    return Table(name, metadata, run_no, *items, sqlite_with_rowid=with_rowid)
+
 
 # Keys: application, schema_version, last_seq.
 meta = Table(
@@ -29,6 +63,7 @@ runs = Table(
     Column("id", Text, nullable=False, unique=True),
     Column("source", Text, nullable=False),
     Column("start_utc_us", BigInteger, nullable=False),
+    Column("first_pts_us", BigInteger),  # what a player of the video shows at media time 0; empty without a video
     Column("status", Text, nullable=False),
     Column("reason", Text, nullable=False),
     Column("body", Text, nullable=False),  # RunRecord as JSON; status and reason above win over the body's
@@ -78,48 +113,34 @@ revisions = Table(
     sqlite_with_rowid=False,
 )
 
-durations = Table(
+durations = _run_table(
     "durations",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("type", Text, nullable=False),
+    Column("type", Text, primary_key=True),
     Column("longest_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("run_no", "type"),
-    sqlite_with_rowid=False,
 )
 
 # Which roles the events of a type have: the columns of a CSV export, known before its first row.
-role_names = Table(
+role_names = _run_table(
     "role_names",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("type", Text, nullable=False),
-    Column("role", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "type", "role"),
-    sqlite_with_rowid=False,
+    Column("type", Text, primary_key=True),
+    Column("role", Text, primary_key=True),
 )
 
-cars = Table(
+cars = _run_table(
     "cars",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("car", Text, nullable=False),
+    Column("car", Text, primary_key=True),
     Column("number", Integer, nullable=False),  # 1, 2, ... in order of first sight within the run
     Column("car_class", Text, nullable=False),  # the last one that was not `unknown`
     Column("first_us", BigInteger, nullable=False),
     Column("last_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("run_no", "car"),
-    sqlite_with_rowid=False,
 )
 
 # The columns after run_no are the fields of CarState, in its order. No index by car: `cars` bounds a car's life, and
 # reading everybody's rows of those minutes is cheap against one more index on the largest table.
-car_states = Table(
+car_states = _run_table(
     "car_states",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("t_us", BigInteger, nullable=False),
-    Column("car", Text, nullable=False),
+    Column("t_us", BigInteger, primary_key=True),
+    Column("car", Text, primary_key=True),
     Column("x_m", Float, nullable=False),
     Column("y_m", Float, nullable=False),
     Column("heading_rad", Float, nullable=False),
@@ -132,18 +153,13 @@ car_states = Table(
     Column("lane", Text, nullable=False),
     Column("linked", Boolean, nullable=False),
     Column("vision_id", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "t_us", "car"),
-    sqlite_with_rowid=False,
 )
 
 # What the tracker saw, linked to a car or not; the columns after run_no are the fields of SeenObject, in its order.
-# Logs from before this table read and write as they are.
-seen_objects = Table(
+seen_objects = _run_table(
     "seen_objects",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("t_us", BigInteger, nullable=False),
-    Column("vision_id", Text, nullable=False),
+    Column("t_us", BigInteger, primary_key=True),
+    Column("vision_id", Text, primary_key=True),
     Column("x_m", Float, nullable=False),
     Column("y_m", Float, nullable=False),
     Column("heading_rad", Float, nullable=False),
@@ -151,111 +167,76 @@ seen_objects = Table(
     Column("width_m", Float, nullable=False),
     Column("observed", Boolean, nullable=False),
     Column("clipped", Boolean, nullable=False),
-    PrimaryKeyConstraint("run_no", "t_us", "vision_id"),
-    sqlite_with_rowid=False,
 )
 
 # Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
-views = Table(
+views = _run_table(
     "views",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("t_us", BigInteger, nullable=False),
-    Column("pixel_from_ground", Text, nullable=False),  # a JSON array of nine numbers, empty where the view was lost
-    PrimaryKeyConstraint("run_no", "t_us"),
-    sqlite_with_rowid=False,
+    Column("t_us", BigInteger, primary_key=True),
+    Column("pixel_from_ground", JsonArray, nullable=False),  # nine numbers, empty where the view was lost
 )
 
-frames = Table(
+frames = _run_table(
     "frames",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),  # 1, 2, ... in the order of the input
+    Column("number", Integer, primary_key=True),  # 1, 2, ... in the order of the input
     Column("t_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
-    sqlite_with_rowid=False,
 )
 
 # `number` keeps the order in which the run wrote the rows: changes of one frame depend on each other.
-links = Table(
+links = _run_table(
     "links",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),
+    Column("number", Integer, primary_key=True),
     Column("t_us", BigInteger, nullable=False),
     Column("kind", Text, nullable=False),
     Column("level", Text, nullable=False),
     Column("lower", Text, nullable=False),
     Column("upper", Text, nullable=False),
     Column("reason", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
     Index("links_by_upper", "run_no", "upper", "number"),
+    with_rowid=True,
 )
 
 # The columns after number are the fields of RelationRecord, in its order.
-relations = Table(
+relations = _run_table(
     "relations",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),
+    Column("number", Integer, primary_key=True),
     Column("t_us", BigInteger, nullable=False),
     Column("decided_us", BigInteger, nullable=False),
     Column("name", Text, nullable=False),
-    Column("args", Text, nullable=False),  # a JSON array: relations have one, two or three arguments
+    Column("args", JsonArray, nullable=False),  # relations have one, two or three arguments
     Column("old", Text, nullable=False),
     Column("new", Text, nullable=False),
-    Column("hypotheses", Text, nullable=False),  # a JSON array
-    PrimaryKeyConstraint("run_no", "number"),
+    Column("hypotheses", JsonArray, nullable=False),
     Index("relations_by_name", "run_no", "name", "t_us"),
+    with_rowid=True,
 )
 
 # The columns after number are the fields of HypothesisRecord, in its order.
-hypotheses = Table(
+hypotheses = _run_table(
     "hypotheses",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),
+    Column("number", Integer, primary_key=True),
     Column("t_us", BigInteger, nullable=False),
     Column("label", Text, nullable=False),
     Column("verdict", Text, nullable=False),
-    PrimaryKeyConstraint("run_no", "number"),
+    with_rowid=True,
 )
 
-# One row for each process of the run, written at its end. Logs from before this table read and write as they are.
-streams = Table(
+# One row for each process of the run, written at its end.
+streams = _run_table(
     "streams",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),  # inputs come before what reads them
+    Column("number", Integer, primary_key=True),  # inputs come before what reads them
     Column("body", Text, nullable=False),  # StreamRecord as JSON
-    PrimaryKeyConstraint("run_no", "number"),
+    with_rowid=True,
 )
 
-# What a clock measured: the one table in which a repeated run differs. Older logs lack it.
-costs = Table(
+# What a clock measured: the one table in which a repeated run differs.
+costs = _run_table(
     "costs",
-    metadata,
-    Column("run_no", Integer, nullable=False),
-    Column("number", Integer, nullable=False),  # as in streams
+    Column("number", Integer, primary_key=True),  # as in streams
     Column("label", Text, nullable=False),
     Column("busy_us", BigInteger, nullable=False),  # time spent in the code of the process
-    PrimaryKeyConstraint("run_no", "number"),
+    with_rowid=True,
 )
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
-RUN_TABLES = (
-    events,
-    revisions,
-    durations,
-    role_names,
-    cars,
-    car_states,
-    seen_objects,
-    views,
-    frames,
-    links,
-    relations,
-    hypotheses,
-    streams,
-    costs,
-)
+RUN_TABLES = tuple(table for table in metadata.tables.values() if "run_no" in table.c and table is not runs)

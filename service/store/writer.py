@@ -5,13 +5,14 @@ enough media time has passed, so that readers follow a run and a killed one lose
 input gives the same rows in the same transactions.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
-from msgspec.structs import astuple
-from sqlalchemy import Connection, Engine, Table, select, update
+from msgspec import Struct
+from msgspec.structs import asdict, astuple
+from sqlalchemy import Connection, Engine, Table, func, select, update
+from sqlalchemy.dialects.sqlite import insert
 
 from service.records import (
     CarState,
@@ -28,14 +29,13 @@ from service.records import (
 )
 from service.store import schema
 from service.store.engine import explained
-from service.store.run_lock import RunLock
 from service.times import format_utc
 
 BATCH_ROWS = 20_000
 BATCH_US = 10_000_000
 
 # Rows of these keep the order in which they were appended.
-_NUMBERED = (schema.links, schema.relations, schema.hypotheses, schema.streams, schema.costs)
+_NUMBERED = (schema.frames, schema.links, schema.relations, schema.hypotheses, schema.streams, schema.costs)
 
 Row = tuple[str | int | float | bool | None, ...]
 
@@ -51,50 +51,54 @@ class RunWriter:
     run_id : the identifier of the run.
     """
 
-    def __init__(self, engine: Engine, path: Path, run_no: int, run: RunRecord, lock: RunLock) -> None:
+    def __init__(
+        self, engine: Engine, path: Path, run_no: int, run: RunRecord, on_finish: Callable[[], bool | None]
+    ) -> None:
         self.run_id = run.id
-        self._lock = lock
+        self._on_finish = on_finish
         self._engine = engine
         self._path = path
         self._run_no = run_no
         self._run = run
         self._drafts: list[tuple[str, EventDraft]] = []
-        tables = (schema.car_states, schema.seen_objects, schema.views, schema.frames, *_NUMBERED)
+        tables = (schema.car_states, schema.seen_objects, schema.views, *_NUMBERED)
         self._rows: dict[Table, list[Row]] = {table: [] for table in tables}
-        self._counts = dict.fromkeys((schema.events, schema.frames, *_NUMBERED), 0)
+        self._counts = dict.fromkeys((schema.events, *_NUMBERED), 0)
         self._cars = _Cars()
-        self._known = _KnownTypes()
         self._flushed_us = 0
         self._is_open = True
+
+    @property
+    def cars(self) -> int:
+        """Return how many cars there are, as of the last flush."""
+        return self._cars.count
 
     def append_frames(self, times_us: Iterable[int]) -> None:
         """Add the time stamps of frames in the order of the input; they are numbered from 1.
 
         Frame numbers of exports come from here, so every decoded frame belongs in, with or without cars.
         """
-        rows, last_us = self._rows[schema.frames], self._flushed_us
+        last_us = self._flushed_us
         for last_us in times_us:
-            rows.append((self._run_no, self._next(schema.frames), last_us))
+            self._append(schema.frames, (last_us,))
         self._flush_when_due(last_us)
 
     def append_states(self, states: Iterable[CarState]) -> None:
         """Add cars at one or more frames, in the order of time; a car has one state a frame."""
-        rows, last_us = self._rows[schema.car_states], self._flushed_us
+        last_us = self._flushed_us
         for state in states:
-            rows.append((self._run_no, *astuple(state)))
+            self._append(schema.car_states, astuple(state))
             self._cars.see(state)
             last_us = state.t_us
         self._flush_when_due(last_us)
 
     def append_objects(self, objects: Iterable[SeenObject]) -> None:
         """Add what the tracker saw in one or more frames, in the order of time."""
-        self._rows[schema.seen_objects].extend((self._run_no, *astuple(one)) for one in objects)
+        self._append_all(schema.seen_objects, objects)
 
     def append_views(self, views: Iterable[ViewRecord]) -> None:
         """Add where a moving camera looked, in the order of time."""
-        for view in views:
-            numbers = msgspec.json.encode(view.pixel_from_ground).decode()
-            self._rows[schema.views].append((self._run_no, view.t_us, numbers))
+        self._append_all(schema.views, views)
 
     def append_events(self, events: Iterable[EventDraft]) -> list[str]:
         """Add recognised events, or newer states of such; return their identifiers.
@@ -111,33 +115,34 @@ class RunWriter:
 
     def append_links(self, links: Iterable[LinkRecord]) -> None:
         """Add changes of the identity chain in the order in which they were decided."""
-        rows = self._rows[schema.links]
-        rows.extend((self._run_no, self._next(schema.links), *astuple(link)) for link in links)
+        self._append_all(schema.links, links)
 
     def append_hypotheses(self, verdicts: Iterable[HypothesisRecord]) -> None:
         """Add what has become of links on trial."""
-        rows = self._rows[schema.hypotheses]
-        rows.extend((self._run_no, self._next(schema.hypotheses), *astuple(verdict)) for verdict in verdicts)
+        self._append_all(schema.hypotheses, verdicts)
 
     def append_relations(self, relations: Iterable[RelationRecord]) -> None:
         """Add changes of relations, in the order in which they were decided."""
-        rows = self._rows[schema.relations]
-        for change in relations:
-            t_us, decided_us, name, args, old, new, hypotheses = astuple(change)
-            values = (t_us, decided_us, name, _json(args), old, new, _json(hypotheses))
-            rows.append((self._run_no, self._next(schema.relations), *values))
+        self._append_all(schema.relations, relations)
 
     def append_streams(self, streams: Iterable[StreamRecord]) -> None:
         """Add what the processes of the run did, inputs before what reads them."""
-        rows = self._rows[schema.streams]
         for stream in streams:
-            rows.append((self._run_no, self._next(schema.streams), msgspec.json.encode(stream).decode()))
+            self._append(schema.streams, (_json(stream),))
 
     def append_costs(self, costs: Mapping[str, int]) -> None:
         """Add the microseconds that were spent in the code of each process, by label."""
-        rows = self._rows[schema.costs]
-        for label, busy_us in costs.items():
-            rows.append((self._run_no, self._next(schema.costs), label, busy_us))
+        for cost in costs.items():
+            self._append(schema.costs, cost)
+
+    def _append_all(self, table: Table, records: Iterable[Struct]) -> None:
+        """Add structs whose fields are the last columns of a table; a tuple is a JSON array there."""
+        for record in records:
+            self._append(table, tuple(_json(one) if isinstance(one, tuple) else one for one in astuple(record)))
+
+    def _append(self, table: Table, values: Row) -> None:
+        key = (self._run_no, self._next(table)) if table in self._counts else (self._run_no,)
+        self._rows[table].append(key + values)
 
     def flush(self) -> None:
         """Write everything collected so far in one transaction.
@@ -157,20 +162,24 @@ class RunWriter:
         for rows in self._rows.values():
             rows.clear()
 
-    def finish(self, status: RunStatus, reason: str = "") -> None:
+    def finish(self, status: RunStatus, reason: str = "") -> bool:
         """Write the rest and close the run; nothing can be appended afterwards.
 
         Parameters
         ----------
         status : `finished`; `broken` if the input could not be read to its end; `interrupted`; `failed`.
         reason : where and why it stopped early; empty when finished.
+
+        Returns
+        -------
+        False if it repeats a run that came further: then that one stays, and this one is gone.
         """
         self.flush()
         with explained(self._path, "a log that can be written"), self._engine.begin() as connection:
             of_run = schema.runs.c.run_no == self._run_no
             connection.execute(update(schema.runs).where(of_run).values(status=status, reason=reason))
         self._is_open = False
-        self._lock.release()
+        return self._on_finish() is not False
 
     def _next(self, table: Table) -> int:
         self._counts[table] += 1
@@ -195,7 +204,7 @@ class RunWriter:
         insert_rows(connection, schema.event_roles, role_rows)
         revised = [(self._run_no, draft.revises) for _, draft in self._drafts if draft.revises is not None]
         insert_rows(connection, schema.revisions, revised)
-        self._known.write(connection, self._run_no, [draft for _, draft in self._drafts])
+        _write_types(connection, self._run_no, [draft for _, draft in self._drafts])
 
     def _event_id(self, number: int) -> str:
         return f"{self.run_id}-{number}"
@@ -205,21 +214,11 @@ class RunWriter:
         record = EventRecord(
             id=event_id,
             seq=seq,
-            type=draft.type,
-            chronicle=draft.chronicle,
             source=self._run.source,
             run=self.run_id,
             start=format_utc(zero_us + draft.start_us),
             end=format_utc(zero_us + draft.end_us),
-            start_us=draft.start_us,
-            end_us=draft.end_us,
-            roles=draft.roles,
-            status=draft.status,
-            hypotheses=draft.hypotheses,
-            sub_events=draft.sub_events,
-            place=draft.place,
-            recognised_us=draft.recognised_us,
-            revises=draft.revises,
+            **asdict(draft),
         )
         return (
             seq,
@@ -232,91 +231,67 @@ class RunWriter:
             zero_us + record.start_us,
             record.place.road if record.place else "",
             record.status,
-            msgspec.json.encode(record).decode(),
+            _json(record),
         )
 
 
-@dataclass(slots=True)
-class _Car:
-    number: int
-    car_class: str
-    first_us: int
-    last_us: int
-
-
 class _Cars:
-    """The life spans of a run's cars, and which of them the log does not have yet."""
+    """The life spans of a run's cars; only those seen since the last flush are kept here.
+
+    Attributes
+    ----------
+    count : of the cars that are written.
+    """
 
     def __init__(self) -> None:
-        self._cars: dict[str, _Car] = {}
-        self._new: set[str] = set()
-        self._changed: set[str] = set()
+        self.count = 0
+        self._seen: dict[str, tuple[str, int, int]] = {}  # class, first and last time
 
     def see(self, state: CarState) -> None:
         """Take note of a car at one frame; `unknown` replaces no class."""
-        name = state.car
-        car = self._cars.get(name)
-        if car is None:
-            self._cars[name] = _Car(len(self._cars) + 1, state.car_class, state.t_us, state.t_us)
-            self._new.add(name)
-            return
-        car.last_us = state.t_us
-        if state.car_class != "unknown":
-            car.car_class = state.car_class
-        self._changed.add(name)
+        car_class, first_us, _ = self._seen.get(state.car, (state.car_class, state.t_us, 0))
+        self._seen[state.car] = _newer(car_class, state.car_class), first_us, state.t_us
 
     def write(self, connection: Connection, run_no: int) -> None:
         """Write the cars that are new, and update those seen again."""
-        new = sorted(self._new, key=lambda name: self._cars[name].number)
-        rows = [(run_no, name, car.number, car.car_class, car.first_us, car.last_us) for name, car in self._named(new)]
-        insert_rows(connection, schema.cars, rows)
-        for name, car in self._named(sorted(self._changed - self._new)):
-            is_it = (schema.cars.c.run_no == run_no) & (schema.cars.c.car == name)
-            values = {"car_class": car.car_class, "last_us": car.last_us}
-            connection.execute(update(schema.cars).where(is_it).values(values))
-        self._new.clear()
-        self._changed.clear()
-
-    def _named(self, names: Iterable[str]) -> list[tuple[str, _Car]]:
-        return [(name, self._cars[name]) for name in names]
-
-
-class _KnownTypes:
-    """The longest duration and the role names of each event type of a run, as far as they are written."""
-
-    def __init__(self) -> None:
-        self._longest_us: dict[str, int] = {}
-        self._roles: set[tuple[str, str]] = set()
-
-    def write(self, connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:
-        """Write longest durations that have grown, and role names that are new."""
-        self._write_durations(connection, run_no, _longest_by_type(drafts))
-        roles = {(draft.type, role) for draft in drafts for role in draft.roles} - self._roles
-        insert_rows(connection, schema.role_names, [(run_no, *names) for names in sorted(roles)])
-        self._roles |= roles
-
-    def _write_durations(self, connection: Connection, run_no: int, longest_us: Mapping[str, int]) -> None:
-        table = schema.durations
-        for event_type, us in sorted(longest_us.items()):
-            known_us = self._longest_us.get(event_type)
-            if known_us is None:
-                insert_rows(connection, table, [(run_no, event_type, us)])
-            elif us > known_us:
-                is_it = (table.c.run_no == run_no) & (table.c.type == event_type)
-                connection.execute(update(table).where(is_it).values(longest_us=us))
-            self._longest_us[event_type] = max(us, known_us or 0)
+        table = schema.cars
+        query = select(table.c.car, table.c.car_class).where(table.c.run_no == run_no, table.c.car.in_(self._seen))
+        known = {row.car: row.car_class for row in connection.execute(query)}
+        rows = list[Row]()
+        for name, (car_class, first_us, last_us) in self._seen.items():
+            if name in known:
+                values = {"car_class": _newer(known[name], car_class), "last_us": last_us}
+                is_it = (table.c.run_no == run_no) & (table.c.car == name)
+                connection.execute(update(table).where(is_it).values(values))
+            else:
+                self.count += 1
+                rows.append((run_no, name, self.count, car_class, first_us, last_us))
+        insert_rows(connection, table, rows)
+        self._seen.clear()
 
 
-def _longest_by_type(drafts: Iterable[EventDraft]) -> dict[str, int]:
+def _newer(before: str, now: str) -> str:
+    return before if now == "unknown" else now
+
+
+def _write_types(connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:
+    """Write the longest duration and the role names of each event type, as far as they are new."""
+    table = schema.durations
     longest_us: dict[str, int] = {}
     for draft in drafts:
-        us = draft.end_us - draft.start_us
-        longest_us[draft.type] = max(us, longest_us.get(draft.type, 0))
-    return longest_us
+        longest_us[draft.type] = max(draft.end_us - draft.start_us, longest_us.get(draft.type, 0))
+    rows = [{"run_no": run_no, "type": name, "longest_us": us} for name, us in sorted(longest_us.items())]
+    new = insert(table)
+    longer = func.max(table.c.longest_us, new.excluded.longest_us)
+    connection.execute(new.on_conflict_do_update(index_elements=table.primary_key, set_={"longest_us": longer}), rows)
+    roles = {(draft.type, role) for draft in drafts for role in draft.roles}
+    if roles:
+        named = [{"run_no": run_no, "type": name, "role": role} for name, role in sorted(roles)]
+        connection.execute(insert(schema.role_names).on_conflict_do_nothing(), named)
 
 
-def _json(texts: tuple[str, ...]) -> str:
-    return msgspec.json.encode(texts).decode()
+def _json(value: object) -> str:
+    return msgspec.json.encode(value).decode()
 
 
 def insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> None:

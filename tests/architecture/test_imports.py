@@ -18,7 +18,7 @@ MAY_IMPORT = {
     "data_gen": {"gis"},
     "service": {*PACKAGES, LANGUAGE},
 }
-SERVICE_ONLY = {"fastapi", "starlette", "uvicorn", "sqlalchemy", "typer", "rich"}
+SERVICE_ONLY = {"alembic", "fastapi", "starlette", "uvicorn", "sqlalchemy", "typer", "rich"}
 CLOCKS_AND_STORES = {"time", "sqlite3", "socket"}
 FORBIDDEN_FILE_NAMES = {"utils", "helpers", "common", "misc"}
 

@@ -189,7 +189,7 @@ def _masked(table: str, row: Row) -> Row:
     if not isinstance(body, dict):
         return row
     if table == "runs":
-        body = body | {"software": MASK}
+        body = body | {"software": MASK, "file": body["file"] | {"path": MASK}}
         for part in ("chronicles", "monitors", "texts"):
             body[part] = [one | {key: MASK for key in ("version", "text") if one.get(key)} for one in body[part]]
     if table == "events":

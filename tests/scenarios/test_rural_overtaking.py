@@ -76,7 +76,7 @@ def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, log: str, su
     tables = ("car_states", "relations", "links", "frames", "cars", "streams")
     before = {table: rows(log, table) for table in tables}
     events_before = [row[2:] for row in rows(log, "events")]
-    again = process(RunRequest(scene / "video.mp4", scene / "site.toml", log))
+    again = process(RunRequest(scene / "video.mp4", scene / "site.toml", log, again=True))
     assert again.run == summary.run
     assert {table: rows(log, table) for table in tables} == before
     assert len(rows(log, "events")) == len(events_before)

@@ -22,10 +22,10 @@ def stored_rows(log: Path) -> list[tuple[object, ...]]:
         return connection.execute("select * from streams order by run_no, number").fetchall()
 
 
-def drop_table(log: Path) -> None:
-    """Make a log as it was written before streams were stored."""
+def forget_reports(log: Path) -> None:
+    """Make a log of a run that was killed."""
     with sqlite3.connect(log) as connection:
-        connection.execute("drop table streams")
+        connection.execute("delete from streams")
 
 
 def run_limited(folder: Path) -> Path:
@@ -142,9 +142,9 @@ def test_a_run_without_a_report_is_refused(tmp_path: Path, capsys: pytest.Captur
     assert "run 'r1': expected a report of its streams, got none" in capsys.readouterr().err
 
 
-def test_a_log_from_before_reports_is_read_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_repeat_of_a_run_without_a_report_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     url = run_race(tmp_path, "")
-    drop_table(tmp_path / "log.db")
+    forget_reports(tmp_path / "log.db")
     assert run(["streams", url]) == 3
     assert "expected a report of its streams" in capsys.readouterr().err
     run_race(tmp_path, "")
@@ -161,7 +161,7 @@ def test_cost_is_told_of_each_process_with_code_and_left_out_where_the_log_has_n
     assert float(total_s) == pytest.approx(120 * float(each_ms) / 1000, abs=0.01)
     assert costs[1] == []
     with sqlite3.connect(tmp_path / "log.db") as connection:
-        connection.execute("drop table costs")
+        connection.execute("delete from costs")
     assert run(["streams", url]) == 0
     assert " ms each" not in capsys.readouterr().out
 

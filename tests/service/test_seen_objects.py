@@ -1,6 +1,5 @@
 """What the tracker saw, and where a moving camera looked: written, read back, and drawn."""
 
-import sqlite3
 from pathlib import Path
 
 import numpy as np
@@ -39,16 +38,6 @@ def test_objects_and_views_are_read_back_in_the_order_of_time(tmp_path: Path) ->
         assert list(log.objects("r1")) == objects
         assert list(log.views("r1")) == views
         assert list(log.objects("r2")) == []
-
-
-def test_log_from_before_these_tables_has_none(tmp_path: Path) -> None:
-    write(tmp_path / "log.db", [seen(0)], []).close()
-    with sqlite3.connect(tmp_path / "log.db") as connection:
-        connection.executescript("drop table seen_objects; drop table views;")
-    connection.close()
-    with open_log(str(tmp_path / "log.db")) as log:
-        assert list(log.objects("r1")) == []
-        assert list(log.views("r1")) == []
 
 
 def test_repeated_run_replaces_its_objects(tmp_path: Path) -> None:

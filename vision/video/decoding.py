@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import av
@@ -24,6 +25,7 @@ NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pi
 PLANAR_420 = frozenset({"yuv420p", "yuvj420p"})
 # AVI counts frames that it leaves empty; only a file cut short also ends before its announced duration.
 MISSING_TAIL_FRAMES = 1.5
+CLOCKLESS_YEAR = 1970
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,8 @@ class VideoHeader:
     rate_hz: float
     frame_count: int | None
     duration_us: int | None
+    codec: str
+    created_utc: datetime | None
 
 
 def read_header(path: Path | str) -> VideoHeader:
@@ -77,6 +81,8 @@ def read_header(path: Path | str) -> VideoHeader:
             rate_hz=float(stream.average_rate or stream.guessed_rate or 0.0),
             frame_count=stream.frames or None,
             duration_us=_duration_us(container, stream),
+            codec=stream.codec_context.name,
+            created_utc=_created_utc(container),
         )
 
 
@@ -162,6 +168,15 @@ def _describe_streams(container: InputContainer) -> str:
 def _duration_us(container: InputContainer, stream: VideoStream) -> int | None:
     length_us = _stream_us(stream, stream.duration)
     return container.duration if length_us is None else length_us  # FFmpeg's unit for containers is the microsecond
+
+
+def _created_utc(container: InputContainer) -> datetime | None:
+    """Read when the recording was made; a camera without a clock says 1904 or 1970."""
+    try:
+        created = datetime.fromisoformat(container.metadata.get("creation_time", ""))
+    except ValueError:
+        return None
+    return created if created.tzinfo is not None and created.year > CLOCKLESS_YEAR else None
 
 
 def _stream_us(stream: VideoStream, ticks: int | None) -> int | None:

@@ -33,6 +33,9 @@ class VideoSource:
     rate_hz : average frame rate by the container; for information only, times come from time stamps.
     frame_count : number of frames by the container, None where it does not say.
     duration_us : length by the container, None where it does not say.
+    first_pts_us : the time stamp in the file that counts as time 0; a player shows a frame at `t_us` plus this.
+    codec : in FFmpeg's words.
+    created_utc : when it was recorded by the container, None where it does not say.
     skipped_frames : frames of the latest iteration left out because they had no time stamp, did not come later than
         the one before, or came damaged before the first good one.
     damaged_frames, first_damage_us : how many of these came damaged, and the time of the first (None if it has none).
@@ -45,6 +48,9 @@ class VideoSource:
         self.rate_hz = header.rate_hz
         self.frame_count = header.frame_count
         self.duration_us = header.duration_us
+        self.first_pts_us = header.start_us
+        self.codec = header.codec
+        self.created_utc = header.created_utc
         self.skipped_frames = self.damaged_frames = 0
         self.first_damage_us: int | None = None
         self._header = header

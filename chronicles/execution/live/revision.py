@@ -20,6 +20,9 @@ from typing import Any  # states are plain nested data
 from chronicles.events import Event, Occurrence, OccurrenceKey, Status
 from chronicles.execution.engine import Engine
 
+DECIDED_KEPT = 10_000
+"""How many confirmed and how many refuted hypotheses are known; an event that names an older one comes too late."""
+
 
 class Revision:
     """Keeps what may still be taken back; invariant: live engine = settled engine + journal.
@@ -35,8 +38,8 @@ class Revision:
         self._settled = self._copy(live)
         self._journal: deque[Event | int] = deque()  # an int is a time that was told without an event
         self._open: set[str] = set()
-        self._confirmed: set[str] = set()
-        self._refuted: set[str] = set()
+        self._confirmed: dict[str, None] = {}  # the latest, in the order in which they were decided
+        self._refuted: dict[str, None] = {}
         # What the live engine has found and the settled one has not, as it was told last.
         self._standing = _Occurrences()
 
@@ -47,7 +50,7 @@ class Revision:
 
     def observe(self, event: Event) -> list[Occurrence]:
         """Take an event; one that rests on a refuted hypothesis only tells the time."""
-        if not self._refuted.isdisjoint(event.hypotheses):
+        if any(label in self._refuted for label in event.hypotheses):
             return self.advance(event.t_us)
         self._open.update(label for label in event.hypotheses if label not in self._confirmed)
         self._journal.append(event)
@@ -60,8 +63,7 @@ class Revision:
 
     def confirm(self, hypothesis: str) -> list[Occurrence]:
         """Take a hypothesis for true; give the occurrences that rest on no open one any more."""
-        self._confirmed.add(hypothesis)
-        self._open.discard(hypothesis)
+        self._decide(hypothesis, self._confirmed)
         found, standing = [], _Occurrences()
         for occurrence in self._standing:
             still = self._still(occurrence, occurrence)
@@ -74,8 +76,7 @@ class Revision:
 
     def retract(self, hypothesis: str) -> list[Occurrence]:
         """Take a hypothesis for false; give the occurrences that fall, then that change, then that appear."""
-        self._refuted.add(hypothesis)
-        self._open.discard(hypothesis)
+        self._decide(hypothesis, self._refuted)
         if not any(isinstance(entry, Event) and hypothesis in entry.hypotheses for entry in self._journal):
             return []
         before, self._standing = self._standing, _Occurrences()
@@ -92,6 +93,12 @@ class Revision:
             self._standing.add(new)
         self._settle()
         return [replace(one, status="retracted") for one in before] + changed + appeared
+
+    def _decide(self, hypothesis: str, decided: dict[str, None]) -> None:
+        self._open.discard(hypothesis)
+        decided[hypothesis] = None
+        if len(decided) > DECIDED_KEPT:
+            del decided[next(iter(decided))]
 
     def _told(self, occurrences: Iterable[Occurrence]) -> list[Occurrence]:
         found = []
@@ -161,8 +168,8 @@ class Revision:
             "settled": self._settled.state(),
             "journal": list(self._journal),
             "open": sorted(self._open),
-            "confirmed": sorted(self._confirmed),
-            "refuted": sorted(self._refuted),
+            "confirmed": list(self._confirmed),
+            "refuted": list(self._refuted),
             "standing": list(self._standing),
         }
 
@@ -171,8 +178,8 @@ class Revision:
         self._settled.restore(state["settled"])
         self._journal = deque(state["journal"])
         self._open = set(state["open"])
-        self._confirmed = set(state["confirmed"])
-        self._refuted = set(state["refuted"])
+        self._confirmed = dict.fromkeys(state["confirmed"])
+        self._refuted = dict.fromkeys(state["refuted"])
         self._standing = _Occurrences()
         for occurrence in state["standing"]:
             self._standing.add(occurrence)

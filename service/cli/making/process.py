@@ -12,6 +12,7 @@ from service.cli import exit_codes
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from service.records import RunRecord
     from service.runs.processing import Progress, RunSummary
 
 REPORT_EVERY_S = 1.0
@@ -46,6 +47,10 @@ def process(
         Path | None,
         typer.Option("--detections", help="File of detections (.txt, .csv), for a video or, without INPUT, alone."),
     ] = None,
+    start_utc: Annotated[
+        str | None, typer.Option("--start-utc", help="When the input starts: 2026-05-01T08:00:00Z.")
+    ] = None,
+    again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,
@@ -53,6 +58,7 @@ def process(
     """Process a video, a trajectory file or a file of detections into an event log."""
     from service.runs.processing import RunRequest
     from service.runs.processing import process as run
+    from service.times import parse_utc_us
 
     source, looks = chosen_input(input_file, detector, detections)
     request = RunRequest(
@@ -64,6 +70,8 @@ def process(
         monitor_files=tuple(monitors or ()),
         kpl_file=kpl,
         detector=looks,
+        start_utc_us=None if start_utc is None else parse_utc_us(start_utc, parameter="--start-utc"),
+        again=again,
     )
     if as_json:
         summary = run(request, on_progress=_json_reporter())
@@ -73,8 +81,10 @@ def process(
             summary = run(request, on_progress=on_progress)
         print_summary(summary, log)
     if summary.status != "finished":
-        print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
-        raise typer.Exit(exit_codes.INTERRUPTED if summary.status == "interrupted" else exit_codes.INVALID)
+        kept = "the events up to there are kept" if summary.is_kept else "the run in the log came further and stays"
+        print(f"error: {summary.reason}; {kept}", file=sys.stderr)
+        is_stopped = summary.status == "interrupted"
+        raise typer.Exit(exit_codes.SIGNALLED + summary.stopped_by if is_stopped else exit_codes.INVALID)
 
 
 def chosen_input(input_file: Path | None, detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
@@ -243,10 +253,15 @@ def _progress_json(progress: "Progress") -> str:
 def _summary_json(summary: "RunSummary") -> str:
     import msgspec
 
+    from service.times import format_utc
+
     record = {
         "type": "summary",
         "run": summary.run,
         "status": summary.status,
+        "was_finished": summary.was_finished,
+        "start_utc": format_utc(summary.record.start_utc_us),
+        "start_from": summary.record.start_from,
         "reason": summary.reason,
         "warnings": summary.warnings,
         **_progress_record(summary.progress),
@@ -260,6 +275,9 @@ def _summary_json(summary: "RunSummary") -> str:
 
 def print_summary(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
+    if summary.was_finished:
+        print(f"run {summary.run} is finished in {log}, so nothing was done; --again processes it once more")
+        return
     progress = summary.progress
     for warning in summary.warnings:  # those of a text of streams say so themselves
         print(warning if warning.startswith("warning[") else f"warning: {warning}", file=sys.stderr)
@@ -267,9 +285,17 @@ def print_summary(summary: "RunSummary", log: str) -> None:
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
         f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"
     )
+    print(f"media time 0:   {_start(summary.record)}")
     if progress.frames:
         print(f"cost per frame: {', '.join(_costs(summary))}")
     print(f"ask for them:   dyknow events {log}")
+
+
+def _start(record: "RunRecord") -> str:
+    from service.times import format_utc
+
+    who = {"option": "by --start-utc", "site": "by the site file", "video": "by the video's creation time"}
+    return f"{format_utc(record.start_utc_us)}, {who.get(record.start_from, 'since nobody says when it was')}"
 
 
 def _costs(summary: "RunSummary") -> "Iterator[str]":

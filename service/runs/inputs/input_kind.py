@@ -16,6 +16,7 @@ from service.records import CameraRecord, InputKind
 from service.runs.inputs.detectors import DetectorChoice, choose_detector
 from service.runs.inputs.site import Site
 from service.runs.pipeline import Feed
+from vision.video.frames import VideoSource
 
 HASHED_BLOCK_BYTES = 1 << 20
 
@@ -95,9 +96,9 @@ class Input(ABC):
         """
 
     @property
-    def damage(self) -> str:
-        """Say what could not be read though reading went on, so far; empty if nothing."""
-        return ""
+    def video(self) -> VideoSource | None:
+        """Return the video that is read; None where there is none."""
+        return None
 
     @property
     def frame_count(self) -> int | None:

@@ -93,7 +93,7 @@ class SiteFile(Struct, kw_only=True):
     """The whole file."""
 
     name: Text
-    start_utc: Annotated[datetime, Meta(tz=True, description=START)]
+    start_utc: Annotated[datetime, Meta(tz=True, description=START)] | None = None
     network: NetworkTable | None = None
     frame: FrameTable | None = None
     camera: CameraTable | None = None
@@ -137,7 +137,7 @@ class Site:
     Attributes
     ----------
     name : for people.
-    start_utc : when the source's time line starts, in UTC.
+    start_utc : when the source's time line starts, in UTC; None if the file does not say.
     network : None if the file has no [network].
     camera : None if the file has no [camera], or gives a moving one by its poses alone.
     frame : where on Earth the local frame lies; None if the file has no [frame].
@@ -151,7 +151,7 @@ class Site:
     """
 
     name: str
-    start_utc: datetime
+    start_utc: datetime | None
     network: RoadNetwork | None
     camera: GroundCamera | None
     frame: LocalFrame | None
@@ -184,7 +184,7 @@ def load_site(path: str | Path) -> Site:
     """
     path = Path(path)
     said = read_toml(path, SiteFile, what="a readable site file")
-    if not FIRST_UTC <= said.start_utc <= LAST_UTC:
+    if said.start_utc is not None and not FIRST_UTC <= said.start_utc <= LAST_UTC:
         expected = f"expected a time from {FIRST_UTC:%Y-%m-%d} to {LAST_UTC:%Y-%m-%d}"
         raise wrong(path, "start_utc", f"{expected}, got {said.start_utc.isoformat()!r}")
     # What is asked of a stored run goes by the usual times: the log does not keep those of a site.
@@ -203,7 +203,7 @@ def load_site(path: str | Path) -> Site:
     files = (path, roads.sumo, roads.geojson, view.road_mask, view.poses, thermal.video if thermal else None)
     return Site(
         name=said.name,
-        start_utc=said.start_utc.astimezone(UTC),
+        start_utc=said.start_utc.astimezone(UTC) if said.start_utc else None,
         network=network,
         camera=camera,
         frame=frame,

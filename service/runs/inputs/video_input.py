@@ -70,9 +70,9 @@ class VideoInput(Input):
         return self.sensor.video.frame_count
 
     @property
-    def damage(self) -> str:
-        """Say which frames could not be decoded so far."""
-        return self.sensor.video.damage
+    def video(self) -> VideoSource:
+        """Return the video of the camera."""
+        return self.sensor.video
 
     @property
     def camera(self) -> CameraRecord:

@@ -110,6 +110,7 @@ def run_race(folder: Path, monitors: str, chronicle: str = "") -> str:
         log_url=url,
         chronicle_files=(written(folder, "a.chronicle", chronicle),) if chronicle else (),
         monitor_files=(written(folder, "a.monitors", monitors),) if monitors else (),
+        again=True,
     )
     process(request)
     return url

@@ -1,21 +1,54 @@
 """Stopping early: Ctrl-C, once or impatiently twice, and readers that close the pipe."""
 
 import os
+import re
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from service.cli.app import run
 from service.runs.interrupts import Interrupts
-from service.runs.processing import Progress, RunRequest, process
+from service.runs.processing import Progress, RunRequest, _Meter, process
 from service.store.log import open_log
-from tests.service.logs import SECOND_US, overtake, write_log
+from tests.service.logs import SECOND_US, overtake, read_all, write_log
+from tests.service.monitoring.test_stream_processes import write_race
 from tests.service.tracks import write_tracks
 
 PROGRAM = [sys.executable, "-c", "from service.cli.app import main; main()"]
+
+
+KILL_MIDWAY = """
+import os, signal, sys
+from pathlib import Path
+from service.runs.processing import RunRequest, process
+def stop(progress):
+    if progress.frames == int(sys.argv[3]):
+        os.kill(os.getpid(), getattr(signal, sys.argv[4]))
+for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(one, signal.SIG_DFL)
+process(RunRequest(Path(sys.argv[1]), None, sys.argv[2], again=True), on_progress=stop)
+"""
+
+
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """Listen to Ctrl-C also where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def rows(log: Path) -> list[str]:
+    with sqlite3.connect(log) as connection:
+        lines = list(connection.iterdump())
+    connection.close()
+    return lines
 
 
 def press_ctrl_c_twice(progress: Progress) -> None:
@@ -50,6 +83,88 @@ def test_an_interrupt_while_the_run_is_closed_does_not_stop_that(
     process(RunRequest(write_tracks(tmp_path / "t.csv", frames=3), None, log))
     with open_log(log) as opened:
         assert opened.run().status == "finished"
+
+
+def test_a_repeat_that_is_killed_leaves_the_run_as_it_was(tmp_path: Path) -> None:
+    race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
+    process(RunRequest(race, None, str(log)))
+    before = rows(log)
+    assert [event.type for event in read_all(str(log))].count("pass") == 1
+    killed = subprocess.run([sys.executable, "-c", KILL_MIDWAY, race, log, "110", "SIGKILL"], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert rows(log) == before
+    process(RunRequest(race, None, str(log), again=True))
+    assert [event.type for event in read_all(str(log))].count("pass") == 1
+    assert [one.name for one in tmp_path.iterdir() if one.name.startswith("a.db")] == ["a.db"]
+
+
+def test_a_run_that_was_killed_stays_readable_until_its_repeat_is_finished(tmp_path: Path) -> None:
+    race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
+    for frames in ("115", "110"):
+        subprocess.run([sys.executable, "-c", KILL_MIDWAY, race, log, frames, "SIGKILL"], check=False)
+        with open_log(str(log)) as opened:
+            assert opened.run().status == "running"
+            assert opened.last_us(opened.run().id) == 9_900_000  # what ten seconds of media time flushed
+    assert not process(RunRequest(race, None, str(log))).was_finished
+    with open_log(str(log)) as opened:
+        assert opened.run().status == "finished"
+
+
+def test_a_finished_run_is_not_processed_again_unless_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["process", str(write_race(tmp_path / "race.csv")), "--log", str(tmp_path / "a.db")]
+    assert run(arguments) == 0
+    before = rows(tmp_path / "a.db")
+    capsys.readouterr()
+    assert run(arguments) == 0
+    assert re.fullmatch(
+        r"run [0-9a-f]{16} is finished in .*a\.db, so nothing was done; --again processes it once more\n",
+        capsys.readouterr().out,
+    )
+    assert rows(tmp_path / "a.db") == before
+    assert run([*arguments, "--json"]) == 0
+    assert '"was_finished":true' in capsys.readouterr().out
+    assert run([*arguments, "--again"]) == 0
+    assert "120 frames" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_signal_ends_a_run_in_the_ordinary_way(tmp_path: Path, name: str, code: int) -> None:
+    race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
+    program = KILL_MIDWAY.replace("process(RunRequest", "summary = process(RunRequest")
+    program += "sys.exit(128 + summary.stopped_by)"
+    ended = subprocess.run([sys.executable, "-c", program, race, log, "50", name], check=False)
+    assert ended.returncode == code
+    with open_log(str(log)) as opened:
+        record = opened.run()
+        assert (record.status, opened.last_us(record.id)) == ("interrupted", 4_900_000)
+        assert record.reason.endswith("got an interrupt" if name == "SIGINT" else f"got {name}")
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["a.db", "race.csv"]
+
+
+def test_a_stopped_repeat_says_that_the_run_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = ["process", str(write_race(tmp_path / "race.csv")), "--log", str(tmp_path / "a.db")]
+    assert run(arguments) == 0
+    before = rows(tmp_path / "a.db")
+
+    def stop(meter: _Meter, t_us: int) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(_Meter, "count", stop)
+    assert run([*arguments, "--again"]) == 143
+    assert "got SIGTERM; the run in the log came further and stays" in capsys.readouterr().err
+    assert rows(tmp_path / "a.db") == before
+
+
+def test_a_signal_that_is_ignored_stays_ignored() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # what nohup does
+    try:
+        with Interrupts() as interrupts:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert interrupts.came is None
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_the_handler_before_is_put_back() -> None:

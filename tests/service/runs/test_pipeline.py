@@ -40,7 +40,7 @@ def run(folder: Path, kpl: str | None) -> tuple[str, int, int]:
         file = folder / "own.kpl"
         file.write_text(kpl)
     url = f"sqlite:///{folder / 'log.db'}"
-    summary = process(RunRequest(input=tracks, site=None, log_url=url, kpl_file=file))
+    summary = process(RunRequest(input=tracks, site=None, log_url=url, kpl_file=file, again=True))
     with open_log(url) as log:
         states = len(list(log.states(summary.run)))
     published = {stream.label: stream.published for stream in summary.streams}

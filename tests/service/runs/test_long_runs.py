@@ -1,0 +1,102 @@
+"""What a run keeps does not grow with the cars that have left."""
+
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from types import FunctionType, MethodType
+
+import numpy as np
+import pytest
+
+from dyknow.streams.sample import Sample
+from service.monitoring.monitor_files import load_monitor_files
+from service.runs.inputs.trajectories import TrajectoryObjects
+from service.runs.pipeline import Pipeline, trajectory_pipeline
+from service.runs.recording import RecordedStreams, Recorder
+from service.store.log import open_log
+from service.texts.chronicle_files import load_chronicle_files
+from tests.service.logs import SECOND_US, run
+
+STEP_US = 200_000
+LIVES, CARS_AT_A_TIME = 10, 10  # frames, and new cars in each life
+CHRONICLE = """message stays[?a] { ?a in Car }
+chronicle stays[?a](t1) { event(moving[?a]:(unknown, true), t1) hold(moving[?a]:true, (t1 + 10ms, t1 + 1s))
+    noevent(close[?a, ?b]:(false, true), (t1, t1 + 1s)) when recognised { emit stays[?a] } }"""
+MONITORS = "monitor limit per ?car in Car: always speed[?car] < 20 m/s\n"
+
+
+def frame(number: int) -> TrajectoryObjects:
+    """Cars far from those before; each drives for two seconds, and never comes again."""
+    life, age = divmod(number, LIVES)
+    place = np.arange(CARS_AT_A_TIME)
+    n = CARS_AT_A_TIME
+    return TrajectoryObjects(
+        t_us=number * STEP_US,
+        ids=tuple(f"{life}:{k}" for k in place.tolist()),
+        centre_m=np.column_stack((60.0 * (place // 2) + 3.0 * age, 500.0 * life + 4.0 * (place % 2))),
+        velocity_mps=np.tile((15.0, 0.0), (n, 1)),
+        heading_rad=np.zeros(n),
+        length_m=np.full(n, 4.5),
+        width_m=np.full(n, 1.8),
+        observed=np.ones(n, dtype=np.bool_),
+        clipped=np.zeros(n, dtype=np.bool_),
+    )
+
+
+def sizes(roots: Mapping[str, object]) -> dict[str, int]:
+    """Add up the elements of all containers that can be reached, by the way there."""
+    found, seen = dict[str, int](), set[int]()
+    waiting = [(one, name) for name, one in roots.items()]
+    while waiting:
+        one, way = waiting.pop()
+        if (
+            id(one) in seen
+            or isinstance(one, (str, type))
+            or type(one).__module__.startswith(("sqlalchemy", "sqlite3"))
+        ):
+            continue
+        seen.add(id(one))
+        if isinstance(one, (dict, list, tuple, set, frozenset, deque)):
+            found[way] = found.get(way, 0) + len(one)
+            parts = [*one.keys(), *one.values()] if isinstance(one, dict) else list(one)
+            waiting += [(part, way + "[]") for part in parts]
+        elif isinstance(one, MethodType):
+            waiting.append((one.__self__, way))
+        elif isinstance(one, FunctionType):
+            waiting += [(cell.cell_contents, way) for cell in one.__closure__ or ()]
+        elif isinstance(one, np.ndarray):
+            found[way] = found.get(way, 0) + one.size
+        else:
+            slots = [slot for kind in type(one).__mro__ for slot in getattr(kind, "__slots__", ())]
+            names = [*getattr(one, "__dict__", ()), *(slot for slot in slots if hasattr(one, slot))]
+            waiting += [(getattr(one, name), f"{way}.{name}") for name in names if name != "__dict__"]
+    return found
+
+
+def fed(pipeline: Pipeline, numbers: range) -> None:
+    for number in numbers:
+        objects = frame(number)
+        pipeline.publish(Sample(objects.t_us, objects.t_us, objects))
+
+
+def test_thousands_of_cars_that_left_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # What is bounded by a large number is bounded by a small one here.
+    monkeypatch.setattr("chronicles.execution.eager._RECENT", 64)
+    monkeypatch.setattr("chronicles.execution.revision.DECIDED_KEPT", 64)
+    (tmp_path / "a.chronicle").write_text(CHRONICLE)
+    (tmp_path / "a.monitors").write_text(MONITORS)
+    monitors = load_monitor_files((tmp_path / "a.monitors",))
+    chronicles = load_chronicle_files((tmp_path / "a.chronicle",), messages=monitors.messages)
+    pipeline = trajectory_pipeline(None, chronicles.merged, monitors, clock=lambda: 0)
+    with open_log(str(tmp_path / "a.db"), "w") as log:
+        recorder = Recorder(log.begin_run(run()), None, history_us=5 * SECOND_US)
+        recorder.attach(RecordedStreams.of(pipeline))
+        fed(pipeline, range(1_000))
+        before = sizes({"pipeline": pipeline, "recorder": recorder})
+        fed(pipeline, range(1_000, 2_000))
+        after = sizes({"pipeline": pipeline, "recorder": recorder})
+        assert recorder.cars > 1_500
+        assert recorder.events > 500
+    grown = {way: (before.get(way, 0), size) for way, size in after.items() if size > before.get(way, 0)}
+    # One thing kept of each of the thousand cars would be as many more.
+    assert sum(after.values()) - sum(before.values()) < 500, grown
