@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anchoring.hypotheses.hypotheses import Chain
-from anchoring.linking.classes import UNKNOWN_CLASS, classify
+from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, classify
 from anchoring.linking.linker import Looks
 
 FloatArray = NDArray[np.float64]
@@ -41,6 +41,7 @@ _ARRAYS = (
     "length_m",
     "width_m",
     "classes",
+    "told_classes",
     "is_established",
     "is_contested",
     "waits",
@@ -66,6 +67,7 @@ class Bodies:
     codes : (n,) the fluents of the last frame, -1 for a body that is new.
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
+    told_classes : (n,) the class that the tracker gave last, `UNKNOWN_CLASS` if none: it goes before that of the size.
     is_established : (n,) True for a world object, linked or lost; False for a vision object that may become one.
     waits : (n,) True if a condition of a link wants to see the next state even if it is like the last.
     is_contested : (n,) True for a vision object that looks like a lost car, clearly or not.
@@ -85,6 +87,7 @@ class Bodies:
         self.length_m: FloatArray = np.zeros(0)
         self.width_m: FloatArray = np.zeros(0)
         self.classes: IntArray = np.zeros(0, dtype=np.int32)
+        self.told_classes: IntArray = np.zeros(0, dtype=np.int32)
         self.is_established: BoolArray = np.zeros(0, dtype=np.bool_)
         self.waits: BoolArray = np.zeros(0, dtype=np.bool_)
         self.is_contested: BoolArray = np.zeros(0, dtype=np.bool_)
@@ -120,6 +123,7 @@ class Bodies:
             "length_m": size_m[0],
             "width_m": size_m[1],
             "classes": np.full(count, UNKNOWN_CLASS, dtype=np.int32),
+            "told_classes": np.full(count, UNKNOWN_CLASS, dtype=np.int32),
             "is_established": np.zeros(count, dtype=np.bool_),
             "is_contested": np.zeros(count, dtype=np.bool_),
             "waits": np.ones(count, dtype=np.bool_),
@@ -166,6 +170,12 @@ class Bodies:
             array[..., target] = array[NOW, ..., source]
         self.linked_us[target] = self.seen_us[target] = t_us
 
+    def tell_classes(self, columns: LongArray, words: tuple[str, ...]) -> None:
+        """Take the classes that the tracker gives to bodies, (k,) and k words; "unknown" changes nothing."""
+        told = np.array([CLASS_NAMES.index(word) for word in words], dtype=np.int32)
+        is_told = told != UNKNOWN_CLASS
+        self.told_classes[columns[is_told]] = self.classes[columns[is_told]] = told[is_told]
+
     def measure_sizes(self, t_us: int, columns: LongArray, length_m: FloatArray, width_m: FloatArray) -> None:
         """Take sizes of bodies seen in full, (k,) each, and smooth them."""
         count = self._sample_count.take(columns)
@@ -187,7 +197,8 @@ class Bodies:
         sorted_m.sort(axis=1)
         median_m = (sorted_m[:, (filled - 1) // 2, row] + sorted_m[:, filled // 2, row]) / 2
         self.length_m[columns], self.width_m[columns] = median_m
-        self.classes[columns] = classify(median_m[0], median_m[1])
+        told = self.told_classes.take(columns)
+        self.classes[columns] = np.where(told == UNKNOWN_CLASS, classify(median_m[0], median_m[1]), told)
 
     def is_measured(self) -> BoolArray:
         """Tell which bodies have a size to rely on, (n,)."""
