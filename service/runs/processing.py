@@ -14,7 +14,7 @@ from pathlib import Path
 from dyknow.node import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import RunRecord, RunStatus
-from service.runs.inputs.inputs import Input, content_digest, open_input
+from service.runs.inputs.inputs import Input, TrajectoryInput, content_digest, open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import Feed, KplText, Pipeline, watched_relations
@@ -217,7 +217,7 @@ def _run_record(
     parts = (
         software,
         source.path.name,
-        content_digest(source.path),
+        source.trajectories.digest if isinstance(source, TrajectoryInput) else content_digest(source.path),
         repr(sorted(columns.items())),
         content_digest(*site.files) if site else "no site",
         source.detector,

@@ -1,6 +1,7 @@
 """What can be processed? A video seen by a fixed or moving camera, or the trajectories of somebody else's tracker."""
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +28,7 @@ from service.runs.inputs.detectors import (
 )
 from service.runs.inputs.moving_camera import first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
-from service.runs.inputs.trajectories import Trajectories, load_trajectories
+from service.runs.inputs.trajectories import DIGEST_BYTES, STANDARD_INPUT, Trajectories, is_read_once, load_trajectories
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import Feed, KplText, trajectory_pipeline, video_pipeline
@@ -42,6 +43,7 @@ from vision.video.frames import VideoSource, open_video
 FloatArray = NDArray[np.float64]
 
 TRAJECTORY_SUFFIXES = (".csv",)
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 HASHED_BLOCK_BYTES = 1 << 20
 SCALE_SPAN_US = 10_000_000
 SCALE_STEP_US = 500_000
@@ -104,7 +106,7 @@ class VideoInput:
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryInput:
-    """Read the objects of a trajectory file; vision is skipped."""
+    """Read the objects of a trajectory file or pipe; vision is skipped."""
 
     path: Path
     trajectories: Trajectories
@@ -159,21 +161,36 @@ def open_input(
     """
     if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
         raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
-    if not path.exists():
-        raise InputError(f"{path}: expected a video or trajectory file, got no such file")
-    if detector is None and path.suffix.lower() in TRAJECTORY_SUFFIXES:
-        return TrajectoryInput(path, load_trajectories(path, columns), site.network if site else None)
+    _refuse_live(path)
+    is_csv = path.suffix.lower() in TRAJECTORY_SUFFIXES or is_read_once(path)
+    if detector is None and is_csv:
+        trajectories = load_trajectories(path, columns)
+        named = Path("stdin") if path in STANDARD_INPUT else path
+        return TrajectoryInput(named, trajectories, site.network if site else None, trajectories.warnings)
     details, folder = (site.detector, site.path.parent) if site else (None, Path())
     choice = choose_detector(detector, details, folder=folder, columns=columns)
     if isinstance(choice, FileChoice) and choice.path == path:
         return open_detections(path, choice, site)
     if columns and not isinstance(choice, FileChoice):
         raise InputError(f"{path}: expected a .csv file to go with a column map, got {path.suffix or 'no suffix'!r}")
-    if path.suffix.lower() in TRAJECTORY_SUFFIXES:
+    if is_csv:
         raise InputError(f"{path}: expected a video for the detector {detector!r}, got trajectories")
     if isinstance(choice, MotionChoice):
         return _with_channels(path, site, choice)
     return _with_detector(_open_video(path, site), choice)
+
+
+def _refuse_live(path: Path) -> None:
+    """Refuse what is no file: an address, in which a path has lost a slash, a device, or nothing at all."""
+    if path in STANDARD_INPUT:
+        return
+    is_address = not path.exists() and _ADDRESS.match(str(path))
+    if is_address or path.is_char_device() or path.is_block_device():
+        shown = str(path).replace(":/", "://", 1) if is_address else str(path)
+        expected = "expected a file, since live input cannot be read yet (record a clip of it first)"
+        raise InputError(f"{shown}: {expected}, got {'an address' if is_address else 'a device'}")
+    if not path.exists():
+        raise InputError(f"{path}: expected a video or trajectory file, got no such file")
 
 
 def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:
@@ -275,9 +292,17 @@ def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
 
 
 def content_digest(*paths: Path) -> str:
-    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere."""
-    digest = hashlib.blake2b(digest_size=8)
+    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere.
+
+    Raises
+    ------
+    InputError
+        If one is a pipe, which has been read already.
+    """
+    digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
     for path in paths:
+        if is_read_once(path):
+            raise InputError(f"{path}: expected a file that can be read twice, got a pipe")
         with path.open("rb") as file:
             while block := file.read(HASHED_BLOCK_BYTES):
                 digest.update(block)
