@@ -25,7 +25,7 @@ from service.questions.explaining import Explainer
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import EventLog
-from service.texts.chronicle_checks import check_chronicles
+from service.texts.chronicle_files import check_chronicles
 
 JSON: Final = "application/json"
 

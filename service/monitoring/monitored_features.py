@@ -12,6 +12,7 @@ from dyknow.mtl.kinds import Kind
 from dyknow.mtl.signature import Signature
 from qsr.relations import RELATIONS
 from service.records import CarState
+from service.texts.idle_chronicles import ROAD_RELATIONS
 
 CarValue = float | str | bool | None
 
@@ -71,6 +72,4 @@ SIGNATURE = Signature(
     values=WORDS,
 )
 
-NEED_ROADS = frozenset(name for name, one in CAR_FEATURES.items() if one.needs_roads) | frozenset(
-    one.name for one in RELATIONS if one.frame == "map"
-)
+NEED_ROADS = ROAD_RELATIONS.union(name for name, one in CAR_FEATURES.items() if one.needs_roads)

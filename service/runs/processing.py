@@ -22,7 +22,7 @@ from service.runs.recording import RecordedStreams, Recorder
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
-from service.texts.idle_chronicles import idle_in_stream
+from service.texts.idle_chronicles import idle_in_stream, idle_without_roads
 from service.times import utc_us
 from vision.errors import VideoBroken
 
@@ -242,7 +242,9 @@ def _run_record(
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         warnings=(
             *source.warnings,
+            *chronicles.doubts,
             *idle_in_stream(source.path.name, chronicles.merged, monitors.messages),
+            *(() if source.network is not None else idle_without_roads(source.path.name, chronicles.merged)),
             *(warning.render() for warning in pipeline.deployment.warnings),
         ),
         software=software,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from chronicles.language.diagnostics import Diagnostic
-    from service.texts.chronicle_checks import Checked
+    from service.texts.chronicle_files import Checked
     from service.texts.text_streams import Stream
 
 
@@ -58,8 +58,7 @@ def check(
     if rates and not cost:
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
     from service.monitoring.monitor_files import load_monitor_files
-    from service.texts.chronicle_checks import check_chronicles
-    from service.texts.chronicle_files import read_text_or_input, with_relations
+    from service.texts.chronicle_files import check_chronicles, read_text_or_input, with_relations
 
     rates_hz = read_rates(rates or ())
     texts = [(name, read_text_or_input(name)) for name in files]
