@@ -134,6 +134,7 @@ def _time(text: str | None, parameter: str) -> "TimePoint | None":
 def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
     """Print the events of some logs; return how many."""
     from service.export.events import write_events_csv, write_events_jsonl
+    from service.questions.notes import name_notes, run_notes
     from service.questions.queries import find_role_names
     from service.store.log import open_log
 
@@ -141,13 +142,17 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
         raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")
     with ExitStack() as stack:
         logs = [stack.enter_context(open_log(url)) for url in urls]
-        if output is EventFormat.table:
-            return _print_table(logs, wanted, limit or TABLE_LIMIT)
         texts = merged_events(logs, wanted, limit=limit)
-        if output is EventFormat.jsonl:
-            return write_events_jsonl(texts, sys.stdout)
-        role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
-        return write_events_csv(texts, role_names, sys.stdout)
+        if output is EventFormat.table:
+            count = _print_table(logs, wanted, limit or TABLE_LIMIT)
+        elif output is EventFormat.jsonl:
+            count = write_events_jsonl(texts, sys.stdout)
+        else:
+            role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
+            count = write_events_csv(texts, role_names, sys.stdout)
+        for note in (*run_notes(logs, wanted), *(() if count else name_notes(logs, wanted))):
+            print(f"note: {note}", file=sys.stderr)
+        return count
 
 
 def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: int | None) -> "Iterator[str]":
