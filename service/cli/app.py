@@ -27,9 +27,7 @@ from service.cli.making.demo import demo
 from service.cli.making.generate import generate
 from service.cli.making.process import process
 from service.cli.making.trajectories import trajectories
-from service.cli.texts.check import check
-from service.cli.texts.layout import format_files
-from service.cli.texts.run_examples import run_examples
+from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 
 # A new command: write its function in its own module and add it here; the order is that of `dyknow --help`.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.counted import counted
-from service.cli.texts.stream_option import StreamOption, hinting_at_stream, tell_stream
+from service.cli.options import StreamOption, hinting_at_stream, tell_stream
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
