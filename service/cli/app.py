@@ -14,15 +14,13 @@ from typing import Annotated
 import typer
 
 from service.cli import exit_codes
-from service.cli.asking.draw import draw
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
-from service.cli.asking.monitor import monitor
-from service.cli.asking.recognise import recognise
+from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
-from service.cli.asking.tracks import tracks
+from service.cli.asking.tracks import draw, tracks
 from service.cli.making.demo import demo
 from service.cli.making.generate import generate
 from service.cli.making.process import process

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli import exit_codes
+from service.cli.options import AsJson, read_roles
+from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,6 +27,7 @@ class EventFormat(StrEnum):
     table = "table"
     jsonl = "jsonl"
     csv = "csv"
+    json = "json"
 
 
 class Match(StrEnum):
@@ -78,7 +80,8 @@ def events(
         int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
     ] = None,
     order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = Order.start,
-    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl or csv.")] = EventFormat.table,
+    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl, csv or json.")] = EventFormat.table,
+    as_json: AsJson = False,
     fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
 ) -> None:
     """List recognised events of one or more logs."""
@@ -97,32 +100,10 @@ def events(
         statuses=tuple(status.value for status in statuses or ()),
         order=order.value,
     )
-    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, output, limit)
+    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, EventFormat.json if as_json else output, limit)
     if fail_empty and count == 0:
         print("nothing found", file=sys.stderr)
-        raise typer.Exit(exit_codes.NOTHING_FOUND)
-
-
-def read_roles(texts: "Sequence[str]") -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Read `NAME=ID` texts; the same name again adds an alternative.
-
-    Raises
-    ------
-    typer.BadParameter
-        If a text is not of this form.
-
-    Examples
-    --------
-    >>> read_roles(["overtaker=car7", "overtaken=car3", "overtaker=car9"])
-    (('overtaken', ('car3',)), ('overtaker', ('car7', 'car9')))
-    """
-    roles: dict[str, list[str]] = {}
-    for text in texts:
-        name, equals, actor = text.partition("=")
-        if not (name and equals and actor):
-            raise typer.BadParameter(f"expected NAME=ID, such as overtaker=car7, got {text!r}", param_hint="--role")
-        roles.setdefault(name, []).append(actor)
-    return tuple((name, tuple(actors)) for name, actors in sorted(roles.items()))
+        raise typer.Exit(NOTHING_FOUND)
 
 
 def _time(text: str | None, parameter: str) -> "TimePoint | None":
@@ -143,15 +124,17 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
     with ExitStack() as stack:
         logs = [stack.enter_context(open_log(url)) for url in urls]
         texts = merged_events(logs, wanted, limit=limit)
+        runs_told = tuple(run_notes(logs, wanted))
         if output is EventFormat.table:
             count = _print_table(logs, wanted, limit or TABLE_LIMIT)
         elif output is EventFormat.jsonl:
             count = write_events_jsonl(texts, sys.stdout)
+        elif output is EventFormat.json:
+            count = print_json_list("items", texts, notes=runs_told)
         else:
             role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
             count = write_events_csv(texts, role_names, sys.stdout)
-        for note in (*run_notes(logs, wanted), *(() if count else name_notes(logs, wanted))):
-            print(f"note: {note}", file=sys.stderr)
+        tell("note", (*runs_told, *(() if count else name_notes(logs, wanted))))
         return count
 
 
@@ -171,7 +154,6 @@ def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: i
 
 
 def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) -> int:
-    from service.cli.tables import format_table
     from service.questions.queries import decode_event
 
     found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
@@ -185,7 +167,6 @@ def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) 
 def _row(event: "EventRecord") -> list[str]:
     from service.times import format_media
 
-    roles = " ".join(f"{role}={actor}" for role, actor in event.roles.items())
     road = event.place.road if event.place else ""
     start, end = format_media(event.start_us), format_media(event.end_us)
-    return [start, end, event.type, roles, road, event.status, event.source, event.id]
+    return [start, end, event.type, shown_roles(event.roles.items()), road, event.status, event.source, event.id]
