@@ -13,7 +13,6 @@ from typing import Annotated
 
 import typer
 
-from service.cli import exit_codes
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
@@ -22,9 +21,9 @@ from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
 from service.cli.asking.tracks import draw, tracks
 from service.cli.making.demo import demo
-from service.cli.making.generate import generate
+from service.cli.making.generate import generate, trajectories
 from service.cli.making.process import process
-from service.cli.making.trajectories import trajectories
+from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 
@@ -68,7 +67,7 @@ def run(arguments: Sequence[str]) -> int:
 
     Returns
     -------
-    The exit code; see `service.cli.exit_codes`.
+    The exit code; see `service.cli.printing`.
     """
     code = _run(arguments)
     try:
@@ -84,13 +83,13 @@ def _run(arguments: Sequence[str]) -> int:
         make_app()(list(arguments), prog_name="dyknow")
     except SystemExit as leaving:
         if isinstance(leaving.__context__, BrokenPipeError):
-            return exit_codes.OK  # typer leaves with 1 here, which is our own fault's code
-        return leaving.code if isinstance(leaving.code, int) else exit_codes.OK
+            return OK  # typer leaves with 1 here, which is our own fault's code
+        return leaving.code if isinstance(leaving.code, int) else OK
     except KeyboardInterrupt:
-        return exit_codes.INTERRUPTED
+        return INTERRUPTED
     except Exception as error:
         return report(error)
-    return exit_codes.OK
+    return OK
 
 
 def make_app() -> typer.Typer:
@@ -114,16 +113,16 @@ def report(error: Exception) -> int:
         traceback.print_exception(error)
     if isinstance(error, QueryError):
         print(f"error: {error}", file=sys.stderr)
-        return exit_codes.USAGE
+        return USAGE
     if isinstance(error, OSError) and error.filename is not None:
         print(f"error: {error.filename}: expected a path that can be used, got {error.strerror!r}", file=sys.stderr)
-        return exit_codes.INVALID
+        return INVALID
     if not {kind.__module__ for kind in type(error).__mro__} & INPUT_ERROR_MODULES:
         came = f"{type(error).__name__}: {error}"
         print(f"error: dyknow: expected to finish, got {came!r} (DYKNOW_TRACEBACK=1 shows where)", file=sys.stderr)
-        return exit_codes.INTERNAL
+        return INTERNAL
     text = str(error)
-    code = exit_codes.BUSY if isinstance(error, RunBusyError) else exit_codes.INVALID
+    code = BUSY if isinstance(error, RunBusyError) else INVALID
     # The diagnostics of a chronicle text begin with their own `error[C0201]:`.
     print(text if text.startswith("error[") else f"error: {text}", file=sys.stderr)
     return code

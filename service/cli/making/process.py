@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli import exit_codes
+from service.cli.printing import INTERRUPTED, INVALID, print_json, tell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -67,14 +67,14 @@ def process(
     )
     if as_json:
         summary = run(request, on_progress=_json_reporter())
-        print(_summary_json(summary), flush=True)
+        print_json(_summary_record(summary))
     else:
         with progress_bar(source.name) as on_progress:
             summary = run(request, on_progress=on_progress)
         print_summary(summary, log)
     if summary.status != "finished":
         print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
-        raise typer.Exit(exit_codes.INTERRUPTED if summary.status == "interrupted" else exit_codes.INVALID)
+        raise typer.Exit(INTERRUPTED if summary.status == "interrupted" else INVALID)
 
 
 def chosen_input(input_file: Path | None, detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
@@ -186,7 +186,7 @@ def _json_reporter() -> "Callable[[Progress], None]":
 
     def report(progress: "Progress") -> None:
         if is_due():
-            print(_progress_json(progress), flush=True)
+            print_json({"type": "progress", **_progress_record(progress)})
 
     return report
 
@@ -234,16 +234,8 @@ def _progress_record(progress: "Progress") -> dict[str, object]:
     }
 
 
-def _progress_json(progress: "Progress") -> str:
-    import msgspec
-
-    return msgspec.json.encode({"type": "progress", **_progress_record(progress)}).decode()
-
-
-def _summary_json(summary: "RunSummary") -> str:
-    import msgspec
-
-    record = {
+def _summary_record(summary: "RunSummary") -> dict[str, object]:
+    return {
         "type": "summary",
         "run": summary.run,
         "status": summary.status,
@@ -255,14 +247,12 @@ def _summary_json(summary: "RunSummary") -> str:
             for one in summary.streams
         ],
     }
-    return msgspec.json.encode(record).decode()
 
 
 def print_summary(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
     progress = summary.progress
-    for warning in summary.warnings:  # those of a text of streams say so themselves
-        print(warning if warning.startswith("warning[") else f"warning: {warning}", file=sys.stderr)
+    tell("warning", summary.warnings)
     print(
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
         f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"
