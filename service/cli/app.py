@@ -27,25 +27,26 @@ from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 
-# A new command: write its function in its own module and add it here; the order is that of `dyknow --help`.
-COMMANDS: Mapping[str, Callable[..., None]] = {
-    "demo": demo,
-    "generate": generate,
-    "trajectories": trajectories,
-    "process": process,
-    "events": events,
-    "tracks": tracks,
-    "draw": draw,
-    "evaluate": evaluate,
-    "explain": explain,
-    "why-not": why_not,
-    "recognise": recognise,
-    "monitor": monitor,
-    "streams": streams,
-    "check": check,
-    "format": format_files,
-    "test": run_examples,
-    "serve": serve,
+# A new command: write its function in its own module and add it here with an example; the order is that of
+# `dyknow --help`.
+COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
+    "demo": (demo, "dyknow demo --out out/demo --seconds 30"),
+    "generate": (generate, "dyknow generate rural_overtaking --out scene --seed 7 --seconds 60"),
+    "trajectories": (trajectories, "dyknow trajectories junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
+    "process": (process, "dyknow process scene/video.mp4 --site scene/site.toml --log scene.db"),
+    "events": (events, "dyknow events scene.db --type overtake --from 00:10 --to 02:00"),
+    "tracks": (tracks, "dyknow tracks scene.db --car car7 --from 10s"),
+    "draw": (draw, "dyknow draw scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
+    "evaluate": (evaluate, "dyknow evaluate scene.db scene --what detection,tracks,events"),
+    "explain": (explain, "dyknow explain scene.db fb5840f804056320-1"),
+    "why-not": (why_not, "dyknow why-not scene.db overtake --role overtaker=car7 --limit 3"),
+    "recognise": (recognise, "dyknow recognise scene.db --chronicles mine.chronicle"),
+    "monitor": (monitor, "dyknow monitor scene.db rules.monitors"),
+    "streams": (streams, "dyknow streams scene.db"),
+    "check": (check, "dyknow check mine.chronicle --cost"),
+    "format": (format_files, "dyknow format mine.chronicle --check"),
+    "test": (run_examples, "dyknow test mine.chronicle --verbose"),
+    "serve": (serve, "dyknow serve scene.db --port 8420"),
 }
 
 # An error whose class comes from one of these says something about the user's input.
@@ -102,8 +103,8 @@ def make_app() -> typer.Typer:
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
     app.callback(invoke_without_command=True)(_program)
-    for name, command in COMMANDS.items():
-        app.command(name)(command)
+    for name, (command, example) in COMMANDS.items():
+        app.command(name, epilog=f"Example: {example}")(command)
     return app
 
 
