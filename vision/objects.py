@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ class VisionObjects:
     clipped: BoolArray
     is_lost: bool = False
     pixel_from_ground: FloatArray | None = None
-    classes: tuple[()] = ()
+    classes: tuple[()] = field(default=(), repr=False)
 
     @classmethod
     def lost(cls, t_us: int) -> VisionObjects:

@@ -16,10 +16,15 @@ from starlette.responses import PlainTextResponse, Response
 
 from chronicles.explanation.json_form import to_json
 from chronicles.language.rendering import render_json
-from service.api.absence_parameters import describe_absence_parameters, read_absence_question
 from service.api.bodies import ChronicleList, ChronicleUse, EventExplanation, EventList, Index
 from service.api.openapi import EXPLANATION, FINDINGS, answers
-from service.api.parameters import Pairs, describe_parameters, read_question
+from service.api.parameters import (
+    Pairs,
+    describe_absence_parameters,
+    describe_event_parameters,
+    read_absence_question,
+    read_question,
+)
 from service.errors import QueryError
 from service.questions.explaining import Explainer
 from service.questions.notes import name_notes, run_notes
@@ -138,7 +143,7 @@ def _add_event_list(router: APIRouter, log: EventLog) -> None:
         description="Repeated parameters are alternatives; different parameters must all hold.",
         responses=answers(EventList, 400, 422),
         response_class=Response,
-        openapi_extra={"parameters": describe_parameters()},
+        openapi_extra={"parameters": describe_event_parameters()},
     )
     def list_events(request: Request) -> Response:
         """Answer with one page of the events that were asked for."""

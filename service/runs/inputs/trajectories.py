@@ -10,7 +10,7 @@ import io
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +64,7 @@ class TrajectoryObjects:
     width_m: FloatArray
     observed: NDArray[np.bool_]
     clipped: NDArray[np.bool_]
-    classes: tuple[str, ...] = ()
+    classes: tuple[str, ...] = field(default=(), repr=False)
     is_lost: bool = False
 
 
