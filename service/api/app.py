@@ -1,6 +1,6 @@
 """How is the HTTP interface of one event log put together?
 
-Each request gets an identifier, the client's own if it sent a plain one, and `HEAD` is answered as `GET` without a body.
+Each request gets an identifier, the client's own if it sent a plain one; `HEAD` is answered as `GET` without a body.
 """
 
 import re
