@@ -3,9 +3,8 @@
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -30,13 +29,7 @@ ScenarioOptions = Annotated[
 ]
 
 
-class StreamChoice(StrEnum):
-    """What chronicle texts are about."""
-
-    traffic = "traffic"
-    own = "own"
-
-
+StreamChoice = Literal["traffic", "own"]
 StreamOption = Annotated[
     StreamChoice | None,
     typer.Option(

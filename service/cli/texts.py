@@ -2,9 +2,8 @@
 
 import difflib
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -29,19 +28,14 @@ if TYPE_CHECKING:
     from service.texts.text_streams import Stream
 
 
-class CheckFormat(StrEnum):
-    """How to print findings."""
-
-    text = "text"
-    json = "json"
-    github = "github"
+CheckFormat = Literal["text", "json", "github"]
 
 
 def check(
     files: Texts = None,
     output: Annotated[
         CheckFormat, typer.Option("--format", help="text, json, or github (annotations of a pull request).")
-    ] = CheckFormat.text,
+    ] = "text",
     cost: Annotated[bool, typer.Option("--cost", help="Also bound how many instances can wait at once.")] = False,
     rates: Annotated[
         list[str] | None,
@@ -92,11 +86,11 @@ def check(
 
 def _chosen(stream: StreamChoice | None, *, has_monitors: bool) -> "Stream | None":
     """Say what texts are about: monitors speak of traffic. None leaves it to the texts."""
-    if has_monitors and stream is StreamChoice.own:
+    if has_monitors and stream == "own":
         raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
     if has_monitors:
         return "traffic"
-    return None if stream is None else stream.value
+    return stream
 
 
 def read_rates(texts: "Sequence[str]") -> dict[str, float]:
@@ -128,8 +122,8 @@ def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
     from chronicles.language.diagnostics import render_all
     from chronicles.language.rendering import render_github, render_json
 
-    render = {CheckFormat.text: render_all, CheckFormat.json: render_json, CheckFormat.github: render_github}[output]
-    if found or output is CheckFormat.json:
+    render = {"text": render_all, "json": render_json, "github": render_github}[output]
+    if found or output == "json":
         print(render(found))
 
 
@@ -226,7 +220,7 @@ def run_examples(
     from service.texts.text_streams import stream_of
 
     own = [(name, read_text_or_input(name)) for name in files or ()]
-    chosen = stream.value if stream else stream_of(own)
+    chosen = stream or stream_of(own)
     texts = with_relations(own, chosen) if own else library.texts()
     with hinting_at_stream(is_open=bool(own) and stream is None):
         results = examples.run_examples(texts)

@@ -3,7 +3,7 @@
 import sys
 from contextlib import ExitStack
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -20,39 +20,19 @@ if TYPE_CHECKING:
 
 TABLE_LIMIT = 100
 
-
-class EventFormat(StrEnum):
-    """How to print events."""
-
-    table = "table"
-    jsonl = "jsonl"
-    csv = "csv"
-    json = "json"
-
-
-class Match(StrEnum):
-    """How an event must lie to the window."""
-
-    overlap = "overlap"
-    start = "start"
-    end = "end"
-    inside = "inside"
+# The words are those of `service.questions.queries`, which loads more than help needs.
+EventFormat = Literal["table", "jsonl", "csv", "json"]
+Match = Literal["overlap", "start", "end", "inside"]
+Order = Literal["start", "-start"]
 
 
 class Status(StrEnum):
-    """What is known of an event; without a choice, everything but retracted ones."""
+    """What is known of an event; an enumeration, since typer takes no list of literals."""
 
     recognised = "recognised"
     tentative = "tentative"
     confirmed = "confirmed"
     retracted = "retracted"
-
-
-class Order(StrEnum):
-    """By start, earliest or latest first."""
-
-    start = "start"
-    latest = "-start"
 
 
 Logs = Annotated[list[str] | None, typer.Argument(metavar="LOG...", help="Event logs: sqlite:///PATH or PATH.db.")]
@@ -67,7 +47,7 @@ def events(
         str | None, typer.Option("--from", help="Start of the window: 12.5s, 01:23, 12500000 (us) or RFC 3339.")
     ] = None,
     end: Annotated[str | None, typer.Option("--to", help="End of the window, excluded.")] = None,
-    match: Annotated[Match, typer.Option(help="How an event must lie to the window.")] = Match.overlap,
+    match: Annotated[Match, typer.Option(help="How an event must lie to the window.")] = "overlap",
     actors: Annotated[Texts, typer.Option("--actor", help="Object in any role; repeat for alternatives.")] = None,
     roles: Annotated[Texts, typer.Option("--role", metavar="NAME=ID", help="Object in this role.")] = None,
     roads: Annotated[Texts, typer.Option("--road", help="Road on which the event began.")] = None,
@@ -79,8 +59,8 @@ def events(
     limit: Annotated[
         int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
     ] = None,
-    order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = Order.start,
-    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl, csv or json.")] = EventFormat.table,
+    order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = "start",
+    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl, csv or json.")] = "table",
     as_json: AsJson = False,
     fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
 ) -> None:
@@ -91,16 +71,16 @@ def events(
         types=tuple(types or ()),
         from_=_time(start, "--from"),
         to=_time(end, "--to"),
-        match=match.value,
+        match=match,
         actors=tuple(actors or ()),
         roles=read_roles(roles or ()),
         roads=tuple(roads or ()),
         sources=tuple(sources or ()),
         runs=tuple(runs or ()),
-        statuses=tuple(status.value for status in statuses or ()),
-        order=order.value,
+        statuses=tuple(one.value for one in statuses or ()),
+        order=order,
     )
-    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, EventFormat.json if as_json else output, limit)
+    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, "json" if as_json else output, limit)
     if fail_empty and count == 0:
         print("nothing found", file=sys.stderr)
         raise typer.Exit(NOTHING_FOUND)
@@ -125,11 +105,11 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
         logs = [stack.enter_context(open_log(url)) for url in urls]
         texts = merged_events(logs, wanted, limit=limit)
         runs_told = tuple(run_notes(logs, wanted))
-        if output is EventFormat.table:
+        if output == "table":
             count = _print_table(logs, wanted, limit or TABLE_LIMIT)
-        elif output is EventFormat.jsonl:
+        elif output == "jsonl":
             count = write_events_jsonl(texts, sys.stdout)
-        elif output is EventFormat.json:
+        elif output == "json":
             count = print_json_list("items", texts, notes=runs_told)
         else:
             role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})

@@ -1,9 +1,8 @@
 """`dyknow recognise` and `dyknow monitor`: do these chronicles occur in what is stored, and who breaks these rules?"""
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -20,21 +19,8 @@ if TYPE_CHECKING:
     from service.questions.recognition import Recognised
 
 
-class OccurrenceFormat(StrEnum):
-    """How to print occurrences."""
-
-    table = "table"
-    jsonl = "jsonl"
-    json = "json"
-
-
-class Executor(StrEnum):
-    """Who finds the occurrences; all find the same."""
-
-    auto = "auto"
-    eager = "eager"
-    lazy = "lazy"
-    backfill = "backfill"
+OccurrenceFormat = Literal["table", "jsonl", "json"]
+Executor = Literal["auto", "eager", "lazy", "backfill"]
 
 
 def recognise(
@@ -50,9 +36,7 @@ def recognise(
         str | None,
         typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager or lazy."),
     ] = None,
-    output: Annotated[
-        OccurrenceFormat, typer.Option("--format", help="table, jsonl or json.")
-    ] = OccurrenceFormat.table,
+    output: Annotated[OccurrenceFormat, typer.Option("--format", help="table, jsonl or json.")] = "table",
     out: Annotated[Path | None, typer.Option("--out", help="File to write to instead of standard output.")] = None,
     stream: StreamOption = None,
     until: Annotated[
@@ -65,7 +49,7 @@ def recognise(
     from service.store.location import is_log_name
     from service.times import parse_media_us
 
-    if lateness is not None and executor is Executor.backfill:
+    if lateness is not None and executor == "backfill":
         raise typer.BadParameter("expected eager or lazy to go with --lateness, got backfill", param_hint="--executor")
     if out is not None:
         _check_apart(out, source, chronicles or ())
@@ -75,12 +59,12 @@ def recognise(
             source,
             chronicles or (),
             run=run,
-            executor=None if executor is None else executor.value,
+            executor=executor,
             lateness_us=None if lateness is None else parse_media_us(lateness, parameter="--lateness"),
-            stream=None if stream is None else stream.value,
+            stream=stream,
             until_us=None if until is None else parse_media_us(until, parameter="--until"),
         )
-    output = OccurrenceFormat.json if as_json else output
+    output = "json" if as_json else output
     if out is None:
         _write(found, output, sys.stdout)
     else:
@@ -109,11 +93,11 @@ def _write(found: "Recognised", output: OccurrenceFormat, out: "TextIO") -> None
 
     from service.times import format_media
 
-    records = [occurrence_record(one) for one in found.occurrences] if output is not OccurrenceFormat.table else []
-    if output is OccurrenceFormat.json:
+    records = [occurrence_record(one) for one in found.occurrences] if output != "table" else []
+    if output == "json":
         whole = {"stream": found.stream, "late_count": found.late_count, "occurrences": records}
         out.write(msgspec.json.encode(whole).decode() + "\n")
-    elif output is OccurrenceFormat.jsonl:
+    elif output == "jsonl":
         out.writelines(msgspec.json.encode(one).decode() + "\n" for one in records)
     else:
         rows = []

@@ -1,9 +1,8 @@
 """`dyknow tracks` and `dyknow draw`: where were the cars of a run, as rows and on the frames of its video?"""
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -18,18 +17,11 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".jpg")
 
 
-class TrackFormat(StrEnum):
-    """How to print tracks."""
-
-    csv = "csv"
-    mot = "mot"
-
-
 def tracks(
     log: LogName,
     output: Annotated[
-        TrackFormat, typer.Option("--format", help="csv, or mot (boxes in the image).")
-    ] = TrackFormat.csv,
+        Literal["csv", "mot"], typer.Option("--format", help="csv, or mot (boxes in the image).")
+    ] = "csv",
     run: RunName = None,
     car: Annotated[str | None, typer.Option("--car", help="One car symbol only.")] = None,
     start: From = None,
@@ -50,7 +42,7 @@ def tracks(
         if as_json:
             states = opened.states(record.id, car=car, from_us=from_us, to_us=to_us)
             print_json_list("states", (msgspec.json.encode(one).decode() for one in states), run=record.id)
-        elif output is TrackFormat.csv:
+        elif output == "csv":
             write_tracks_csv(opened.states(record.id, car=car, from_us=from_us, to_us=to_us), sys.stdout)
         else:
             _print_mot(opened, record, car, from_us, to_us)

@@ -1,10 +1,9 @@
 """`dyknow generate` and `dyknow trajectories`: where do test videos and tracks come from? Scenes with exact truth."""
 
 import sys
-from contextlib import nullcontext
-from enum import StrEnum
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,29 +11,14 @@ from service.cli.options import AsJson, ScenarioOptions, Seed, read_pairs
 from service.cli.printing import print_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextlib import AbstractContextManager
-
-    from data_gen.trajectories import NoisyTracks, TrackFaults
+    from collections.abc import Callable, Iterator
 
 
 SCENE_FILES = ("truth.csv", "camera.csv")
 
-
-class CameraChoice(StrEnum):
-    """How the scene is filmed; the names are those of `data_gen.drawing.cameras`, which loads more than help needs."""
-
-    VERTICAL = "vertical"
-    OBLIQUE = "oblique"
-    UAV = "uav"
-
-
-class WeatherChoice(StrEnum):
-    """The light; the names are those of `data_gen.drawing.sun`."""
-
-    SUNNY = "sunny"
-    CLOUDS = "clouds"
-    OVERCAST = "overcast"
+# The words are those of `data_gen.drawing`, which loads more than help needs.
+CameraChoice = Literal["vertical", "oblique", "uav"]
+WeatherChoice = Literal["sunny", "clouds", "overcast"]
 
 
 def generate(
@@ -44,12 +28,12 @@ def generate(
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=86_400.0, help="Length of the video.")] = 60.0,
     camera: Annotated[
         CameraChoice, typer.Option("--camera", help="Straight above, slantwise from a mast, or a drone that drifts.")
-    ] = CameraChoice.VERTICAL,
+    ] = "vertical",
     poses: Annotated[bool, typer.Option("--poses", help="Tell the site file of the poses, with --camera uav.")] = False,
     thermal: Annotated[bool, typer.Option("--thermal", help="Add the video of a thermal camera.")] = False,
     weather: Annotated[
         WeatherChoice, typer.Option("--weather", help="Sun, drifting clouds, or a closed layer of cloud.")
-    ] = WeatherChoice.SUNNY,
+    ] = "sunny",
     occluders: Annotated[
         str, typer.Option("--occluders", help="What hides the traffic: none, all, or some of trees, bridge, gantry.")
     ] = "none",
@@ -75,10 +59,10 @@ def generate(
             width_px=width_px,
             height_px=height_px,
             rate_hz=fps,
-            camera=camera.value,
+            camera=camera,
             poses=poses,
             thermal=thermal,
-            weather=weather.value,
+            weather=weather,
             occluders=[name.strip() for name in occluders.split(",")],
             degradation=parse_degradation(degrade),
             options=dict(read_pairs(option or [], "--option", "NAME=VALUE")),
@@ -98,27 +82,18 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def drawing_bar(title: str) -> "AbstractContextManager[Callable[[int, int], None]]":
+@contextmanager
+def drawing_bar(title: str) -> "Iterator[Callable[[int, int], None]]":
     """Show how many frames are drawn, on a terminal only; yields the callback."""
     if not sys.stderr.isatty():
-        return nullcontext(lambda done, total: None)
-    return _DrawingBar(title)
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
 
-
-class _DrawingBar:
-    def __init__(self, title: str) -> None:
-        from rich.console import Console
-        from rich.progress import Progress
-
-        self._progress = Progress(console=Console(stderr=True))
-        self._task = self._progress.add_task(title, total=None)
-
-    def __enter__(self) -> "Callable[[int, int], None]":
-        self._progress.start()
-        return lambda done, total: self._progress.update(self._task, completed=done, total=total)
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def trajectories(
@@ -147,6 +122,7 @@ def trajectories(
     as_json: AsJson = False,
 ) -> None:
     """Write tracks of simulated traffic, with noise, gaps and swapped ids."""
+    from data_gen.track_scene import make_track_scene, write_folder_tracks, write_scenario_tracks
     from data_gen.trajectories import TrackFaults
 
     _check_out(out)
@@ -164,18 +140,18 @@ def trajectories(
     if Path(source).is_dir():
         if view or option:
             raise typer.BadParameter(f"expected a scenario for --view and --option, got the folder {source!r}")
-        tracks = _of_folder(Path(source), out, seed, rate_hz, faults)
+        tracks = write_folder_tracks(Path(source), out, seed=seed, rate_hz=rate_hz, faults=faults)
     else:
-        tracks = _of_scenario(
+        scene = make_track_scene(
             source,
-            out,
-            faults,
             seed=seed,
             duration_us=round(seconds * 1e6),
+            out_dir=out.parent,
             rate_hz=10 if rate_hz is None else rate_hz,
             in_view=view,
             options=dict(read_pairs(option or [], "--option", "NAME=VALUE")),
         )
+        tracks = write_scenario_tracks(scene, out, faults)
     vehicles, names = len(set(tracks.rows.vehicles)), len(set(tracks.ids))
     counts = {"rows": len(tracks.ids), "vehicles": vehicles, "tracks": names}
     counts |= {"gaps": len(tracks.gaps), "swaps": len(tracks.swaps)}
@@ -216,34 +192,3 @@ def _check_out(out: Path) -> None:
     if out.suffix.lower() != ".csv" or out.name in SCENE_FILES:
         expected = f"expected a path that ends in .csv and none of {', '.join(SCENE_FILES)}"
         raise typer.BadParameter(f"{expected}, got {str(out)!r}", param_hint="--out")
-
-
-def _of_folder(folder: Path, out: Path, seed: int, rate_hz: int | None, faults: "TrackFaults") -> "NoisyTracks":
-    from data_gen.track_scene import write_folder_tracks
-
-    return write_folder_tracks(folder, out, seed=seed, rate_hz=rate_hz, faults=faults)
-
-
-def _of_scenario(
-    name: str,
-    out: Path,
-    faults: "TrackFaults",
-    *,
-    seed: int,
-    duration_us: int,
-    rate_hz: int,
-    in_view: bool,
-    options: dict[str, str],
-) -> "NoisyTracks":
-    from data_gen.track_scene import make_track_scene, write_scenario_tracks
-
-    scene = make_track_scene(
-        name,
-        seed=seed,
-        duration_us=duration_us,
-        out_dir=out.parent,
-        rate_hz=rate_hz,
-        in_view=in_view,
-        options=options,
-    )
-    return write_scenario_tracks(scene, out, faults)
