@@ -13,7 +13,7 @@ from service.cli.printing import BELOW_THRESHOLD, format_table, print_json, tell
 if TYPE_CHECKING:
     from service.scoring.detection import DetectionScore
     from service.scoring.evaluate import Evaluation
-    from service.scoring.evaluate_views import LostViews
+    from service.scoring.evaluate_log import LostViews
     from service.scoring.scene_scores import SceneScore
     from service.scoring.tracks import TrackScore
 
@@ -61,8 +61,7 @@ def evaluate(
 
 def _doubt(log: str, scene: Path, run: str | None) -> "LostViews | None":
     """Warn if the truth seems to be that of another scene; give what was told while the view was lost."""
-    from service.scoring.evaluate_scene import scene_doubts
-    from service.scoring.evaluate_views import find_lost_views
+    from service.scoring.evaluate_log import find_lost_views, scene_doubts
 
     tell("warning", scene_doubts(log, scene, run=run))
     return find_lost_views(log, run=run)
