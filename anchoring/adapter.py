@@ -37,6 +37,8 @@ class TrackedObjects(Protocol):
     @property
     def clipped(self) -> BoolArray: ...  # noqa: D102
     @property
+    def classes(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
     def is_lost(self) -> bool:
         """Whether the camera does not know where it looks: then nothing is known of any car, not even a prediction."""
         ...
@@ -181,4 +183,5 @@ def _observations(objects: TrackedObjects) -> Observations:
         width_m=objects.width_m,
         observed=objects.observed,
         clipped=objects.clipped,
+        classes=objects.classes,
     )

@@ -94,6 +94,8 @@ class Anchorer:
         self._last_t_us = t_us
         changes = self._match(observations)
         columns = np.array([self._columns[vision_id] for vision_id in observations.ids], dtype=np.int64)
+        if observations.classes:
+            self._bodies.tell_classes(columns, observations.classes)
         frame = self._roads.frame(self._bodies, observations, columns)
         changes += self._progress(frame)
         self._accept(frame)

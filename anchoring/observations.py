@@ -31,6 +31,7 @@ class Observations:
     heading_rad, length_m, width_m : (n,).
     observed : (n,) False where the tracker saw nothing in this frame and only guesses.
     clipped : (n,) True where the object touches the edge of the view, so that its size and centre are wrong.
+    classes : n words of `CLASS_NAMES` that the tracker gives, "unknown" where it gives none; or nothing at all.
 
     Raises
     ------
@@ -47,6 +48,7 @@ class Observations:
     width_m: FloatArray
     observed: BoolArray
     clipped: BoolArray
+    classes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
@@ -74,7 +76,7 @@ class Cars:
     centre_m, velocity_mps : (n, 2), local east/north frame; predicted where not ``linked``.
     speed_mps, heading_rad : (n,).
     length_m, width_m : (n,) medians of what was seen of the car in full.
-    classes : "car", "truck", "bus", "motorcycle" or "unknown".
+    classes : words of `CLASS_NAMES`: what the tracker said last, else the likeliest by size.
     linked : (n,) True where a vision object was seen in this frame; else the car is predicted.
     vision_ids : the vision object behind each car, "" where there is none.
     positions : where the centres are on the road network; all -1 and nan without a network.

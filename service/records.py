@@ -103,7 +103,7 @@ class CarState(Struct, frozen=True):
 
     Attributes
     ----------
-    car_class : `car`, `truck`, `bus`, `motorcycle` or `unknown`.
+    car_class : `car`, `truck`, `bus`, `motorcycle`, `van` or `unknown`.
     road, lane : empty when off every road or lane.
     along_m : metres along the road's reference line; None off-road.
     linked : False when the position is predicted, because the tracker has lost the car.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ class VisionObjects:
     length_m, width_m : (n,) of the footprint.
     observed : (n,) False where no detection was assigned in this frame and the position is predicted.
     clipped : (n,) True where the object reaches over the edge of the view: centre and length are then guesses.
+    classes : none: what a detector takes an object for is not carried along its track.
     is_lost : True where a moving camera does not know where it looks: nothing can be said about any object.
     pixel_from_ground : (3, 3) map of the frame, where the camera moves and knows it; else None.
     """
@@ -40,6 +41,7 @@ class VisionObjects:
     clipped: BoolArray
     is_lost: bool = False
     pixel_from_ground: FloatArray | None = None
+    classes: tuple[()] = field(default=(), repr=False)
 
     @classmethod
     def lost(cls, t_us: int) -> VisionObjects:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from anchoring.hypotheses.hypotheses import Chain
-from anchoring.linking.classes import UNKNOWN_CLASS, classify
+from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, classify
 from anchoring.linking.linker import Looks
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
 from anchoring.settings import AnchoringSettings
@@ -36,6 +36,7 @@ _COLUMNS: Mapping[str, tuple[tuple[int, ...], type[np.generic], float]] = Mappin
         "length_m": ((), np.float64, 0),
         "width_m": ((), np.float64, 0),
         "classes": ((), np.int32, UNKNOWN_CLASS),
+        "told_classes": ((), np.int32, UNKNOWN_CLASS),
         "is_established": ((), np.bool_, False),
         "is_contested": ((), np.bool_, False),
         "waits": ((), np.bool_, True),
@@ -61,6 +62,7 @@ class Bodies:
     codes : (n,) the fluents of the last frame, -1 for a body that is new.
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
+    told_classes : (n,) the class that the tracker gave last, `UNKNOWN_CLASS` if none: it goes before that of the size.
     is_established : (n,) True for a world object, linked or lost; False for a vision object that may become one.
     waits : (n,) True if a condition of a link wants to see the next state even if it is like the last.
     is_contested : (n,) True for a vision object that looks like a lost car, clearly or not.
@@ -78,6 +80,7 @@ class Bodies:
     length_m: FloatArray
     width_m: FloatArray
     classes: IntArray
+    told_classes: IntArray
     is_established: BoolArray
     is_contested: BoolArray
     waits: BoolArray
@@ -151,6 +154,12 @@ class Bodies:
             array[..., target] = array[NOW, ..., source]
         self.linked_us[target] = self.seen_us[target] = t_us
 
+    def tell_classes(self, columns: LongArray, words: tuple[str, ...]) -> None:
+        """Take the classes that the tracker gives to bodies, (k,) and k words; "unknown" changes nothing."""
+        told = np.array([CLASS_NAMES.index(word) for word in words], dtype=np.int32)
+        is_told = told != UNKNOWN_CLASS
+        self.told_classes[columns[is_told]] = self.classes[columns[is_told]] = told[is_told]
+
     def measure_sizes(self, t_us: int, columns: LongArray, length_m: FloatArray, width_m: FloatArray) -> None:
         """Take sizes of bodies seen in full, (k,) each, and smooth them."""
         settings, most = self._settings, self._settings.size_samples
@@ -173,7 +182,9 @@ class Bodies:
         sorted_m.sort(axis=1)
         median_m = (sorted_m[:, (filled - 1) // 2, row] + sorted_m[:, filled // 2, row]) / 2
         self.length_m[columns], self.width_m[columns] = median_m
-        self.classes[columns] = classify(median_m[0], median_m[1], settings)
+        told = self.told_classes.take(columns)
+        by_size = classify(median_m[0], median_m[1], settings)
+        self.classes[columns] = np.where(told == UNKNOWN_CLASS, by_size, told)
 
     def is_measured(self) -> BoolArray:
         """Tell which bodies have a size to rely on, (n,)."""

@@ -11,7 +11,8 @@ Three kinds are searched, each only as far as it can still be among the nearest:
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
@@ -22,8 +23,9 @@ from chronicles.chronicle_set import load
 from chronicles.compilation.network import minimise
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
+from chronicles.events import Occurrence
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
-from chronicles.explanation.case import Case
+from chronicles.explanation.case import Case, role_values
 from chronicles.explanation.chronicle_text import End, WrittenConstraint
 from chronicles.explanation.readings.intervals import ANY_COST, NO_COST, Cost, add
 from chronicles.explanation.readings.obligations import ObligationReader, Readings
@@ -150,7 +152,8 @@ class CandidateSearch:
     ----------
     case : chronicle and events.
     assignments : finds the choices of events to look at.
-    recognised : numbers of the events of what was recognised; nothing made of these alone is told.
+    recognised : what was recognised; nothing made of its events alone is told, nor the same things at the same time in
+        each other's roles.
     wanted : how many candidates are wanted at least.
 
     Attributes
@@ -158,10 +161,14 @@ class CandidateSearch:
     is_complete : false once a search was cut short.
     """
 
-    def __init__(self, case: Case, assignments: AssignmentSearch, *, recognised: frozenset[int], wanted: int) -> None:
+    def __init__(
+        self, case: Case, assignments: AssignmentSearch, *, recognised: Sequence[Occurrence], wanted: int
+    ) -> None:
         self._case = case
         self._assignments = assignments
         self._ranking = Ranking(wanted)
+        used = {event for one in recognised for event in one.events}
+        self._used = frozenset(number for number, event in enumerate(case.log.events) if event in used)
         self._recognised = recognised
         self.is_complete = True
 
@@ -271,17 +278,27 @@ class CandidateSearch:
         broken: BrokenBound | None = None,
     ) -> None:
         """Take an instance into the ranking, unless other events or values make a nearer one of it."""
-        if self._recognised and assignment.numbers <= self._recognised:
+        if self._used and assignment.numbers <= self._used:
             return
         undecided: Undecided | None = "open" if self._is_open(plan, assignment) else None
         base = add(base, _UNDECIDED) if undecided else base
         readings = reader.best(assignment.times, assignment.values, base=base, limit=self._ranking.limit)
-        if readings is None:
+        if readings is None or self._is_exchanged(assignment, readings):
             return
         if readings.cost == NO_COST:
             assert plan.selection.kind != "all", "what is whole and concluded was recognised"
             readings, undecided = replace(readings, cost=_UNDECIDED), "not selected"
         self._ranking.insert(Candidate(plan, assignment, readings, broken, undecided))
+
+    def _is_exchanged(self, assignment: Assignment, readings: Readings) -> bool:
+        """Say whether things that were recognised stand in each other's roles, at a time at which they were."""
+        times = [t_us for t_us in assignment.times if t_us is not None]
+        values = {one.name: one.value for one in role_values(self._case.plan, readings.values) if one.value}
+        return any(
+            min(times) <= one.end_us and one.start_us <= max(times) and is_exchange(values, one.roles)
+            for one in self._recognised
+            if times
+        )
 
     def _is_open(self, plan: Plan, assignment: Assignment) -> bool:
         """Say whether the log ends before a whole instance is concluded, apart from what its obligations wait for."""
@@ -290,6 +307,21 @@ class CandidateSearch:
             return False
         ends = [one.end for one in plan.persistences if one.is_reading]
         return max([*times, *(times[end.position] + end.offset_us for end in ends)]) > self._case.log.until_us
+
+
+def is_exchange(values: Mapping[str, str], recognised: Mapping[str, str]) -> bool:
+    """Say whether the values of roles, as far as they are known, are recognised ones in another order.
+
+    Examples
+    --------
+    >>> recognised = {"overtaker": "car7", "overtaken": "car3", "road": "main"}
+    >>> is_exchange({"overtaker": "car3", "overtaken": "car7", "road": "main"}, recognised)
+    True
+    >>> is_exchange({"overtaker": "car3", "overtaken": "car9", "road": "main"}, recognised)
+    False
+    """
+    moved = [value for role, value in values.items() if recognised[role] != value]
+    return len(moved) > 1 and Counter(values.values()) <= Counter(recognised.values())
 
 
 def _hangs_on(window: tuple[int, int], missing: Sequence[int]) -> bool:

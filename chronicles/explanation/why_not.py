@@ -74,7 +74,8 @@ def why_not(
     Returns
     -------
     The near misses, the nearest first, and how often the chronicle was recognised in the window with these roles.
-    Instances made only of events of such occurrences are left out.
+    Instances made only of events of such occurrences are left out, and so are those of the same things at the same
+    time in other roles.
 
     Raises
     ------
@@ -95,10 +96,8 @@ def why_not(
     case = open_case(chronicles, name, events, until_us=until_us, own=fixed)
     asked = AskedWindow(start_us, end_us)
     recognised = [one for one in case.occurrences if all(one.roles[role] == value for role, value in roles.items())]
-    used = {event for one in recognised for event in one.events}
-    numbers = frozenset(number for number, event in enumerate(case.log.events) if event in used)
     assignments = WindowedSearch(case.plan, case.log, fixed, asked)
-    search = CandidateSearch(case, assignments, recognised=numbers, wanted=limit)
+    search = CandidateSearch(case, assignments, recognised=recognised, wanted=limit)
     nearest = search.nearest()[:limit]
     everything = AssignmentSearch(case.plan, case.log, fixed, WHOLE_LOG)
     reader = MissingEventReader(case, chronicles, everything, asked.bounds)

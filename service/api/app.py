@@ -1,5 +1,10 @@
-"""How is the HTTP interface of one event log put together?"""
+"""How is the HTTP interface of one event log put together?
 
+Each request gets an identifier, the client's own if it sent a plain one; `HEAD` is answered as `GET` without a body.
+"""
+
+import re
+import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from importlib.metadata import PackageNotFoundError
@@ -7,10 +12,11 @@ from importlib.metadata import version as version_of
 
 import anyio.to_thread
 from fastapi import FastAPI
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.middleware import RequestFrame
 from service.api.openapi import describe_bodies
-from service.api.problems import register_problems
+from service.api.problems import REQUEST_ID, register_problems
 from service.api.routes import make_routes
 from service.records import ChronicleRecord
 from service.store.log import open_log
@@ -18,6 +24,7 @@ from service.store.log import open_log
 # The driver gives up the interpreter lock at every row. With many threads a page of 100 rows then waits 100 times
 # behind the others, and the same requests cost three times the processor time. A few let slow questions overlap.
 WORKER_THREADS = 3
+_PLAIN_ID = re.compile(r"[A-Za-z0-9._-]{1,128}", re.ASCII)
 
 
 def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None) -> FastAPI:
@@ -68,3 +75,30 @@ def _library() -> Sequence[ChronicleRecord]:
     from service.texts.chronicle_files import load_chronicle_files
 
     return load_chronicle_files(()).records
+
+
+class RequestFrame:
+    """Wrap an ASGI application: request identifiers and `HEAD`."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one connection."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        given = Headers(scope=scope).get("x-request-id", "")
+        request_id = given if _PLAIN_ID.fullmatch(given) else uuid.uuid4().hex
+        scope[REQUEST_ID] = request_id  # in place: the outermost error handler sees this same scope
+        is_head = scope["method"] == "HEAD"
+
+        async def send_framed(message: Message) -> None:
+            """Send a message with the request's identifier; to `HEAD`, no body."""
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message)["X-Request-Id"] = request_id
+            elif is_head and message["type"] == "http.response.body":
+                message = {**message, "body": b""}
+            await send(message)
+
+        await self._app({**scope, "method": "GET"} if is_head else scope, receive, send_framed)

@@ -8,11 +8,16 @@ from service.records import ChronicleRecord, EventRecord
 
 
 class EventList(Struct, frozen=True):
-    """One page of events; `next_cursor` is null on the last page, `as_of_seq` the newest number in the log."""
+    """One page of events; `next_cursor` is null on the last page, `as_of_seq` the newest number in the log.
+
+    `notes` stand where nothing was found, and only if there are any: names that the log does not hold, and runs that
+    did not come to their end.
+    """
 
     items: list[EventRecord]
     next_cursor: str | None
     as_of_seq: int
+    notes: list[str] = []
 
 
 class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):

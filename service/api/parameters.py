@@ -1,6 +1,6 @@
-"""Which parameters does `GET /api/v1/events` take, and what do they mean?
+"""Which parameters do `GET /api/v1/events` and `.../why-not` take, and what do they mean?
 
-One table says it for both sides: requests are read by it, and OpenAPI shows it. (Declaring them in the route's
+One table each says it for both sides: requests are read by it, and OpenAPI shows it. (Declaring them in the route's
 signature instead makes the framework spend more time on them than the database needs for the answer.)
 """
 
@@ -10,17 +10,20 @@ from typing import Any, TypeVar, get_args  # Any: JSON schemas
 from msgspec import Struct
 
 from service.errors import QueryError
-from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
+from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, MAX_ROLES, EventFilter, Match, Order
 from service.records import EventStatus
-from service.times import TimePoint, parse_time
+from service.times import TimePoint, parse_media_us, parse_time
 
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]
 _Word = TypeVar("_Word", bound=str)
 
 ROLE_PREFIX = "role."
+DEFAULT_NEAR_MISSES = 5
 
 _TEXT: JsonObject = {"type": "string"}
+_MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
 _TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5", "2026-05-01T08:00:00Z"]}
 _TIME_FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 
@@ -41,11 +44,15 @@ class Parameter(Struct, frozen=True):
     is_repeatable: bool = False
 
 
+def _number(default: int, most: int) -> JsonObject:
+    return {"type": "integer", "minimum": 1, "maximum": most, "default": default}
+
+
 def _words(kind: object) -> list[str]:
     return list(get_args(kind))
 
 
-PARAMETERS: Mapping[str, Parameter] = {
+EVENT_PARAMETERS: Mapping[str, Parameter] = {
     "type": Parameter("Event type.", _TEXT, is_repeatable=True),
     "from": Parameter(f"Start of the window: {_TIME_FORMS}.", _TIME),
     "to": Parameter(f"End of the window, excluded: {_TIME_FORMS}.", _TIME),
@@ -56,10 +63,14 @@ PARAMETERS: Mapping[str, Parameter] = {
     "run": Parameter("Identifier of a run.", _TEXT, is_repeatable=True),
     "status": Parameter("What is known of the event.", _TEXT | {"enum": _words(EventStatus)}, is_repeatable=True),
     "order": Parameter("Earliest or latest start first.", _TEXT | {"enum": _words(Order), "default": "start"}),
-    "limit": Parameter(
-        "Events on a page.", {"type": "integer", "minimum": 1, "maximum": MAX_LIMIT, "default": DEFAULT_LIMIT}
-    ),
+    "limit": Parameter("Events on a page.", _number(DEFAULT_LIMIT, MAX_LIMIT)),
     "cursor": Parameter("`next_cursor` of the page before, with the same filters.", _TEXT),
+}
+ABSENCE_PARAMETERS: Mapping[str, Parameter] = {
+    "from": Parameter("Start of the window, media time.", _MEDIA_TIME),
+    "to": Parameter("End of the window, excluded, media time.", _MEDIA_TIME),
+    "run": Parameter("Identifier of a run; may be left out if the log holds one.", _TEXT),
+    "limit": Parameter("Near misses at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
 }
 
 
@@ -82,7 +93,7 @@ def read_question(pairs: Pairs) -> EventQuestion:
     >>> question.wanted.types, question.wanted.roles, question.limit
     (('overtake',), (('overtaker', ('car7',)),), 5)
     """
-    values, roles = _sort_out(pairs)
+    values, roles = _sort_out(pairs, EVENT_PARAMETERS, one_each=False)
     wanted = EventFilter(
         types=_all(values, "type"),
         from_=_time(values, "from"),
@@ -96,12 +107,53 @@ def read_question(pairs: Pairs) -> EventQuestion:
         statuses=tuple(_check_word("status", text, get_args(EventStatus)) for text in values.get("status", ())),
         order=_one_word(values, "order", get_args(Order), "start"),
     )
-    return EventQuestion(wanted, _limit(values), values.get("cursor", [None])[0])
+    return EventQuestion(wanted, _limit(values, DEFAULT_LIMIT, MAX_LIMIT), values.get("cursor", [None])[0])
 
 
-def describe_parameters() -> list[JsonObject]:
-    """Describe the parameters for OpenAPI."""
-    described = [
+def read_absence_question(chronicle: str, pairs: Pairs) -> AbsenceQuestion:
+    """Read the parameters of a request for near misses.
+
+    Raises
+    ------
+    QueryError
+        If a name is unknown or comes twice, or a value is malformed.
+
+    Examples
+    --------
+    >>> question = read_absence_question("overtake", [("role.overtaker", "car7"), ("from", "5s")])
+    >>> question.roles, question.start_us, question.limit
+    ({'overtaker': 'car7'}, 5000000, 5)
+    """
+    values, roles = _sort_out(pairs, ABSENCE_PARAMETERS, one_each=True)
+    if len(roles) > MAX_ROLES:
+        raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(roles)}", parameter="role")
+    window_us = [parse_media_us(values[name][0], parameter=name) if name in values else None for name in ("from", "to")]
+    return AbsenceQuestion(
+        chronicle=chronicle,
+        run=values.get("run", [None])[0],
+        roles={name: actors[0] for name, actors in roles.items()},
+        start_us=window_us[0],
+        end_us=window_us[1],
+        limit=_limit(values, DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES),
+    )
+
+
+def describe_event_parameters() -> list[JsonObject]:
+    """Describe the parameters of events for OpenAPI."""
+    role: JsonObject = {"type": "array", "items": _TEXT}
+    return _described(
+        EVENT_PARAMETERS, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives."
+    )
+
+
+def describe_absence_parameters(*, name: str) -> list[JsonObject]:
+    """Describe the parameters of near misses; `name` is the part of the path that names the chronicle."""
+    path: JsonObject = {"name": name, "in": "path", "required": True, "schema": _TEXT}
+    return [path, *_described(ABSENCE_PARAMETERS, _TEXT, "The object that fills a role, as in `role.overtaker=car7`.")]
+
+
+def _described(table: Mapping[str, Parameter], role: JsonObject, description: str) -> list[JsonObject]:
+    described: list[JsonObject] = [
         {
             "name": name,
             "in": "query",
@@ -109,32 +161,31 @@ def describe_parameters() -> list[JsonObject]:
             "description": one.description,
             "schema": {"type": "array", "items": one.schema} if one.is_repeatable else one.schema,
         }
-        for name, one in PARAMETERS.items()
+        for name, one in table.items()
     ]
     # Exploded, an object's members become parameters of their own: role.overtaker=car7&role.overtaken=car3.
-    roles: JsonObject = {
-        "type": "object",
-        "patternProperties": {r"^role\..+$": {"type": "array", "items": _TEXT}},
-        "additionalProperties": False,
-    }
-    description = "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives."
-    role = {"name": "roles", "in": "query", "required": False, "description": description}
-    return [*described, {**role, "style": "form", "explode": True, "schema": roles}]
+    roles = {"type": "object", "patternProperties": {r"^role\..+$": role}, "additionalProperties": False}
+    named = {"name": "roles", "in": "query", "required": False, "description": description}
+    return [*described, {**named, "style": "form", "explode": True, "schema": roles}]
 
 
-def _sort_out(pairs: Pairs) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Collect values by parameter, and actors by role."""
+def _sort_out(
+    pairs: Pairs, table: Mapping[str, Parameter], *, one_each: bool
+) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Collect values by parameter, and actors by role; with `one_each`, a role takes one actor."""
     values: dict[str, list[str]] = {}
     roles: dict[str, list[str]] = {}
     for name, value in pairs:
         if name.startswith(ROLE_PREFIX) and name != ROLE_PREFIX:
             roles.setdefault(name.removeprefix(ROLE_PREFIX), []).append(value)
-        elif name in PARAMETERS:
+        elif name in table:
             values.setdefault(name, []).append(value)
         else:
-            raise QueryError(f"query: expected {', '.join(PARAMETERS)} or role.NAME, got {name!r}", parameter=name)
-    for name, given in values.items():
-        if len(given) > 1 and not PARAMETERS[name].is_repeatable:
+            raise QueryError(f"query: expected {', '.join(table)} or role.NAME, got {name!r}", parameter=name)
+    single = {name: given for name, given in values.items() if not table[name].is_repeatable}
+    single |= {f"{ROLE_PREFIX}{name}": given for name, given in roles.items() if one_each}
+    for name, given in single.items():
+        if len(given) > 1:
             raise QueryError(f"{name}: expected one value, got {given!r}", parameter=name)
     return values, roles
 
@@ -158,10 +209,8 @@ def _check_word(name: str, text: str, words: tuple[_Word, ...]) -> _Word:
     raise QueryError(f"{name}: expected {' or '.join(words)}, got {text!r}", parameter=name)
 
 
-def _limit(values: Mapping[str, list[str]]) -> int:
-    if "limit" not in values:
-        return DEFAULT_LIMIT
-    text = values["limit"][0]
-    if not (text.isascii() and text.isdigit() and len(text) <= 6 and 1 <= int(text) <= MAX_LIMIT):
-        raise QueryError(f"limit: expected 1 to {MAX_LIMIT}, got {text!r}", parameter="limit")
+def _limit(values: Mapping[str, list[str]], default: int, most: int) -> int:
+    text = values.get("limit", [str(default)])[0]
+    if not (text.isascii() and text.isdigit() and len(text) <= 6 and 1 <= int(text) <= most):
+        raise QueryError(f"limit: expected 1 to {most}, got {text!r}", parameter="limit")
     return int(text)

@@ -21,13 +21,17 @@ from service.errors import CursorError, FilterError, LogError, NotInLogError, Qu
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
 
-TYPES = {
-    CursorError: "urn:dyknow:problem:bad-cursor",
-    FilterError: "urn:dyknow:problem:bad-filter",
-    QueryError: "urn:dyknow:problem:bad-parameter",
-    LogError: "urn:dyknow:problem:log-unavailable",
-    NotInLogError: "urn:dyknow:problem:not-in-log",
-    ChronicleError: "urn:dyknow:problem:cannot-explain",
+BAD_PARAMETER = "urn:dyknow:problem:bad-parameter"
+
+# What each error of ours is over HTTP. A chronicle error means that the log holds another version of the chronicle than
+# this program understands, or not what it would need.
+ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
+    CursorError: (400, "urn:dyknow:problem:bad-cursor"),
+    FilterError: (400, "urn:dyknow:problem:bad-filter"),
+    QueryError: (422, BAD_PARAMETER),
+    LogError: (503, "urn:dyknow:problem:log-unavailable"),
+    NotInLogError: (404, "urn:dyknow:problem:not-in-log"),
+    ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
 }
 
 
@@ -35,10 +39,8 @@ def register_problems(app: FastAPI) -> None:
     """Answer every error of an application with a problem."""
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)
-    app.add_exception_handler(QueryError, _on_query)
-    app.add_exception_handler(LogError, _on_log)
-    app.add_exception_handler(NotInLogError, _on_missing)
-    app.add_exception_handler(ChronicleError, _on_chronicle)
+    for kind in ANSWERS:
+        app.add_exception_handler(kind, _on_ours)
     app.add_exception_handler(Exception, _on_bug)
 
 
@@ -74,7 +76,7 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     details = [_describe(one) for one in error.errors()]
     summary = "; ".join(one.detail for one in details)
-    return problem(request, 422, summary, kind=TYPES[QueryError], errors=details)
+    return problem(request, 422, summary, kind=BAD_PARAMETER, errors=details)
 
 
 def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework's own error records
@@ -96,24 +98,11 @@ async def _on_http(request: Request, error: Exception) -> Response:
     return problem(request, error.status_code, str(error.detail), headers=error.headers)
 
 
-async def _on_query(request: Request, error: Exception) -> Response:
-    assert isinstance(error, QueryError)
-    status = 400 if isinstance(error, CursorError | FilterError) else 422
-    detail = ProblemDetail(str(error), error.parameter)
-    return problem(request, status, str(error), kind=TYPES[type(error)], errors=[detail])
-
-
-async def _on_log(request: Request, error: Exception) -> Response:
-    return problem(request, 503, str(error), kind=TYPES[LogError], headers={"Retry-After": "1"})
-
-
-async def _on_missing(request: Request, error: Exception) -> Response:
-    return problem(request, 404, str(error), kind=TYPES[NotInLogError])
-
-
-async def _on_chronicle(request: Request, error: Exception) -> Response:
-    # The log holds another version of the chronicle than this program understands, or not what it would need.
-    return problem(request, 409, str(error), kind=TYPES[ChronicleError])
+async def _on_ours(request: Request, error: Exception) -> Response:
+    status, kind = next(ANSWERS[one] for one in type(error).__mro__ if one in ANSWERS)
+    details = [ProblemDetail(str(error), error.parameter)] if isinstance(error, QueryError) else []
+    headers = {"Retry-After": "1"} if status == HTTPStatus.SERVICE_UNAVAILABLE else None
+    return problem(request, status, str(error), kind=kind, errors=details, headers=headers)
 
 
 async def _on_bug(request: Request, error: Exception) -> Response:

@@ -5,7 +5,7 @@ event loop. One reads a body, and hands the rest of its work to such a thread. E
 stored; nothing is decoded on the way.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 from urllib.parse import urlencode
 
@@ -16,16 +16,22 @@ from starlette.responses import PlainTextResponse, Response
 
 from chronicles.explanation.json_form import to_json
 from dyknow.language.rendering import render_json
-from service.api.absence_parameters import describe_absence_parameters, read_absence_question
 from service.api.bodies import ChronicleList, ChronicleUse, EventExplanation, EventList, Index
 from service.api.openapi import EXPLANATION, FINDINGS, answers
-from service.api.parameters import Pairs, describe_parameters, read_question
+from service.api.parameters import (
+    Pairs,
+    describe_absence_parameters,
+    describe_event_parameters,
+    read_absence_question,
+    read_question,
+)
 from service.errors import QueryError
 from service.questions.explaining import Explainer
+from service.questions.notes import name_notes, run_notes
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import EventLog
-from service.texts.chronicle_checks import check_chronicles
+from service.texts.chronicle_files import check_chronicles
 
 JSON: Final = "application/json"
 
@@ -137,14 +143,16 @@ def _add_event_list(router: APIRouter, log: EventLog) -> None:
         description="Repeated parameters are alternatives; different parameters must all hold.",
         responses=answers(EventList, 400, 422),
         response_class=Response,
-        openapi_extra={"parameters": describe_parameters()},
+        openapi_extra={"parameters": describe_event_parameters()},
     )
     def list_events(request: Request) -> Response:
         """Answer with one page of the events that were asked for."""
         pairs = request.query_params.multi_items()
         question = read_question(pairs)
         page = find_events(log, question.wanted, limit=question.limit, cursor=question.cursor)
-        return _event_page(page, request.url.path, pairs)
+        is_empty = not page.items and question.cursor is None
+        notes = (*name_notes([log], question.wanted), *run_notes([log], question.wanted)) if is_empty else ()
+        return _event_page(page, request.url.path, pairs, notes)
 
 
 def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
@@ -182,9 +190,10 @@ def _refuse_parameters(request: Request) -> None:
         raise QueryError(f"query: expected no parameter, got {name!r}", parameter=name)
 
 
-def _event_page(page: EventPage, path: str, pairs: Pairs) -> Response:
+def _event_page(page: EventPage, path: str, pairs: Pairs, notes: Sequence[str]) -> Response:
     cursor = "null" if page.next_cursor is None else f'"{page.next_cursor}"'
-    body = f'{{"items":[{",".join(page.items)}],"next_cursor":{cursor},"as_of_seq":{page.as_of_seq}}}'
+    told = f',"notes":{msgspec.json.encode(notes).decode()}' if notes else ""
+    body = f'{{"items":[{",".join(page.items)}],"next_cursor":{cursor},"as_of_seq":{page.as_of_seq}{told}}}'
     response = _json(body.encode())
     if page.next_cursor is not None:
         query = urlencode([*(pair for pair in pairs if pair[0] != "cursor"), ("cursor", page.next_cursor)])

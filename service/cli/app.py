@@ -15,44 +15,40 @@ from typing import Annotated
 
 import typer
 
-from service.cli import exit_codes
-from service.cli.asking.draw import draw
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
-from service.cli.asking.monitor import monitor
-from service.cli.asking.recognise import recognise
+from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
-from service.cli.asking.tracks import tracks
+from service.cli.asking.tracks import draw, tracks
 from service.cli.making.demo import demo
-from service.cli.making.generate import generate
+from service.cli.making.generate import generate, trajectories
 from service.cli.making.process import process
-from service.cli.making.trajectories import trajectories
-from service.cli.texts.check import check
-from service.cli.texts.layout import format_files
-from service.cli.texts.run_examples import run_examples
+from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE
+from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 
-# A new command: write its function in its own module and add it here; the order is that of `dyknow --help`.
-COMMANDS: Mapping[str, Callable[..., None]] = {
-    "demo": demo,
-    "generate": generate,
-    "trajectories": trajectories,
-    "process": process,
-    "events": events,
-    "tracks": tracks,
-    "draw": draw,
-    "evaluate": evaluate,
-    "explain": explain,
-    "why-not": why_not,
-    "recognise": recognise,
-    "monitor": monitor,
-    "streams": streams,
-    "check": check,
-    "format": format_files,
-    "test": run_examples,
-    "serve": serve,
+# A new command: write its function in its own module and add it here with an example; the order is that of
+# `dyknow --help`.
+COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
+    "demo": (demo, "dyknow demo --out out/demo --seconds 30"),
+    "generate": (generate, "dyknow generate rural_overtaking --out scene --seed 7 --seconds 60"),
+    "trajectories": (trajectories, "dyknow trajectories junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
+    "process": (process, "dyknow process scene/video.mp4 --site scene/site.toml --log scene.db"),
+    "events": (events, "dyknow events scene.db --type overtake --from 00:10 --to 02:00"),
+    "tracks": (tracks, "dyknow tracks scene.db --car car7 --from 10s"),
+    "draw": (draw, "dyknow draw scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
+    "evaluate": (evaluate, "dyknow evaluate scene.db scene --what detection,tracks,events"),
+    "explain": (explain, "dyknow explain scene.db fb5840f804056320-1"),
+    "why-not": (why_not, "dyknow why-not scene.db overtake --role overtaker=car7 --limit 3"),
+    "recognise": (recognise, "dyknow recognise scene.db --chronicles mine.chronicle"),
+    "monitor": (monitor, "dyknow monitor scene.db rules.monitors"),
+    "streams": (streams, "dyknow streams scene.db"),
+    "check": (check, "dyknow check mine.chronicle --cost"),
+    "format": (format_files, "dyknow format mine.chronicle --check"),
+    "test": (run_examples, "dyknow test mine.chronicle --verbose"),
+    "serve": (serve, "dyknow serve scene.db --port 8420"),
 }
 
 PACKAGES = ("service", "gis", "vision", "anchoring", "qsr", "chronicles", "dyknow", "data_gen")
@@ -70,7 +66,7 @@ def main() -> None:
             "install dyknow anew, into an environment of its own (python -m venv)",
             file=sys.stderr,
         )
-        sys.exit(exit_codes.INVALID)
+        sys.exit(INVALID)
     sys.exit(run(sys.argv[1:]))
 
 
@@ -96,7 +92,7 @@ def run(arguments: Sequence[str]) -> int:
 
     Returns
     -------
-    The exit code; see `service.cli.exit_codes`.
+    The exit code; see `service.cli.printing`.
     """
     code = _run(arguments)
     try:
@@ -112,13 +108,13 @@ def _run(arguments: Sequence[str]) -> int:
         make_app()(list(arguments), prog_name="dyknow")
     except SystemExit as leaving:
         if isinstance(leaving.__context__, BrokenPipeError):
-            return exit_codes.OK  # typer leaves with 1 here, which is our own fault's code
-        return leaving.code if isinstance(leaving.code, int) else exit_codes.OK
+            return OK  # typer leaves with 1 here, which is our own fault's code
+        return leaving.code if isinstance(leaving.code, int) else OK
     except KeyboardInterrupt:
-        return exit_codes.INTERRUPTED
+        return INTERRUPTED
     except Exception as error:
         return report(error)
-    return exit_codes.OK
+    return OK
 
 
 def make_app() -> typer.Typer:
@@ -131,8 +127,8 @@ def make_app() -> typer.Typer:
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
     app.callback(invoke_without_command=True)(_program)
-    for name, command in COMMANDS.items():
-        app.command(name)(command)
+    for name, (command, example) in COMMANDS.items():
+        app.command(name, epilog=f"Example: {example}")(command)
     return app
 
 
@@ -142,16 +138,16 @@ def report(error: Exception) -> int:
         traceback.print_exception(error)
     if isinstance(error, QueryError):
         print(f"error: {error}", file=sys.stderr)
-        return exit_codes.USAGE
+        return USAGE
     if isinstance(error, OSError) and error.filename is not None:
         print(f"error: {error.filename}: expected a path that can be used, got {error.strerror!r}", file=sys.stderr)
-        return exit_codes.INVALID
+        return INVALID
     if not {kind.__module__ for kind in type(error).__mro__} & INPUT_ERROR_MODULES:
         came = f"{type(error).__name__}: {error}"
         print(f"error: dyknow: expected to finish, got {came!r} (DYKNOW_TRACEBACK=1 shows where)", file=sys.stderr)
-        return exit_codes.INTERNAL
+        return INTERNAL
     text = str(error)
-    code = exit_codes.BUSY if isinstance(error, RunBusyError) else exit_codes.INVALID
+    code = BUSY if isinstance(error, RunBusyError) else INVALID
     # The diagnostics of a chronicle text begin with their own `error[C0201]:`.
     print(text if text.startswith("error[") else f"error: {text}", file=sys.stderr)
     return code

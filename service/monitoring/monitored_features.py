@@ -11,6 +11,7 @@ from anchoring.linking.classes import CLASS_NAMES
 from dyknow.mtl.kinds import Kind, Signature
 from qsr.relations import RELATIONS
 from service.records import CarState
+from service.texts.idle_chronicles import ROAD_RELATIONS
 
 CarValue = float | str | bool | None
 
@@ -70,6 +71,4 @@ SIGNATURE = Signature(
     values=WORDS,
 )
 
-NEED_ROADS = frozenset(name for name, one in CAR_FEATURES.items() if one.needs_roads) | frozenset(
-    one.name for one in RELATIONS if one.frame == "map"
-)
+NEED_ROADS = ROAD_RELATIONS.union(name for name, one in CAR_FEATURES.items() if one.needs_roads)

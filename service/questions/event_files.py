@@ -3,10 +3,8 @@
 Every error names the file and the line.
 """
 
-import csv
 import math
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import msgspec
@@ -14,16 +12,13 @@ import msgspec
 from chronicles.adapter import value_text
 from chronicles.events import Event
 from service.errors import InputError
+from service.texts.csv_table import read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
 
 EVENT_SUFFIXES = (".jsonl", ".csv")
 
 _TIMES = {"t_us": 1, "t_s": 1_000_000}
 _ARGUMENT = "arg"
-
-# Stricter than int() and float(), which take 1_000 and words such as nan.
-_WHOLE = re.compile(r"[+-]?\d{1,18}", re.ASCII)
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
 class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -76,34 +71,21 @@ def _from_jsonl(path: Path, lines: Iterable[str]) -> Iterator[Event]:
 
 
 def _from_csv(path: Path, lines: Iterable[str]) -> Iterator[Event]:
-    table = csv.reader(lines, strict=True)  # else a quote that is never closed swallows the rest of the file
-    first = 1  # line of the row at hand
-    try:
-        header = [name.strip() for name in next(table, [])]
-        row_of = _checked_header(path, header)
-        first = table.line_num + 1
-        for fields in table:
-            where, first = f"{path}:{first}", table.line_num + 1
-            if not fields:
-                continue
-            if len(fields) != len(header):
-                raise InputError(f"{where}: expected {len(header)} fields, got {len(fields)}")
-            yield _from_row(where, row_of(fields))
-    except csv.Error as error:
-        raise InputError(f"{path}:{first}: expected a row of a CSV file, got {error}") from error
+    header, rows = read_table(str(path), lines)
+    _check_header(path, header)
+    for where, fields in rows:
+        yield _from_row(where, dict(zip(header, fields, strict=True)))
 
 
-def _checked_header(path: Path, header: list[str]) -> Callable[[list[str]], dict[str, str]]:
-    """Check the columns; return what makes a row of fields."""
+def _check_header(path: Path, header: list[str]) -> None:
+    refuse_twice(str(path), header, header)
     arguments = [name for name in header if _is_argument(name)]
-    known = {*_TIMES, "name", "old", "new", *arguments}
-    wrong = [name for name in header if name not in known or header.count(name) > 1]
-    if wrong or "name" not in header or not set(_TIMES) & set(header):
+    unknown = set(header) - {*_TIMES, "name", "old", "new", *arguments}
+    if unknown or "name" not in header or not set(_TIMES) & set(header):
         wanted = "columns t_us or t_s, name, arg1, arg2, ..., old, new"
         raise InputError(f"{path}:1: expected {wanted}, got {', '.join(header) or 'an empty file'}")
     if set(arguments) != {f"{_ARGUMENT}{place}" for place in range(1, len(arguments) + 1)}:
         raise InputError(f"{path}:1: expected arg1, arg2, ... without a gap, got {', '.join(arguments)}")
-    return lambda fields: dict(zip(header, (field.strip() for field in fields), strict=True))
 
 
 def _is_argument(name: str) -> bool:
@@ -111,22 +93,13 @@ def _is_argument(name: str) -> bool:
 
 
 def _from_row(where: str, row: Mapping[str, str]) -> Event:
-    times: dict[str, float] = {}
-    for name in _TIMES:
-        if row.get(name):
-            times[name] = _number(where, name, row[name])
+    times = {name: read_number(where, name, row[name], is_whole=name == "t_us") for name in _TIMES if row.get(name)}
     places = sorted((int(name.removeprefix(_ARGUMENT)), value) for name, value in row.items() if _is_argument(name))
     values = [value for _, value in places]
     while values and not values[-1]:
         values.pop()  # a shorter list of arguments leaves its last cells empty
     t_us = _only_time(where, times)
     return _event(where, row["name"], tuple(values), t_us, (row.get("old") or None, row.get("new") or None))
-
-
-def _number(where: str, name: str, text: str) -> float:
-    if not (_WHOLE if name == "t_us" else _DECIMAL).fullmatch(text):
-        raise InputError(f"{where}: column {name}: expected a number, got {text!r}")
-    return int(text) if name == "t_us" else float(text)
 
 
 def _only_time(where: str, times: Mapping[str, float]) -> int:
@@ -145,8 +118,9 @@ def _value(read: bool | str | msgspec.UnsetType | None) -> str | None:
 def _event(where: str, name: str, args: tuple[str, ...], t_us: int, change: tuple[str | None, str | None]) -> Event:
     """Make an event of what a line says; the old value is unknown where only the new one is given."""
     old, new = change
-    if not name or "" in args:
-        raise InputError(f"{where}: expected a name and arguments that are not empty, got {name!r} of {list(args)!r}")
+    if not all(one and one.isprintable() for one in (name, *args)):
+        expected = "expected a name and arguments that are not empty and fit on a line"
+        raise InputError(f"{where}: {expected}, got {name!r} of {list(args)!r}")
     if new is None and old is not None:
         raise InputError(f"{where}: expected 'new' beside 'old', got 'old' alone")
     return Event(name, args, t_us, "unknown" if new is not None and old is None else old, new)

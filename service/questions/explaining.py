@@ -4,7 +4,7 @@ The relation changes of the run are read back and handed to `chronicles.explanat
 is added here: by which links each car was taken for the one it is.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # JSON values
@@ -17,13 +17,14 @@ from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
-from dyknow.language.diagnostics import suggest
 from service.errors import FilterError, NotInLogError, QueryError
+from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
 from service.questions.stored_events import StoredEvents, check_watched, stored_events
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
 from service.texts.chronicle_files import chronicles_of, load_chronicle_files
+from service.texts.idle_chronicles import hinted
 from service.times import format_media
 
 Json = dict[str, Any]  # Any: a JSON object
@@ -135,6 +136,7 @@ class Explainer:
         name = _asked_chronicle(question.chronicle, run, chronicles)
         _check(question, run, chronicles, name)
         stored = stored_events(self._log, run.id)
+        self._check_covered(question, run)
         self._check_occur(question, run, stored)
         return why_not(
             chronicles,
@@ -147,6 +149,18 @@ class Explainer:
             limit=question.limit,
         )
 
+    def _check_covered(self, question: AbsenceQuestion, run: RunRecord) -> None:
+        """Refuse a window in which nothing was filmed: that explains all that is absent."""
+        first_us, last_us = self._log.covered_us(run.id) or (None, None)
+        start_us, end_us = question.start_us, question.end_us
+        is_after = start_us is not None and (last_us is None or start_us > last_us)
+        is_before = end_us is not None and (first_us is None or end_us <= first_us)
+        if is_after or is_before:
+            came = f"{'the start' if start_us is None else format_media(start_us)} to "
+            came += "the end" if end_us is None else format_media(end_us)
+            expected = f"expected a window in the time that it covers ({covered(self._log, run)})"
+            raise NotInLogError(f"run {run.id!r}: {expected}, got {came}: nothing was filmed then")
+
     def _check_occur(self, question: AbsenceQuestion, run: RunRecord, stored: StoredEvents) -> None:
         """Refuse things that the run has never heard of: why nothing happened to them is no question."""
         known = {one.car for one in self._log.cars(run.id)}
@@ -155,7 +169,7 @@ class Explainer:
         for role, value in question.roles.items():
             if value not in known:
                 expected = f"run {run.id!r}: expected something that occurs in it as role {role!r}, got {value!r}"
-                raise NotInLogError(f"{expected}{_hinted(value, known)}")
+                raise NotInLogError(f"{expected}{hinted(value, known)}")
 
     def _chronicles(self, run: RunRecord) -> ChronicleSet:
         # A run's identifier is a digest of its texts, so what was compiled for it stays right.
@@ -174,9 +188,7 @@ def _asked_chronicle(name: str, run: RunRecord, chronicles: ChronicleSet) -> str
     if emitters:
         wanted = f"{', '.join(emitters)}, which emit {name!r}"
         raise NotInLogError(f"run {run.id!r}: expected one of {wanted}, got {name!r}")
-    raise NotInLogError(
-        f"run {run.id!r}: expected one of its chronicles, got {name!r}{_hinted(name, chronicles.names)}"
-    )
+    raise NotInLogError(f"run {run.id!r}: expected one of its chronicles, got {name!r}{hinted(name, chronicles.names)}")
 
 
 def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> None:
@@ -191,12 +203,6 @@ def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, 
         raise FilterError(f"from: expected a time before 'to' ({end_us} us), got {start_us} us", parameter="from")
     if not 1 <= question.limit <= MAX_NEAR_MISSES:
         raise QueryError(f"limit: expected 1 to {MAX_NEAR_MISSES}, got {question.limit!r}", parameter="limit")
-
-
-def _hinted(name: str, known: Iterable[str]) -> str:
-    """Say which known name is nearest, or which there are when they are few."""
-    hint = suggest(name, sorted(known)).text
-    return f"; {hint}" if hint else ""
 
 
 def _occurrence(event: EventRecord) -> Occurrence:

@@ -30,7 +30,7 @@ from service.runs.recording import RecordedStreams, Recorder
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
-from service.texts.idle_chronicles import idle_in_stream, unfit_told
+from service.texts.idle_chronicles import idle_in_stream, idle_without_roads, unfit_told
 from service.times import utc_us
 from vision.errors import VideoBroken
 from vision.video.frames import VideoSource
@@ -282,7 +282,7 @@ def _run_record(
 ) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
     software = f"dyknow {version('dyknow')}"
-    file = _input_file(source.path, source.video)
+    file = _input_file(source)
     start_utc_us, start_from = _start(request, site, source.video)
     parts = (
         software,
@@ -315,15 +315,18 @@ def _run_record(
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         warnings=(
             *source.warnings,
+            *chronicles.doubts,
             *idle_in_stream(source.path.name, chronicles.merged, monitors.messages),
+            *(() if source.network is not None else idle_without_roads(source.path.name, chronicles.merged)),
             *(warning.render() for warning in pipeline.deployment.warnings),
         ),
         software=software,
     )
 
 
-def _input_file(path: Path, video: VideoSource | None) -> InputFile:
-    file = InputFile(path=str(path.absolute()), size_bytes=path.stat().st_size, digest=content_digest(path))
+def _input_file(source: Input) -> InputFile:
+    path, video, (size_bytes, digest) = source.path, source.video, source.contents
+    file = InputFile(path=str(path.absolute() if path.exists() else path), size_bytes=size_bytes, digest=digest)
     if video is None:
         return file
     return msgspec.structs.replace(

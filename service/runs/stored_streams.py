@@ -12,8 +12,6 @@ from service.records import ProcessRecord, StreamInput, StreamRecord
 from service.runs.pipeline import Pipeline
 from service.store.log import open_log
 
-# What a report and its record say in the same words.
-
 
 class RanStream(StreamRecord, frozen=True, kw_only=True):
     """What one process and its stream did in a run, and what that cost.

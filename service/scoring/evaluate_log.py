@@ -1,12 +1,23 @@
-"""How good is this log? Read a run's events and cars, and score them against a scene's truth."""
+"""How good is this log? A run's events against a scene's truth, and doubts, before anybody believes a score.
 
-from collections.abc import Iterable, Sequence
+A log knows the name of its site and where its cars were. Against the truth of another scene every score is a row of
+digits without meaning: the cars of one are not where the vehicles of the other are. And of times in which a moving
+camera did not know where it looked, a run should tell no event.
+"""
+
+import tomllib
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from dyknow.language.diagnostics import near
 from service.errors import TruthError
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import RunRecord
+from service.records import CarState, RunRecord
 from service.scoring.evaluate import (
     Evaluation,
     Positions,
@@ -18,6 +29,41 @@ from service.scoring.evaluate import (
 )
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import chronicles_of
+
+NEAR_M, LEAST_SHARE = 2.0, 0.7
+"""Where a car was seen the truth has a vehicle so near; in so many cases at least, even if vision is poor."""
+_LEAST_ROWS, _MOST_ROWS = 50, 2000
+
+
+@dataclass(frozen=True, slots=True)
+class LostViews:
+    """Hold when the view was lost, and what was told of these times nevertheless.
+
+    Attributes
+    ----------
+    losses_us : from when to when, half-open.
+    told : identifiers of the events of which a part lies in one of them.
+    events : how many events the run told in all.
+    """
+
+    losses_us: tuple[tuple[int, int], ...]
+    told: tuple[str, ...]
+    events: int
+
+    @property
+    def lost_s(self) -> float:
+        """Return for how long the view was lost in all."""
+        return sum(end_us - start_us for start_us, end_us in self.losses_us) / 1e6
+
+    def as_record(self) -> dict[str, object]:
+        """Return the figures as plain data, for JSON."""
+        return {
+            "losses": len(self.losses_us),
+            "lost_s": self.lost_s,
+            "events": self.events,
+            "events_told": len(self.told),
+            "told": list(self.told),
+        }
 
 
 def evaluate_log(url: str, truth_folder: Path, *, event_type: str, run: str | None = None) -> Evaluation:
@@ -59,7 +105,7 @@ def evaluate_log_types(
     truth, vehicles = load_truth(truth_folder)
     with open_log(url) as log:
         record = log.run(run)
-        cars = _car_positions(log, record.id)
+        cars = _positions(list(log.states(record.id)))
         scores = {}
         for event_type in event_types:
             recognised = load_events(log, record.id, event_type)
@@ -88,10 +134,129 @@ def load_events(log: EventLog, run_id: str, event_type: str) -> list[RecognisedE
     return [RecognisedEvent(one.id, one.type, one.roles, one.start_us, one.end_us) for one in events]
 
 
-def _car_positions(log: EventLog, run_id: str) -> Positions:
-    states = list(log.states(run_id))
+def _positions(states: Sequence[CarState]) -> Positions:
     return positions_from_rows(
         [state.t_us for state in states],
         [state.car for state in states],
         [(state.x_m, state.y_m) for state in states],
     )
+
+
+def scene_doubts(url: str, truth_folder: Path, *, run: str | None = None) -> tuple[str, ...]:
+    """Say what speaks against a folder being the truth of what a run saw.
+
+    Parameters
+    ----------
+    url : the event log.
+    truth_folder : where `truth.csv` is.
+    run : which run of the log; may be left out when there is only one.
+
+    Returns
+    -------
+    A message for each doubt; none if the two belong together as far as they tell.
+
+    Raises
+    ------
+    LogError, TruthError
+        If the log, the run or the truth cannot be read.
+    """
+    _, vehicles = load_truth(truth_folder)
+    with open_log(url) as log:
+        record = log.run(run)
+        seen = [state for state in log.states(record.id) if state.linked]
+    cars = _positions(seen)
+    return (*_doubts_by_name(record, truth_folder), *_doubts_by_place(record, cars, vehicles, truth_folder))
+
+
+def _doubts_by_name(record: RunRecord, folder: Path) -> Iterator[str]:
+    try:
+        name = tomllib.loads((folder / "site.toml").read_text(encoding="utf-8-sig")).get("name", "")
+    except (OSError, ValueError):
+        return  # The truth may come without its scene.
+    if record.site and name and name != record.site:
+        yield f"{folder}: expected the truth of the site that the run was given, {record.site!r}, got that of {name!r}"
+
+
+def _doubts_by_place(record: RunRecord, cars: Positions, vehicles: Positions, folder: Path) -> Iterator[str]:
+    if len(cars.ids) < _LEAST_ROWS:
+        return
+    rows = np.unique(np.linspace(0, len(cars.ids) - 1, _MOST_ROWS).astype(np.int64))
+    known, near = _nearness(cars.t_us[rows], cars.centre_m[rows], vehicles)
+    if known.mean() < LEAST_SHARE:
+        span = f"{vehicles.t_us[0] / 1e6:.2f} s to {vehicles.t_us[-1] / 1e6:.2f} s"
+        came = f"{cars.t_us[0] / 1e6:.2f} s to {cars.t_us[-1] / 1e6:.2f} s"
+        yield f"{folder}: expected a truth for the times at which run {record.id} saw cars, {came}, got one for {span}"
+    elif near[known].mean() < LEAST_SHARE:
+        yield (
+            f"{folder}: expected a vehicle of the truth within {NEAR_M:g} m of most cars that run {record.id} saw, "
+            f"got one at {near[known].mean():.0%} of them: is it the truth of this scene?"
+        )
+
+
+def _nearness(
+    t_us: NDArray[np.int64], centre_m: NDArray[np.float64], vehicles: Positions
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell of each row whether the truth knows its time, and whether it has a vehicle near it then."""
+    times_us, starts = np.unique(vehicles.t_us, return_index=True)
+    ends = np.append(starts[1:], len(vehicles.t_us))
+    step_us = float(np.median(np.diff(times_us))) if len(times_us) > 1 else 0.0
+    known, near = np.zeros(len(t_us), np.bool_), np.zeros(len(t_us), np.bool_)
+    for row, at_us in enumerate(t_us.tolist()):
+        place = min(int(np.searchsorted(times_us, at_us)), len(times_us) - 1)
+        if place and at_us - times_us[place - 1] < abs(int(times_us[place]) - at_us):
+            place -= 1
+        known[row] = abs(int(times_us[place]) - at_us) <= step_us
+        if known[row]:
+            tree = cKDTree(vehicles.centre_m[starts[place] : ends[place]])
+            near[row] = tree.query(centre_m[row])[0] <= NEAR_M
+    return known, near
+
+
+def find_lost_views(url: str, *, run: str | None = None) -> LostViews | None:
+    """Count the events that a run tells of times in which its view was lost.
+
+    Parameters
+    ----------
+    url : the event log.
+    run : which run of the log; may be left out when there is only one.
+
+    Returns
+    -------
+    The counts; None for a run whose camera did not move.
+
+    Raises
+    ------
+    LogError
+        If the log or the run cannot be read.
+    """
+    with open_log(url) as log:
+        run_id = log.run(run).id
+        losses_us = _losses(log, run_id)
+        if losses_us is None:
+            return None
+        events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
+    told = tuple(event.id for event in events if _is_within(event.start_us, event.end_us, losses_us))
+    return LostViews(losses_us, told, len(events))
+
+
+def _losses(log: EventLog, run_id: str) -> tuple[tuple[int, int], ...] | None:
+    """Read when the view was lost: from a row without a map to the next one with a map, or to the end of the run."""
+    views = list(log.views(run_id))
+    if not views:
+        return None
+    losses_us: list[tuple[int, int]] = []
+    lost_us: int | None = None
+    for view in views:
+        if not view.pixel_from_ground:
+            lost_us = view.t_us if lost_us is None else lost_us
+        elif lost_us is not None:
+            losses_us.append((lost_us, view.t_us))
+            lost_us = None
+    if lost_us is not None:
+        losses_us.append((lost_us, max((t_us for _, t_us in log.frames(run_id)), default=views[-1].t_us)))
+    return tuple(losses_us)
+
+
+def _is_within(start_us: int, end_us: int, losses_us: tuple[tuple[int, int], ...]) -> bool:
+    """Tell whether a part of an event lies in a loss; what ends with the loss's first moment does not."""
+    return any(start_us < to_us and end_us > from_us for from_us, to_us in losses_us)

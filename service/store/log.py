@@ -262,11 +262,17 @@ class EventLog:
         query = select(table.c.label, table.c.busy_us).where(_of_run(table.c.run_no, run_id))
         return dict(self._stream(query.order_by(table.c.number)))
 
+    def covered_us(self, run_id: str) -> tuple[int, int] | None:
+        """Return the times of the first and the last frame of a run; None if it has none."""
+        table = schema.frames
+        query = select(func.min(table.c.t_us), func.max(table.c.t_us)).where(_of_run(table.c.run_no, run_id))
+        with self.connect() as connection:
+            first_us, last_us = connection.execute(query).one()
+        return None if first_us is None else (first_us, last_us)
+
     def last_us(self, run_id: str) -> int:
         """Return the time of the last frame of a run, up to which everything is known; 0 if it has none."""
-        table = schema.frames
-        with self.connect() as connection:
-            return connection.scalar(select(func.max(table.c.t_us)).where(_of_run(table.c.run_no, run_id))) or 0
+        return (self.covered_us(run_id) or (0, 0))[1]
 
     def relations(
         self, run_id: str, *, name: str | None = None, from_us: int | None = None, to_us: int | None = None

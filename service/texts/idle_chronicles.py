@@ -12,7 +12,9 @@ from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.unfit_events import Reason, UnfitCounter, UnfitEvents
 from dyknow.language.diagnostics import suggest
-from qsr.relations import RANK
+from qsr.relations import RANK, RELATIONS
+
+ROAD_RELATIONS = frozenset(one.name for one in RELATIONS if one.frame in ("map", "road"))
 
 _TOLD_AT_MOST = 5
 
@@ -59,7 +61,7 @@ def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) 
     given = _given(chronicles) | names
     idle = (
         f"{where}: expected events {wanted.name!r}, which chronicle {plan.name!r} looks at, "
-        f"got none{_hint(wanted.name, names)}"
+        f"got none{hinted(wanted.name, names)}"
         for plan in chronicles.plans
         for wanted in _looked_at(plan)
         if wanted.is_needed and wanted.name not in given
@@ -80,7 +82,7 @@ def unfit_told(
     said = (
         f"{where}: {_EXPECTED[one.reason].format(repr(one.name))}, got {_events(one.count)}, "
         f"the first at {one.first.t_us} us: {_shown(one.first)}"
-        + (_hint(one.name, declared) if one.reason == "unknown name" else "")
+        + (hinted(one.name, declared) if one.reason == "unknown name" else "")
         for one in found
         if knows_names or one.reason != "unknown name"
     )
@@ -108,11 +110,39 @@ def idle_in_stream(where: str, chronicles: ChronicleSet, messages: Collection[st
     given = _given(chronicles).union(RANK, messages)
     return _shortened(
         f"{where}: expected relations and what chronicles or monitors give, got {wanted.name!r}, which "
-        f"chronicle {plan.name!r} looks at and nothing gives{_hint(wanted.name, given)}"
+        f"chronicle {plan.name!r} looks at and nothing gives{hinted(wanted.name, given)}"
         for plan in chronicles.plans
         for wanted in _looked_at(plan)
         if wanted.name not in given
     )
+
+
+def idle_without_roads(where: str, chronicles: ChronicleSet) -> tuple[str, ...]:
+    """Say which chronicles can find nothing where there are no roads.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> there = load("chronicle there[?c, ?r](t1) { event(on[?c, ?r]:(false, true), t1) }")
+    >>> idle_without_roads("t.csv", there)
+    ("t.csv: expected roads for on, got none: chronicle 'there' will find nothing",)
+    """
+    given = _given(chronicles)
+    idle: dict[str, set[str]] = {}
+    alive = {name for plan in chronicles.plans for name in plan.produces}
+    for _ in chronicles.plans:  # one that looks at what only idle ones give is idle too
+        for plan in chronicles.plans:
+            needed = {one.name for one in _looked_at(plan) if one.is_needed}
+            found = (needed & ROAD_RELATIONS) | ((needed & given) - alive)
+            if found:
+                idle[plan.name] = found
+        alive = {name for plan in chronicles.plans if plan.name not in idle for name in plan.produces}
+    if not idle:
+        return ()
+    relations = ", ".join(sorted(frozenset[str]().union(*idle.values()) & ROAD_RELATIONS))
+    names = ", ".join(map(repr, idle))
+    chronicle = "chronicle" if len(idle) == 1 else "chronicles"
+    return (f"{where}: expected roads for {relations}, got none: {chronicle} {names} will find nothing",)
 
 
 def _given(chronicles: ChronicleSet) -> frozenset[str]:
@@ -133,7 +163,8 @@ def _looked_at(plan: Plan) -> Iterator[_Wanted]:
         yield _Wanted(name, arity, is_change, is_needed)
 
 
-def _hint(name: str, known: Iterable[str]) -> str:
+def hinted(name: str, known: Iterable[str]) -> str:
+    """Say which known name is nearest, or which there are when they are few; "" if neither helps."""
     hint = suggest(name, sorted(known)).text
     return f"; {hint}" if hint else ""
 

@@ -4,7 +4,7 @@ import re
 
 import typer.main
 
-from service.cli import exit_codes
+from service.cli import printing
 from service.cli.app import COMMANDS, make_app
 from service.runs.inputs.site import SiteFile
 from service.runs.inputs.toml_tables import tables_of
@@ -30,7 +30,7 @@ def test_command_line_page_has_no_option_that_does_not_exist() -> None:
 
 
 def test_exit_codes_are_those_of_the_page() -> None:
-    codes = {value for name, value in vars(exit_codes).items() if name.isupper()}
+    codes = {value for name, value in vars(printing).items() if name.isupper()}
     assert [int(row[0]) for row in table("cli.md", "code")] == sorted(codes)
 
 

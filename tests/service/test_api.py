@@ -283,7 +283,9 @@ def test_openapi_describes_every_route_and_body(client: Client) -> None:
 def test_openapi_bodies_have_the_keys_that_are_sent(client: Client) -> None:
     schemas = client.get("/openapi.json").json()["components"]["schemas"]
     page = client.get("/api/v1/events").json()
-    assert set(page) == set(schemas["EventList"]["properties"])
+    assert set(page) == set(schemas["EventList"]["required"])
+    nothing = client.get("/api/v1/events?type=nosuch").json()
+    assert set(nothing) == set(schemas["EventList"]["properties"])
     assert set(page["items"][0]) == set(schemas["EventRecord"]["properties"])
     problem = client.get("/api/v1/events?limit=0").json()
     assert set(problem) == set(schemas["Problem"]["properties"])

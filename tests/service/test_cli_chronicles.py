@@ -290,7 +290,7 @@ def test_nothing_recognised_is_a_success(tmp_path: Path, capsys: pytest.CaptureF
 
 def test_an_event_file_with_a_fault_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["recognise", written(tmp_path, "e.csv", "t_us,name\nx,p\n")]) == 3
-    assert "e.csv:2: column t_us: expected a number, got 'x'" in capsys.readouterr().err
+    assert "e.csv:2: column t_us: expected a whole number, got 'x'" in capsys.readouterr().err
 
 
 ALONE = """\

@@ -1,6 +1,7 @@
 """Inputs that mean harm, or come from a broken disk, are refused in words with the documented exit code."""
 
 import os
+import threading
 from pathlib import Path
 
 import av
@@ -64,9 +65,30 @@ def test_an_input_that_may_not_be_read(
         raise PermissionError(13, "Permission denied", str(path))
 
     tracks = write_tracks(tmp_path / "t.csv", frames=2)
-    monkeypatch.setattr("service.runs.processing.content_digest", forbidden)
+    monkeypatch.setattr("service.runs.processing.open_input", forbidden)
     message = refused(capsys, "process", tracks, "--log", tmp_path / "a.db")
     assert "t.csv: expected a path that can be used, got 'Permission denied'" in message
+
+
+@pytest.mark.parametrize("address", ["rtsp://user@10.0.0.7:554/1", "https://example.org/cam.mp4", "/dev/zero"])
+def test_live_input_is_refused_in_one_true_sentence(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, address: str
+) -> None:
+    message = refused(capsys, "process", address, "--log", tmp_path / "a.db")
+    came = "a device" if address.startswith("/dev") else "an address"
+    expected = "expected a file, since live input cannot be read yet (record a clip of it first)"
+    assert message == f"error: {address}: {expected}, got {came}\n"
+
+
+def test_what_must_be_read_twice_is_refused_as_a_pipe(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    site = tmp_path / "site.toml"
+    os.mkfifo(site)
+    writer = threading.Thread(target=site.write_text, args=(SITE,))
+    writer.start()
+    tracks = write_tracks(tmp_path / "t.csv", frames=2)
+    message = refused(capsys, "process", tracks, "--site", site, "--log", tmp_path / "a.db")
+    writer.join()
+    assert "site.toml: expected a file that can be read twice, got a pipe" in message
 
 
 @pytest.mark.parametrize("text", ["", "# only a comment\n", "message honk[?car]\n"])

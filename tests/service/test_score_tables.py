@@ -1,6 +1,6 @@
 """Tables of scores: every figure in its place, and a dash where there is nothing to divide by."""
 
-from service.cli.score_tables import detection_table, tracks_table
+from service.cli.asking.evaluate import detection_table, tracks_table
 from service.scoring.detection import DetectionScore
 from service.scoring.tracks import TrackScore
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +23,8 @@ NO_SCORE = -1.0
 FAR_PX, FAR_M, LONG_M = 1e6, 1e7, 200.0
 MAX_T_US, MAX_FRAME = 10**14, 10**9
 MOT_LEAST = 6
+# Stricter than float(), which takes 1_0, words such as nan, and the digits of any script.
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 TIMES: Mapping[str, float] = {"t_us": 1.0, "t_s": 1e6, "frame": 1.0}
 UPRIGHT = ("left_px", "top_px", "width_px", "height_px")
@@ -240,12 +242,9 @@ def _number(where: str, name: str, text: str) -> float:
 
 
 def _within(where: str, name: str, text: str, limits: tuple[float, float]) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    if not _DECIMAL.fullmatch(text.strip()):
         raise VisionError(f"{where}: {name}: expected a finite number, got {text!r}")
+    value = float(text)
     if not limits[0] <= value <= limits[1]:
         raise VisionError(f"{where}: {name}: expected {limits[0]:g} to {limits[1]:g}, got {text!r}")
     return value

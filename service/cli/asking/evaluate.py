@@ -1,20 +1,24 @@
 """`dyknow evaluate`: how good is what was seen, followed and recognised, against the truth of a generated scene?"""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli import exit_codes
+from service.cli.options import AsJson, RunName
+from service.cli.printing import BELOW_THRESHOLD, format_table, print_json, tell
 
 if TYPE_CHECKING:
+    from service.scoring.detection import DetectionScore
     from service.scoring.evaluate import Evaluation
-    from service.scoring.evaluate_views import LostViews
+    from service.scoring.evaluate_log import LostViews
     from service.scoring.scene_scores import SceneScore
+    from service.scoring.tracks import TrackScore
 
 DETECTION, TRACKS, EVENTS = "detection", "tracks", "events"
+NONE = "-"
 PARTS = (DETECTION, TRACKS, EVENTS)
 
 
@@ -32,15 +36,13 @@ def evaluate(
         typer.Option("--what", help="Some of detection,tracks,events; default: events, with --tracks the other two."),
     ] = None,
     event_type: Annotated[str, typer.Option("--type", help="Event type to score.")] = "overtake",
-    run: Annotated[str | None, typer.Option("--run", help="Run to score, if the log holds several.")] = None,
+    run: RunName = None,
     min_f1: Annotated[
         float | None, typer.Option("--min-f1", min=0.0, max=1.0, help="Exit with 5 below this F1 of events.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""
-    import msgspec
-
     parts = _parts(what, has_log=_is_log(log, tracks))
     if min_f1 is not None and EVENTS not in parts:
         raise typer.BadParameter(f"expected {EVENTS} among --what, got {','.join(parts)}", param_hint="--min-f1")
@@ -50,7 +52,7 @@ def evaluate(
     lost = _doubt(log, scene, run) if log is not None else None
     if as_json:
         record = _record(parts, evaluation, scores, is_flat=what is None)
-        print(msgspec.json.encode(record if lost is None else record | {"lost_view": lost.as_record()}).decode())
+        print_json(record if lost is None else record | {"lost_view": lost.as_record()})
     else:
         print("\n\n".join([*_texts(parts, evaluation, scores), *(() if lost is None else [describe_lost_views(lost)])]))
     if min_f1 is not None and evaluation is not None:
@@ -59,11 +61,9 @@ def evaluate(
 
 def _doubt(log: str, scene: Path, run: str | None) -> "LostViews | None":
     """Warn if the truth seems to be that of another scene; give what was told while the view was lost."""
-    from service.scoring.evaluate_scene import scene_doubts
-    from service.scoring.evaluate_views import find_lost_views
+    from service.scoring.evaluate_log import find_lost_views, scene_doubts
 
-    for doubt in scene_doubts(log, scene, run=run):
-        print(f"warning: {doubt}", file=sys.stderr)
+    tell("warning", scene_doubts(log, scene, run=run))
     return find_lost_views(log, run=run)
 
 
@@ -76,7 +76,7 @@ def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:
     f1 = evaluation.f1  # None: nothing to find and nothing claimed
     if f1 is not None and f1 < min_f1:
         print(f"error: {evaluation.type}: expected F1 >= {min_f1}, got {f1:.3f}", file=sys.stderr)
-        raise typer.Exit(exit_codes.BELOW_THRESHOLD)
+        raise typer.Exit(BELOW_THRESHOLD)
 
 
 def _is_log(log: str | None, tracks: Path | None) -> bool:
@@ -134,8 +134,6 @@ def _record(
 
 
 def _texts(parts: Sequence[str], evaluation: "Evaluation | None", scores: "SceneScore | None") -> list[str]:
-    from service.cli.score_tables import detection_table, tracks_table
-
     texts = []
     if scores is not None and DETECTION in parts:
         texts.append(detection_table(scores.detection, scores.seen_by).rstrip("\n"))
@@ -168,14 +166,63 @@ def describe(evaluation: "Evaluation") -> str:
 
 def describe_lost_views(lost: "LostViews") -> str:
     """Write for people what was told of times in which the view was lost."""
-    counted = f"{len(lost.losses_us)} {'loss' if len(lost.losses_us) == 1 else 'losses'}, {lost.lost_s:.2f} s"
-    return f"lost view ({counted}): {len(lost.told)} of {lost.events} events told of that time; there should be none"
+    losses = f"{len(lost.losses_us)} {'loss' if len(lost.losses_us) == 1 else 'losses'}, {lost.lost_s:.2f} s"
+    return f"lost view ({losses}): {len(lost.told)} of {lost.events} events told of that time; there should be none"
 
 
 def _share(value: float | None, successes: int, trials: int) -> str:
     from service.scoring.proportions import wilson_interval
 
     if value is None:
-        return "-"
+        return NONE
     low, high = wilson_interval(successes, trials)
     return f"{value:.3f}  (95 %: {low:.3f} to {high:.3f})"
+
+
+def detection_table(score: "DetectionScore", seen_by: str) -> str:
+    """Lay out how well vehicles are seen; a row of the counts is one vehicle in one frame.
+
+    Parameters
+    ----------
+    score : the figures. seen_by : what was compared with the truth, such as "vision objects".
+    """
+    from service.scoring.detection import REACH_M
+
+    standing = score.standing_right + score.standing_missed
+    rows = [
+        _share_row("precision", score.right, score.right + score.wrong),
+        _share_row("recall", score.right, score.right + score.missed),
+        _share_row("standing recall", score.standing_right, standing),
+        *(_share_row(f"recall of {kind}", *_of_both(counts)) for kind, counts in score.by_kind.items() if kind),
+    ]
+    error = f"mean {score.mean_error_m:.3f} m, 95 % below {score.most_error_m:.3f} m" if score.right else NONE
+    return (
+        format_table([f"detection: {seen_by}", "share", "95 %", "rows"], rows)
+        + f"found within {REACH_M:g} m; centre error: {error}; {score.border} found rows at the border\n"
+    )
+
+
+def tracks_table(scores: Mapping[str, "TrackScore"]) -> str:
+    """Lay out how well vehicles are followed, a line for each level at which names are given."""
+    titles = ["tracks", "HOTA", "DetA", "AssA", "LocA", "IDF1", "IDP", "IDR", "MOTA"]
+    counts = ["switches", "fragmentations", "found", "true"]
+    rows = []
+    for level, one in scores.items():
+        shares = (one.hota, one.det_a, one.ass_a, one.loc_a, one.idf1, one.idp, one.idr, one.mota)
+        numbers = (one.id_switches, one.fragmentations, one.found_tracks, one.true_tracks)
+        rows.append([level, *(f"{share:.3f}" for share in shares), *map(str, numbers)])
+    return format_table([*titles, *counts], rows)
+
+
+def _share_row(name: str, part: int, whole: int) -> list[str]:
+    from service.scoring.proportions import wilson_interval
+
+    if not whole:
+        return [name, NONE, NONE, NONE]
+    low, high = wilson_interval(part, whole)
+    return [name, f"{part / whole:.3f}", f"{low:.3f} to {high:.3f}", f"{part} of {whole}"]
+
+
+def _of_both(counts: tuple[int, int]) -> tuple[int, int]:
+    right, missed = counts
+    return right, right + missed

@@ -3,11 +3,12 @@
 import sys
 from contextlib import ExitStack
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli import exit_codes
+from service.cli.options import AsJson, read_roles
+from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,38 +20,19 @@ if TYPE_CHECKING:
 
 TABLE_LIMIT = 100
 
-
-class EventFormat(StrEnum):
-    """How to print events."""
-
-    table = "table"
-    jsonl = "jsonl"
-    csv = "csv"
-
-
-class Match(StrEnum):
-    """How an event must lie to the window."""
-
-    overlap = "overlap"
-    start = "start"
-    end = "end"
-    inside = "inside"
+# The words are those of `service.questions.queries`, which loads more than help needs.
+EventFormat = Literal["table", "jsonl", "csv", "json"]
+Match = Literal["overlap", "start", "end", "inside"]
+Order = Literal["start", "-start"]
 
 
 class Status(StrEnum):
-    """What is known of an event; without a choice, everything but retracted ones."""
+    """What is known of an event; an enumeration, since typer takes no list of literals."""
 
     recognised = "recognised"
     tentative = "tentative"
     confirmed = "confirmed"
     retracted = "retracted"
-
-
-class Order(StrEnum):
-    """By start, earliest or latest first."""
-
-    start = "start"
-    latest = "-start"
 
 
 Logs = Annotated[list[str] | None, typer.Argument(metavar="LOG...", help="Event logs: sqlite:///PATH or PATH.db.")]
@@ -65,7 +47,7 @@ def events(
         str | None, typer.Option("--from", help="Start of the window: 12.5s, 01:23, 12500000 (us) or RFC 3339.")
     ] = None,
     end: Annotated[str | None, typer.Option("--to", help="End of the window, excluded.")] = None,
-    match: Annotated[Match, typer.Option(help="How an event must lie to the window.")] = Match.overlap,
+    match: Annotated[Match, typer.Option(help="How an event must lie to the window.")] = "overlap",
     actors: Annotated[Texts, typer.Option("--actor", help="Object in any role; repeat for alternatives.")] = None,
     roles: Annotated[Texts, typer.Option("--role", metavar="NAME=ID", help="Object in this role.")] = None,
     roads: Annotated[Texts, typer.Option("--road", help="Road on which the event began.")] = None,
@@ -77,8 +59,9 @@ def events(
     limit: Annotated[
         int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
     ] = None,
-    order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = Order.start,
-    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl or csv.")] = EventFormat.table,
+    order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = "start",
+    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl, csv or json.")] = "table",
+    as_json: AsJson = False,
     fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
 ) -> None:
     """List recognised events of one or more logs."""
@@ -88,41 +71,19 @@ def events(
         types=tuple(types or ()),
         from_=_time(start, "--from"),
         to=_time(end, "--to"),
-        match=match.value,
+        match=match,
         actors=tuple(actors or ()),
         roles=read_roles(roles or ()),
         roads=tuple(roads or ()),
         sources=tuple(sources or ()),
         runs=tuple(runs or ()),
-        statuses=tuple(status.value for status in statuses or ()),
-        order=order.value,
+        statuses=tuple(one.value for one in statuses or ()),
+        order=order,
     )
-    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, output, limit)
+    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, "json" if as_json else output, limit)
     if fail_empty and count == 0:
         print("nothing found", file=sys.stderr)
-        raise typer.Exit(exit_codes.NOTHING_FOUND)
-
-
-def read_roles(texts: "Sequence[str]") -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Read `NAME=ID` texts; the same name again adds an alternative.
-
-    Raises
-    ------
-    typer.BadParameter
-        If a text is not of this form.
-
-    Examples
-    --------
-    >>> read_roles(["overtaker=car7", "overtaken=car3", "overtaker=car9"])
-    (('overtaken', ('car3',)), ('overtaker', ('car7', 'car9')))
-    """
-    roles: dict[str, list[str]] = {}
-    for text in texts:
-        name, equals, actor = text.partition("=")
-        if not (name and equals and actor):
-            raise typer.BadParameter(f"expected NAME=ID, such as overtaker=car7, got {text!r}", param_hint="--role")
-        roles.setdefault(name, []).append(actor)
-    return tuple((name, tuple(actors)) for name, actors in sorted(roles.items()))
+        raise typer.Exit(NOTHING_FOUND)
 
 
 def _time(text: str | None, parameter: str) -> "TimePoint | None":
@@ -134,6 +95,7 @@ def _time(text: str | None, parameter: str) -> "TimePoint | None":
 def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
     """Print the events of some logs; return how many."""
     from service.export.events import write_events_csv, write_events_jsonl
+    from service.questions.notes import name_notes, run_notes
     from service.questions.queries import find_role_names
     from service.store.log import open_log
 
@@ -141,13 +103,19 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
         raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")
     with ExitStack() as stack:
         logs = [stack.enter_context(open_log(url)) for url in urls]
-        if output is EventFormat.table:
-            return _print_table(logs, wanted, limit or TABLE_LIMIT)
         texts = merged_events(logs, wanted, limit=limit)
-        if output is EventFormat.jsonl:
-            return write_events_jsonl(texts, sys.stdout)
-        role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
-        return write_events_csv(texts, role_names, sys.stdout)
+        runs_told = tuple(run_notes(logs, wanted))
+        if output == "table":
+            count = _print_table(logs, wanted, limit or TABLE_LIMIT)
+        elif output == "jsonl":
+            count = write_events_jsonl(texts, sys.stdout)
+        elif output == "json":
+            count = print_json_list("items", texts, notes=runs_told)
+        else:
+            role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
+            count = write_events_csv(texts, role_names, sys.stdout)
+        tell("note", (*runs_told, *(() if count else name_notes(logs, wanted))))
+        return count
 
 
 def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: int | None) -> "Iterator[str]":
@@ -166,7 +134,6 @@ def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: i
 
 
 def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) -> int:
-    from service.cli.tables import format_table
     from service.questions.queries import decode_event
 
     found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
@@ -180,7 +147,6 @@ def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) 
 def _row(event: "EventRecord") -> list[str]:
     from service.times import format_media
 
-    roles = " ".join(f"{role}={actor}" for role, actor in event.roles.items())
     road = event.place.road if event.place else ""
     start, end = format_media(event.start_us), format_media(event.end_us)
-    return [start, end, event.type, roles, road, event.status, event.source, event.id]
+    return [start, end, event.type, shown_roles(event.roles.items()), road, event.status, event.source, event.id]

@@ -1,46 +1,34 @@
-"""`dyknow recognise`: do these chronicles occur in what is stored?"""
+"""`dyknow recognise` and `dyknow monitor`: do these chronicles occur in what is stored, and who breaks these rules?"""
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli.counted import counted
-from service.cli.texts.stream_option import StreamOption, hinting_at_stream, tell_stream
+from service.cli.options import AsJson, ChronicleFiles, LogName, RunName, StreamOption, hinting_at_stream, tell_stream
+from service.cli.printing import counted, format_table, print_json, shown_roles, tell
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
     from typing import TextIO
 
     from chronicles.events import Event, Occurrence
+    from dyknow.monitors.monitors import MonitorEvent
+    from service.monitoring.stored_monitoring import Monitored
     from service.questions.recognition import Recognised
 
 
-class OccurrenceFormat(StrEnum):
-    """How to print occurrences."""
-
-    table = "table"
-    jsonl = "jsonl"
-
-
-class Executor(StrEnum):
-    """Who finds the occurrences; all find the same."""
-
-    eager = "eager"
-    backfill = "backfill"
+OccurrenceFormat = Literal["table", "jsonl", "json"]
+Executor = Literal["eager", "backfill"]
 
 
 def recognise(
     source: Annotated[
         str, typer.Argument(metavar="INPUT", help="Event log (.db), or a file of events (.jsonl, .csv).")
     ],
-    chronicles: Annotated[
-        list[Path] | None,
-        typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
-    ] = None,
-    run: Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")] = None,
+    chronicles: ChronicleFiles = None,
+    run: RunName = None,
     executor: Annotated[
         Executor | None, typer.Option(help="Who finds them; all find the same. Default: backfill, live eager.")
     ] = None,
@@ -48,19 +36,20 @@ def recognise(
         str | None,
         typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager."),
     ] = None,
-    output: Annotated[OccurrenceFormat, typer.Option("--format", help="table or jsonl.")] = OccurrenceFormat.table,
+    output: Annotated[OccurrenceFormat, typer.Option("--format", help="table, jsonl or json.")] = "table",
     out: Annotated[Path | None, typer.Option("--out", help="File to write to instead of standard output.")] = None,
     stream: StreamOption = None,
     until: Annotated[
         str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
     from service.questions.recognition import recognise_stored
     from service.store.location import is_log_name
     from service.times import parse_media_us
 
-    if lateness is not None and executor is Executor.backfill:
+    if lateness is not None and executor == "backfill":
         raise typer.BadParameter("expected eager to go with --lateness, got backfill", param_hint="--executor")
     if out is not None:
         _check_apart(out, source, chronicles or ())
@@ -70,28 +59,23 @@ def recognise(
             source,
             chronicles or (),
             run=run,
-            executor=None if executor is None else executor.value,
+            executor=executor,
             lateness_us=None if lateness is None else parse_media_us(lateness, parameter="--lateness"),
-            stream=None if stream is None else stream.value,
+            stream=stream,
             until_us=None if until is None else parse_media_us(until, parameter="--until"),
         )
+    output = "json" if as_json else output
     if out is None:
-        _write(found.occurrences, output, sys.stdout)
+        _write(found, output, sys.stdout)
     else:
         with out.open("w", encoding="utf-8") as file:
-            _write(found.occurrences, output, file)
-    _tell(found)
-    if is_open:
-        tell_stream(found.stream, is_doubtful=bool(found.warnings))
-
-
-def _tell(found: "Recognised") -> None:
-    """Say on stderr what may be wrong with the question or the events."""
-    for warning in found.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+            _write(found, output, file)
+    tell("warning", found.warnings)
     if found.late_count:
         late = counted(found.late_count, "event")
         print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
+    if is_open:
+        tell_stream(found.stream, is_doubtful=bool(found.warnings))
 
 
 def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
@@ -104,25 +88,23 @@ def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
         raise InputError(f"{out}: expected a new file, got one that is being read")
 
 
-def _write(occurrences: "Iterable[Occurrence]", output: OccurrenceFormat, out: "TextIO") -> None:
-    if output is OccurrenceFormat.jsonl:
-        import msgspec
+def _write(found: "Recognised", output: OccurrenceFormat, out: "TextIO") -> None:
+    import msgspec
 
-        for one in occurrences:
-            out.write(msgspec.json.encode(occurrence_record(one)).decode() + "\n")
-        return
-    from service.cli.tables import format_table
     from service.times import format_media
 
-    rows = [
-        [format_media(one.start_us), format_media(one.end_us), one.chronicle, _roles(one), " ".join(one.reports)]
-        for one in occurrences
-    ]
-    out.write(format_table(["start", "end", "chronicle", "roles", "reports"], rows))
-
-
-def _roles(occurrence: "Occurrence") -> str:
-    return " ".join(f"{role}={value}" for role, value in occurrence.roles.items())
+    records = [occurrence_record(one) for one in found.occurrences] if output != "table" else []
+    if output == "json":
+        whole = {"stream": found.stream, "late_count": found.late_count, "occurrences": records}
+        out.write(msgspec.json.encode(whole).decode() + "\n")
+    elif output == "jsonl":
+        out.writelines(msgspec.json.encode(one).decode() + "\n" for one in records)
+    else:
+        rows = []
+        for one in found.occurrences:
+            start, end = format_media(one.start_us), format_media(one.end_us)
+            rows.append([start, end, one.chronicle, shown_roles(one.roles.items()), " ".join(one.reports)])
+        out.write(format_table(["start", "end", "chronicle", "roles", "reports"], rows))
 
 
 def occurrence_record(occurrence: "Occurrence") -> dict[str, object]:
@@ -142,3 +124,49 @@ def occurrence_record(occurrence: "Occurrence") -> dict[str, object]:
 def _event_record(event: "Event") -> dict[str, object]:
     change = {} if event.new is None else {"old": event.old, "new": event.new}
     return {"t_us": event.t_us, "name": event.name, "args": event.args, **change}
+
+
+def monitor(
+    log: LogName,
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of monitors.")],
+    run: RunName = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run monitors over the stored cars and relations of a log; show what was violated or satisfied, and when."""
+    from service.monitoring.stored_monitoring import monitor_log
+
+    found = monitor_log(log, files, run=run)
+    if as_json:
+        events = [_verdict_record(event) for event in found.events]
+        print_json({"run": found.run, "events": events, "monitors": found.report})
+    else:
+        _print_verdicts(found)
+
+
+def _verdict_record(event: "MonitorEvent") -> dict[str, object]:
+    return {
+        "monitor": {"name": event.monitor, "version": event.version},
+        "outcome": event.outcome,
+        "roles": dict(event.roles),
+        "since_us": event.since_us,
+        "t_us": event.t_us,
+    }
+
+
+def _print_verdicts(found: "Monitored") -> None:
+    from service.times import format_media
+
+    rows = [
+        [
+            format_media(event.t_us),
+            event.monitor,
+            event.outcome,
+            shown_roles(event.roles),
+            format_media(event.since_us),
+        ]
+        for event in found.events
+    ]
+    print(format_table(["time", "monitor", "verdict", "roles", "since"], rows), end="")
+    for one in found.report:
+        counts = f"{one.violated} violated, {one.satisfied} satisfied, {one.undecided} undecided"
+        print(f"{one.monitor}: {counts}", file=sys.stderr)

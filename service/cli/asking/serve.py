@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from service.cli.options import LogName
+
 PORT = 8420
 BACKLOG = 128
 
 
 def serve(
-    log: Annotated[str, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")],
+    log: LogName,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
 ) -> None:

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.options import AsJson, RunName
+from service.cli.printing import format_table, print_json
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -21,10 +24,10 @@ def streams(
         str | None,
         typer.Argument(metavar="[LOG]", help="Event log: sqlite:///PATH or PATH.db. Without: what is declared."),
     ] = None,
-    run: Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")] = None,
+    run: RunName = None,
     kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
     graph: Annotated[Path | None, typer.Option("--graph", help="Write a graph too, into a file .mmd or .dot.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the processes of a run and what their streams carried; without a log, what is declared."""
     _check_options(log, run=run, kpl=kpl, graph=graph)
@@ -68,10 +71,8 @@ def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: b
 
 
 def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
-    from service.cli.tables import format_table
-
     if as_json:
-        _print_json(stored)
+        print_json(stored)
         return
     titles = ["label", "made of", "reads", "published", "dropped", "queued", "rate", "lag", "cost"]
     titles += ["last time", "last value"]
@@ -104,12 +105,10 @@ def _cost(stream: "RanStream") -> str:
 
 
 def _print_declared(declared: "DeclaredStreams", *, as_json: bool) -> None:
-    from service.cli.tables import format_table
-
     for warning in declared.warnings:
         print(warning, file=sys.stderr)
     if as_json:
-        _print_json(declared)
+        print_json(declared)
         return
     processes = [[one.label, one.kind, one.made_of, one.type, _reads(one.inputs)] for one in declared.processes]
     handed_out = [[one.name, "stream", "", "", f"{one.label} with {one.policy}"] for one in declared.streams]
@@ -118,9 +117,3 @@ def _print_declared(declared: "DeclaredStreams", *, as_json: bool) -> None:
 
 def _reads(inputs: "Sequence[StreamInput]") -> str:
     return "; ".join(f"{one.label} with {one.policy}" for one in inputs)
-
-
-def _print_json(found: object) -> None:
-    import msgspec
-
-    print(msgspec.json.encode(found).decode())

@@ -1,45 +1,48 @@
-"""`dyknow tracks`: where were the cars of a run?"""
+"""`dyknow tracks` and `dyknow draw`: where were the cars of a run, as rows and on the frames of its video?"""
 
 import sys
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+
+from service.cli.options import AsJson, From, LogName, RunName, To, read_window
+from service.cli.printing import print_json, print_json_list
 
 if TYPE_CHECKING:
     from service.records import RunRecord
     from service.store.log import EventLog
 
 
-class TrackFormat(StrEnum):
-    """How to print tracks."""
-
-    csv = "csv"
-    mot = "mot"
+PICTURES = (".png", ".jpg")
 
 
 def tracks(
-    log: Annotated[str, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")],
+    log: LogName,
     output: Annotated[
-        TrackFormat, typer.Option("--format", help="csv, or mot (boxes in the image).")
-    ] = TrackFormat.csv,
-    run: Annotated[str | None, typer.Option("--run", help="Run to print, if the log holds several.")] = None,
+        Literal["csv", "mot"], typer.Option("--format", help="csv, or mot (boxes in the image).")
+    ] = "csv",
+    run: RunName = None,
     car: Annotated[str | None, typer.Option("--car", help="One car symbol only.")] = None,
-    start: Annotated[str | None, typer.Option("--from", help="First media time: 12.5s, 01:23, 12500000 (us).")] = None,
-    end: Annotated[str | None, typer.Option("--to", help="Media time to stop before.")] = None,
+    start: From = None,
+    end: To = None,
+    as_json: AsJson = False,
 ) -> None:
     """Print car symbols over time, in metres (csv) or in the image (mot)."""
+    import msgspec
+
     from service.export.tracks import write_tracks_csv
     from service.store.log import open_log
-    from service.times import parse_media_us
 
-    from_us = None if start is None else parse_media_us(start, parameter="--from")
-    to_us = None if end is None else parse_media_us(end, parameter="--to")
+    from_us, to_us = read_window(start, end)
     with open_log(log) as opened:
         record = opened.run(run)
         if car is not None:
             _check_car(opened, record, car)
-        if output is TrackFormat.csv:
+        if as_json:
+            states = opened.states(record.id, car=car, from_us=from_us, to_us=to_us)
+            print_json_list("states", (msgspec.json.encode(one).decode() for one in states), run=record.id)
+        elif output == "csv":
             write_tracks_csv(opened.states(record.id, car=car, from_us=from_us, to_us=to_us), sys.stdout)
         else:
             _print_mot(opened, record, car, from_us, to_us)
@@ -75,3 +78,29 @@ def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int 
             f"{report.without_frame} between frames",
             file=sys.stderr,
         )
+
+
+def draw(
+    video: Annotated[Path, typer.Argument(help="The video that was processed.")],
+    log: LogName,
+    out: Annotated[Path, typer.Option("--out", help="A video (.mp4) or a single picture (.png, .jpg).")],
+    start: From = "0",
+    end: To = None,
+    run: RunName = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draw cars, trails and events of a log on its video, or on the frame at --from."""
+    from service.errors import InputError
+    from service.export.draw_video import draw_picture, draw_video
+
+    from_us, to_us = read_window(start, end)
+    if from_us is None or (to_us is not None and to_us <= from_us):
+        raise InputError(f"--to: expected a time after --from, got {end!r} and {start!r}")
+    suffix = out.suffix.lower()
+    if suffix in PICTURES:
+        draw_picture(video, log, out, at_us=from_us, run=run)
+    elif suffix == ".mp4":
+        draw_video(video, log, out, from_us=from_us, to_us=to_us, run=run)
+    else:
+        raise InputError(f"--out: expected a path ending in .mp4, .png or .jpg, got {str(out)!r}")
+    print_json({"out": str(out), "bytes": out.stat().st_size}) if as_json else print(out)

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.options import AsJson
+from service.cli.printing import format_table, print_json
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -19,6 +22,7 @@ def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for everything the demo makes.")] = Path("out/demo"),
     seed: Annotated[int, typer.Option("--seed", min=0, help="Another seed, other traffic.")] = 3,
     seconds: Annotated[float, typer.Option("--seconds", min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
+    as_json: AsJson = False,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
     from data_gen.scene import generate
@@ -28,20 +32,27 @@ def demo(
     from service.scoring.evaluate_log import evaluate_log
 
     scene, log = out / "scene", str(out / "log.db")
+
+    def say(line: str) -> None:
+        if not as_json:
+            print(line, flush=True)
+
     out.mkdir(parents=True, exist_ok=True)
     # The demo shows one run: another seed before would leave its run in the log.
     for old in out.glob("log.db*"):
         old.unlink()
-    print(
-        f"1. A road with {seconds:.0f} s of simulated traffic ({SCENARIO}, seed {seed}), drawn as video ...", flush=True
-    )
+    say(f"1. A road with {seconds:.0f} s of simulated traffic ({SCENARIO}, seed {seed}), drawn as video ...")
     with drawing_bar("drawing") as on_frame:
         generate(SCENARIO, seed=seed, duration_us=round(seconds * 1e6), out_dir=scene, progress=on_frame)
-    print("2. The video goes through vision, anchoring, relations and chronicles ...", flush=True)
+    say("2. The video goes through vision, anchoring, relations and chronicles ...")
     request = RunRequest(scene / "video.mp4", scene / "site.toml", log)
     with progress_bar("processing") as on_progress:
         summary = process(request, on_progress=on_progress)
     evaluation = evaluate_log(log, scene, event_type="overtake", run=summary.run)
+    if as_json:
+        files = {"log": log, "video": str(scene / "video.mp4"), "site": str(scene / "site.toml")}
+        print_json({"run": summary.run, "status": summary.status, **files, "evaluation": evaluation.as_record()})
+        return
     print("3. Overtakes, recognised from the video alone, beside what really happened:\n")
     _print_table(evaluation)
     _print_figures(evaluation, summary)
@@ -49,8 +60,6 @@ def demo(
 
 
 def _print_table(evaluation: "Evaluation") -> None:
-    from service.cli.tables import format_table
-
     titles = ("recognised", "from", "to", "truth", "from", "to", "")
     print(format_table(titles, [row[1:] for row in sorted(_rows(evaluation))]), end="")
 

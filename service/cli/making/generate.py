@@ -1,47 +1,39 @@
-"""`dyknow generate`: where do test videos come from? A synthetic scene with exact truth."""
+"""`dyknow generate` and `dyknow trajectories`: where do test videos and tracks come from? Scenes with exact truth."""
 
 import sys
-from contextlib import nullcontext
-from enum import StrEnum
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from service.cli.options import AsJson, ScenarioOptions, Seed, read_pairs
+from service.cli.printing import print_json
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextlib import AbstractContextManager
+    from collections.abc import Callable, Iterator
 
 
-class CameraChoice(StrEnum):
-    """How the scene is filmed; the names are those of `data_gen.drawing.cameras`, which loads more than help needs."""
+SCENE_FILES = ("truth.csv", "camera.csv")
 
-    VERTICAL = "vertical"
-    OBLIQUE = "oblique"
-    UAV = "uav"
-
-
-class WeatherChoice(StrEnum):
-    """The light; the names are those of `data_gen.drawing.sun`."""
-
-    SUNNY = "sunny"
-    CLOUDS = "clouds"
-    OVERCAST = "overcast"
+# The words are those of `data_gen.drawing`, which loads more than help needs.
+CameraChoice = Literal["vertical", "oblique", "uav"]
+WeatherChoice = Literal["sunny", "clouds", "overcast"]
 
 
 def generate(
     scenario: Annotated[str, typer.Argument(help="What to simulate, such as rural_overtaking.")],
     out: Annotated[Path, typer.Option("--out", help="Folder for the scene; made if missing.")],
-    seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same scene to the byte.")] = 1,
+    seed: Seed = 1,
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=86_400.0, help="Length of the video.")] = 60.0,
     camera: Annotated[
         CameraChoice, typer.Option("--camera", help="Straight above, slantwise from a mast, or a drone that drifts.")
-    ] = CameraChoice.VERTICAL,
+    ] = "vertical",
     poses: Annotated[bool, typer.Option("--poses", help="Tell the site file of the poses, with --camera uav.")] = False,
     thermal: Annotated[bool, typer.Option("--thermal", help="Add the video of a thermal camera.")] = False,
     weather: Annotated[
         WeatherChoice, typer.Option("--weather", help="Sun, drifting clouds, or a closed layer of cloud.")
-    ] = WeatherChoice.SUNNY,
+    ] = "sunny",
     occluders: Annotated[
         str, typer.Option("--occluders", help="What hides the traffic: none, all, or some of trees, bridge, gantry.")
     ] = "none",
@@ -50,9 +42,8 @@ def generate(
     ] = "",
     size: Annotated[str, typer.Option("--size", help="Width and height of the image in pixels.")] = "1280x720",
     fps: Annotated[int, typer.Option("--fps", min=1, help="Frames per second, a divisor of 1000 from 10 up.")] = 25,
-    option: Annotated[
-        list[str] | None, typer.Option("--option", help="Option of the scenario, NAME=VALUE; may come several times.")
-    ] = None,
+    option: ScenarioOptions = None,
+    as_json: AsJson = False,
 ) -> None:
     """Simulate traffic and draw it: video, site file, road network and truth."""
     from data_gen.degrade import parse_degradation
@@ -68,17 +59,20 @@ def generate(
             width_px=width_px,
             height_px=height_px,
             rate_hz=fps,
-            camera=camera.value,
+            camera=camera,
             poses=poses,
             thermal=thermal,
-            weather=weather.value,
+            weather=weather,
             occluders=[name.strip() for name in occluders.split(",")],
             degradation=parse_degradation(degrade),
-            options=read_scenario_options(option or []),
+            options=dict(read_pairs(option or [], "--option", "NAME=VALUE")),
             progress=on_frame,
         )
-    for path in sorted(out.iterdir()):
-        print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
+    sizes = {str(path): path.stat().st_size for path in sorted(out.iterdir())}
+    if as_json:
+        print_json({"out": str(out), "files": [{"path": path, "bytes": size} for path, size in sizes.items()]})
+    else:
+        print("\n".join(f"{path}  {size / 1e6:.1f} MB" for path, size in sizes.items()))
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -88,33 +82,113 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def read_scenario_options(items: list[str]) -> dict[str, str]:
-    """Read scenario options as given on the command line, NAME=VALUE each."""
-    pairs = [item.partition("=") for item in items]
-    for (name, equals, _), item in zip(pairs, items, strict=True):
-        if not (name and equals):
-            raise typer.BadParameter(f"expected NAME=VALUE, got {item!r}", param_hint="--option")
-    return {name: value for name, _, value in pairs}
-
-
-def drawing_bar(title: str) -> "AbstractContextManager[Callable[[int, int], None]]":
+@contextmanager
+def drawing_bar(title: str) -> "Iterator[Callable[[int, int], None]]":
     """Show how many frames are drawn, on a terminal only; yields the callback."""
     if not sys.stderr.isatty():
-        return nullcontext(lambda done, total: None)
-    return _DrawingBar(title)
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-class _DrawingBar:
-    def __init__(self, title: str) -> None:
-        from rich.console import Console
-        from rich.progress import Progress
+def trajectories(
+    source: Annotated[
+        str, typer.Argument(metavar="SCENARIO|FOLDER", help="A scenario, or the folder of a generated scene.")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="Trajectory file (.csv); site and truth are written beside it.")],
+    seed: Seed = 1,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.1, max=86_400.0, help="Length of the clip, of a scenario.")
+    ] = 300.0,
+    rate_hz: Annotated[
+        int | None, typer.Option("--rate-hz", min=1, help="Rows a second of each vehicle; 10, or those of the folder.")
+    ] = None,
+    view: Annotated[bool, typer.Option("--view", help="Only what the scenario's camera sees.")] = False,
+    position_noise_m: Annotated[float, typer.Option("--position-noise-m", help="Of x and y, one sigma.")] = 0.0,
+    heading_noise_rad: Annotated[float, typer.Option("--heading-noise-rad", help="One sigma.")] = 0.0,
+    speed_noise_mps: Annotated[float, typer.Option("--speed-noise-mps", help="One sigma.")] = 0.0,
+    miss: Annotated[float, typer.Option("--miss", help="Part of the rows that is missing, 0 to 1.")] = 0.0,
+    gap: Annotated[
+        str, typer.Option("--gap", help="RATE:SECONDS: gaps a minute of each vehicle, and their length.")
+    ] = "",
+    swap: Annotated[float, typer.Option("--swap", help="Part of the encounters that exchange ids, 0 to 1.")] = 0.0,
+    same_id: Annotated[bool, typer.Option("--same-id", help="After a gap the old id comes back.")] = False,
+    option: ScenarioOptions = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write tracks of simulated traffic, with noise, gaps and swapped ids."""
+    from data_gen.track_scene import make_track_scene, write_folder_tracks, write_scenario_tracks
+    from data_gen.trajectories import TrackFaults
 
-        self._progress = Progress(console=Console(stderr=True))
-        self._task = self._progress.add_task(title, total=None)
+    _check_out(out)
+    gaps_per_minute, gap_us = parse_gap(gap)
+    faults = TrackFaults(
+        position_sigma_m=position_noise_m,
+        heading_sigma_rad=heading_noise_rad,
+        speed_sigma_mps=speed_noise_mps,
+        miss_share=miss,
+        gaps_per_minute=gaps_per_minute,
+        gap_us=gap_us,
+        swap_share=swap,
+        keeps_ids=same_id,
+    )
+    if Path(source).is_dir():
+        if view or option:
+            raise typer.BadParameter(f"expected a scenario for --view and --option, got the folder {source!r}")
+        tracks = write_folder_tracks(Path(source), out, seed=seed, rate_hz=rate_hz, faults=faults)
+    else:
+        scene = make_track_scene(
+            source,
+            seed=seed,
+            duration_us=round(seconds * 1e6),
+            out_dir=out.parent,
+            rate_hz=10 if rate_hz is None else rate_hz,
+            in_view=view,
+            options=dict(read_pairs(option or [], "--option", "NAME=VALUE")),
+        )
+        tracks = write_scenario_tracks(scene, out, faults)
+    vehicles, names = len(set(tracks.rows.vehicles)), len(set(tracks.ids))
+    counts = {"rows": len(tracks.ids), "vehicles": vehicles, "tracks": names}
+    counts |= {"gaps": len(tracks.gaps), "swaps": len(tracks.swaps)}
+    site = out.parent / "site.toml"
+    if as_json:
+        print_json({"out": str(out), "site": str(site), **counts})
+    else:
+        print(f"{out}: {', '.join(f'{count} {name}' for name, count in counts.items())}")
+        print(f"process them:   dyknow process {out} --site {site} --log LOG.db")
 
-    def __enter__(self) -> "Callable[[int, int], None]":
-        self._progress.start()
-        return lambda done, total: self._progress.update(self._task, completed=done, total=total)
 
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
+def parse_gap(text: str) -> tuple[float, int]:
+    """Read gaps as given on the command line: how many a minute, and how long in microseconds.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the text is not RATE:SECONDS.
+
+    Examples
+    --------
+    >>> parse_gap("0.5:2"), parse_gap("")
+    ((0.5, 2000000), (0.0, 0))
+    """
+    if not text:
+        return 0.0, 0
+    rate, colon, seconds = text.partition(":")
+    try:
+        if colon:
+            return float(rate), round(float(seconds) * 1e6)
+    except (ValueError, OverflowError):
+        pass
+    raise typer.BadParameter(f"expected RATE:SECONDS, as 0.5:2, got {text!r}", param_hint="--gap")
+
+
+def _check_out(out: Path) -> None:
+    """Refuse a name that is no trajectory file's to us, or that of a file of the scene itself."""
+    if out.suffix.lower() != ".csv" or out.name in SCENE_FILES:
+        expected = f"expected a path that ends in .csv and none of {', '.join(SCENE_FILES)}"
+        raise typer.BadParameter(f"{expected}, got {str(out)!r}", param_hint="--out")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli import exit_codes
+from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -75,7 +75,7 @@ def process(
     )
     if as_json:
         summary = run(request, on_progress=_json_reporter())
-        print(_summary_json(summary), flush=True)
+        print_json(_summary_record(summary))
     else:
         with progress_bar(source.name) as on_progress:
             summary = run(request, on_progress=on_progress)
@@ -83,8 +83,7 @@ def process(
     if summary.status != "finished":
         kept = "the events up to there are kept" if summary.is_kept else "the run in the log came further and stays"
         print(f"error: {summary.reason}; {kept}", file=sys.stderr)
-        is_stopped = summary.status == "interrupted"
-        raise typer.Exit(exit_codes.SIGNALLED + summary.stopped_by if is_stopped else exit_codes.INVALID)
+        raise typer.Exit(SIGNALLED + summary.stopped_by if summary.status == "interrupted" else INVALID)
 
 
 def chosen_input(input_file: Path | None, detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
@@ -196,7 +195,7 @@ def _json_reporter() -> "Callable[[Progress], None]":
 
     def report(progress: "Progress") -> None:
         if is_due():
-            print(_progress_json(progress), flush=True)
+            print_json({"type": "progress", **_progress_record(progress)})
 
     return report
 
@@ -244,18 +243,10 @@ def _progress_record(progress: "Progress") -> dict[str, object]:
     }
 
 
-def _progress_json(progress: "Progress") -> str:
-    import msgspec
-
-    return msgspec.json.encode({"type": "progress", **_progress_record(progress)}).decode()
-
-
-def _summary_json(summary: "RunSummary") -> str:
-    import msgspec
-
+def _summary_record(summary: "RunSummary") -> dict[str, object]:
     from service.times import format_utc
 
-    record = {
+    return {
         "type": "summary",
         "run": summary.run,
         "status": summary.status,
@@ -270,7 +261,6 @@ def _summary_json(summary: "RunSummary") -> str:
             for one in summary.streams
         ],
     }
-    return msgspec.json.encode(record).decode()
 
 
 def print_summary(summary: "RunSummary", log: str) -> None:
@@ -279,8 +269,7 @@ def print_summary(summary: "RunSummary", log: str) -> None:
         print(f"run {summary.run} is finished in {log}, so nothing was done; --again processes it once more")
         return
     progress = summary.progress
-    for warning in summary.warnings:  # those of a text of streams say so themselves
-        print(warning if warning.startswith("warning[") else f"warning: {warning}", file=sys.stderr)
+    tell("warning", summary.warnings)
     print(
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
         f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"

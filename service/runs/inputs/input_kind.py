@@ -12,12 +12,15 @@ from pathlib import Path
 from typing import ClassVar
 
 from gis.road_network import RoadNetwork
+from service.errors import InputError
 from service.records import CameraRecord, InputKind
 from service.runs.inputs.detectors import DetectorChoice, choose_detector
 from service.runs.inputs.site import Site
 from service.runs.pipeline import Feed
 from vision.video.frames import VideoSource
 
+STANDARD_INPUT = (Path("-"), Path("/dev/stdin"))
+DIGEST_BYTES = 8
 HASHED_BLOCK_BYTES = 1 << 20
 
 
@@ -96,6 +99,11 @@ class Input(ABC):
         """
 
     @property
+    def contents(self) -> tuple[int, str]:
+        """Return the number of bytes and their digest."""
+        return self.path.stat().st_size, content_digest(self.path)
+
+    @property
     def video(self) -> VideoSource | None:
         """Return the video that is read; None where there is none."""
         return None
@@ -112,10 +120,23 @@ class Input(ABC):
 
 
 def content_digest(*paths: Path) -> str:
-    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere."""
-    digest = hashlib.blake2b(digest_size=8)
+    """Digest the contents of files, 16 hexadecimal digits; the same bytes give the same digest anywhere.
+
+    Raises
+    ------
+    InputError
+        If one is a pipe, which has been read already.
+    """
+    digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
     for path in paths:
+        if is_read_once(path):
+            raise InputError(f"{path}: expected a file that can be read twice, got a pipe")
         with path.open("rb") as file:
             while block := file.read(HASHED_BLOCK_BYTES):
                 digest.update(block)
     return digest.hexdigest()
+
+
+def is_read_once(path: Path) -> bool:
+    """Tell whether a path stands for standard input or a pipe, which gives its bytes but once."""
+    return path in STANDARD_INPUT or path.is_fifo()

@@ -1,14 +1,17 @@
 """What can be processed? A table of the kinds of input; the first that fits what the user asks for opens it."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
 from service.errors import InputError
 from service.runs.inputs.detection_input import DetectionInput
-from service.runs.inputs.input_kind import Asked, Input
+from service.runs.inputs.input_kind import STANDARD_INPUT, Asked, Input
 from service.runs.inputs.site import Site
 from service.runs.inputs.trajectories import TrajectoryInput
 from service.runs.inputs.video_input import VideoInput
+
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 
 KINDS: tuple[type[Input], ...] = (TrajectoryInput, DetectionInput, VideoInput)
 
@@ -36,7 +39,19 @@ def open_input(
     """
     if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
         raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
-    if not path.exists():
-        raise InputError(f"{path}: expected a video or trajectory file, got no such file")
+    _refuse_live(path)
     asked = Asked(path, site, columns, detector)
     return next(kind for kind in KINDS if kind.fits(asked)).open(asked)
+
+
+def _refuse_live(path: Path) -> None:
+    """Refuse what is no file: an address, in which a path has lost a slash, a device, or nothing at all."""
+    if path in STANDARD_INPUT:
+        return
+    is_address = not path.exists() and _ADDRESS.match(str(path))
+    if is_address or path.is_char_device() or path.is_block_device():
+        shown = str(path).replace(":/", "://", 1) if is_address else str(path)
+        expected = "expected a file, since live input cannot be read yet (record a clip of it first)"
+        raise InputError(f"{shown}: {expected}, got {'an address' if is_address else 'a device'}")
+    if not path.exists():
+        raise InputError(f"{path}: expected a video or trajectory file, got no such file")

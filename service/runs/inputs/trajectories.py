@@ -1,29 +1,35 @@
 """What did somebody else's tracker see? Trajectory files, read as the objects of one time after another.
 
-A CSV file with the columns ``t_us`` (or ``t_s``), ``id, x_m, y_m, heading_rad, speed_mps, length_m, width_m``. Other
-column names are mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time from column ``t`` and x from column ``x``.
+A CSV file with the columns ``t_us`` (or ``t_s``), ``id, x_m, y_m, heading_rad, speed_mps, length_m, width_m``, and
+``class`` if there is one. Other column names are mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time from column ``t``
+and x from column ``x``. Rows may come in any order. A file is read once, so that it may be a pipe.
 """
 
-import csv
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+import hashlib
+import io
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS
 from dyknow.streams.sample import Sample
 from service.errors import InputError
 from service.records import InputKind
-from service.runs.inputs.input_kind import Asked, Input
+from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, Input, is_read_once
 from service.runs.pipeline import TRAJECTORIES, Feed
+from service.texts.csv_table import read_name, read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
 
 FloatArray = NDArray[np.float64]
 
 TRAJECTORY_SUFFIXES = (".csv",)
+
 # What each number may be, both ends included; the limits are far beyond traffic, to catch other units and sentinels.
 _RANGES = {
     "x_m": (-1e7, 1e7),
@@ -35,7 +41,8 @@ _RANGES = {
 }
 _NUMBERS = tuple(_RANGES)
 _TIMES = {"t_us": 1, "t_s": 1_000_000}
-KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS)
+_UNKNOWN = CLASS_NAMES[UNKNOWN_CLASS]
+KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, "class")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +55,7 @@ class TrajectoryObjects:
     centre_m, velocity_mps : (n, 2), local east/north frame.
     heading_rad, length_m, width_m : (n,).
     observed, clipped : (n,) all True and all False: a trajectory file holds no predictions and has no view edge.
+    classes : n words of `CLASS_NAMES` as the file has them, or none at all.
     is_lost : False: there is no view that could be lost.
     """
 
@@ -60,6 +68,7 @@ class TrajectoryObjects:
     width_m: FloatArray
     observed: NDArray[np.bool_]
     clipped: NDArray[np.bool_]
+    classes: tuple[str, ...] = field(default=(), repr=False)
     is_lost: bool = False
 
 
@@ -70,11 +79,18 @@ class Trajectories:
     Attributes
     ----------
     t_us : (n,) int64. ids : n identifiers. values : (n, 6) x_m, y_m, heading_rad, speed_mps, length_m, width_m.
+    classes : n words of `CLASS_NAMES`, or none if the file has no column of them.
+    warnings : columns that were not looked at, and classes that are no words of ours.
+    size_bytes, digest : of the file.
     """
 
     t_us: NDArray[np.int64]
     ids: tuple[str, ...]
     values: FloatArray
+    classes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    size_bytes: int = 0
+    digest: str = ""
 
     @property
     def times_us(self) -> NDArray[np.int64]:
@@ -101,6 +117,7 @@ class Trajectories:
             width_m=width_m.copy(),
             observed=np.ones(n, dtype=np.bool_),
             clipped=np.zeros(n, dtype=np.bool_),
+            classes=self.classes[rows],
         )
 
 
@@ -109,84 +126,98 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
 
     Parameters
     ----------
-    path : a CSV file with a header line.
+    path : a CSV file with a header line, a pipe, or one of `STANDARD_INPUT`.
     columns : our column names to the file's, where they differ.
 
     Raises
     ------
     InputError
-        If the file cannot be read, a column is missing, a field is not a number or out of its range, or one identifier
-        stands twice at one time. The message names the file, the line and the column.
+        If the file cannot be read, a column is missing, a field is not a number or out of its range, an identifier is
+        empty or cannot be printed, or one stands twice at one time. The message names file, line and column.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            return _read(path, csv.reader(file), dict(columns or {}))
+        data = sys.stdin.buffer.read() if path in STANDARD_INPUT else path.read_bytes()
+        text = data.decode("utf-8-sig")
     except OSError as error:
         raise InputError(f"{path}: expected a readable trajectory file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected a UTF-8 CSV file, got byte {error.object[error.start]:#04x}") from error
-    except csv.Error as error:
-        raise InputError(f"{path}: expected a CSV file, got {error}") from error
+    digest = hashlib.blake2b(data, digest_size=DIGEST_BYTES).hexdigest()
+    read = _read(str(path), io.StringIO(text, newline=""), columns or {})
+    return replace(read, size_bytes=len(data), digest=digest)
 
 
-def _read(path: Path, lines: Iterator[list[str]], columns: Mapping[str, str]) -> Trajectories:
-    header = [name.strip() for name in next(lines, [])]
-    time_column, places = _places(path, header, columns)
-    keys: dict[tuple[int, str], int] = {}
+def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajectories:
+    header, rows = read_table(name, lines)
+    time_column, places = _places(name, header, columns)
+    keys: dict[tuple[int, str], str] = {}
     values: list[list[float]] = []
-    for number, fields in enumerate(lines, start=2):
-        if not fields:
-            continue
-        if len(fields) != len(header):
-            raise InputError(f"{path}:{number}: expected {len(header)} fields, got {len(fields)}")
-        key = _time_us(path, number, time_column, fields[places[time_column]]), fields[places["id"]].strip()
+    classes: list[str] = []
+    for where, fields in rows:
+        t_us = _within(where, time_column, fields[places[time_column]], (0.0, MAX_MEDIA_US / _TIMES[time_column]))
+        key = round(t_us * _TIMES[time_column]), read_name(where, "id", fields[places["id"]])
         if key in keys:
-            raise InputError(
-                f"{path}:{number}: expected each id once a time, got {key[1]!r} at {key[0]} us as in line {keys[key]}"
-            )
-        keys[key] = number
-        values.append([_number(path, number, name, fields[places[name]]) for name in _NUMBERS])
+            line = keys[key].rpartition(":")[2]
+            raise InputError(f"{where}: expected each id once a time, got {key[1]!r} at {key[0]} us as in line {line}")
+        keys[key] = where
+        values.append([_within(where, one, fields[places[one]], _RANGES[one]) for one in _NUMBERS])
+        if "class" in places:
+            classes.append(fields[places["class"]].casefold() or _UNKNOWN)
     if not keys:
-        raise InputError(f"{path}: expected at least one row of objects, got none")
-    t_us, ids = np.array([t_us for t_us, _ in keys], dtype=np.int64), np.array([name for _, name in keys])
-    order = np.lexsort((ids, t_us))
-    return Trajectories(t_us[order], tuple(ids[order].tolist()), np.array(values)[order])
+        raise InputError(f"{name}: expected at least one row of objects, got none")
+    t_us_of, ids = np.array([t_us for t_us, _ in keys], dtype=np.int64), np.array([one for _, one in keys])
+    order = np.lexsort((ids, t_us_of))
+    return Trajectories(
+        t_us_of[order],
+        tuple(ids[order].tolist()),
+        np.array(values)[order],
+        tuple(word if word in CLASS_NAMES else _UNKNOWN for word in (classes[row] for row in order)) if classes else (),
+        (*_unread(name, header, places), *_strange(name, classes)),
+    )
 
 
-def _places(path: Path, header: list[str], columns: Mapping[str, str]) -> tuple[str, dict[str, int]]:
+def _places(name: str, header: Sequence[str], columns: Mapping[str, str]) -> tuple[str, dict[str, int]]:
     """Find the column of each of our names; return the time column's name and all places."""
     unknown = sorted(set(columns) - set(KNOWN_COLUMNS))
     if unknown:
         raise InputError(f"column map: expected names out of {', '.join(KNOWN_COLUMNS)}, got {unknown[0]!r}")
-    at = {name: header.index(columns.get(name, name)) for name in KNOWN_COLUMNS if columns.get(name, name) in header}
-    times = [name for name in _TIMES if name in at]
-    missing = [name for name in ("id", *_NUMBERS) if name not in at]
+    theirs = {one: columns.get(one, one) for one in KNOWN_COLUMNS if columns.get(one, one) in header}
+    refuse_twice(name, header, theirs.values())
+    times = [one for one in _TIMES if one in theirs]
+    missing = [one for one in ("id", *_NUMBERS, *({"class"} & set(columns))) if one not in theirs]
     if not times or missing:
         wanted = ", ".join([*([] if times else ["t_us or t_s"]), *missing])
         came = ", ".join(header) or "an empty file"
-        raise InputError(f"{path}:1: expected columns {wanted} (map other names with --columns), got {came}")
-    return times[0], at
+        raise InputError(f"{name}:1: expected columns {wanted} (map other names with --columns), got {came}")
+    for one in times[1:]:
+        del theirs[one]
+    return times[0], {one: header.index(their) for one, their in theirs.items()}
 
 
-def _time_us(path: Path, line: int, column: str, text: str) -> int:
-    scale = _TIMES[column]
-    return round(_within(path, line, column, text, (0.0, MAX_MEDIA_US / scale)) * scale)
+def _unread(name: str, header: Sequence[str], places: Mapping[str, int]) -> Iterator[str]:
+    unread = [repr(column) for place, column in enumerate(header) if place not in places.values()]
+    if unread:
+        known = f"expected columns {', '.join(KNOWN_COLUMNS)}"
+        yield f"{name}:1: {known}, got others, which are left out: {', '.join(unread)}"
 
 
-def _number(path: Path, line: int, column: str, text: str) -> float:
-    return _within(path, line, column, text, _RANGES[column])
+def _strange(name: str, classes: Sequence[str]) -> Iterator[str]:
+    """Say which classes are none of ours: a car of such a class gets one by its size."""
+    strange = [f"{word!r} ({n} rows)" for word, n in sorted(Counter(classes).items()) if word not in CLASS_NAMES]
+    if strange:
+        yield f"{name}: column class: expected {', '.join(CLASS_NAMES)}, got {', '.join(strange)}: taken as {_UNKNOWN}"
 
 
-def _within(path: Path, line: int, column: str, text: str, limits: tuple[float, float]) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{path}:{line}: column {column}: expected a finite number, got {text!r}")
+def _within(where: str, column: str, text: str, limits: tuple[float, float]) -> float:
+    value = read_number(where, column, text)
     if not limits[0] <= value <= limits[1]:
-        raise InputError(f"{path}:{line}: column {column}: expected {limits[0]:g} to {limits[1]:g}, got {text!r}")
+        raise InputError(f"{where}: column {column}: expected {limits[0]:g} to {limits[1]:g}, got {text!r}")
     return value
+
+
+def is_trajectories(path: Path) -> bool:
+    """Tell whether a path is read as trajectories: by its name, or since it is a pipe."""
+    return path.suffix.lower() in TRAJECTORY_SUFFIXES or is_read_once(path)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,13 +230,19 @@ class TrajectoryInput(Input):
     @classmethod
     def fits(cls, asked: Asked) -> bool:
         """Take a CSV file, unless a detector is to look at it."""
-        return asked.detector is None and asked.path.suffix.lower() in TRAJECTORY_SUFFIXES
+        return asked.detector is None and is_trajectories(asked.path)
 
     @classmethod
     def open(cls, asked: Asked) -> "TrajectoryInput":
         """Read the file."""
-        trajectories = load_trajectories(asked.path, asked.columns)
-        return cls(path=asked.path, trajectories=trajectories, network=asked.network)
+        read = load_trajectories(asked.path, asked.columns)
+        path = Path("stdin") if asked.path in STANDARD_INPUT else asked.path
+        return cls(path=path, trajectories=read, network=asked.network, warnings=read.warnings)
+
+    @property
+    def contents(self) -> tuple[int, str]:
+        """Return what was read of it: a pipe gives its bytes but once."""
+        return self.trajectories.size_bytes, self.trajectories.digest
 
     @property
     def frame_count(self) -> int:

@@ -23,7 +23,7 @@ from service.runs.inputs.detectors import (
 from service.runs.inputs.input_kind import Asked, Input
 from service.runs.inputs.moving_camera import first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
-from service.runs.inputs.trajectories import TRAJECTORY_SUFFIXES
+from service.runs.inputs.trajectories import is_trajectories
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
@@ -58,7 +58,7 @@ class VideoInput(Input):
         if asked.columns and not isinstance(choice, FileChoice):
             came = path.suffix or "no suffix"
             raise InputError(f"{path}: expected a .csv file to go with a column map, got {came!r}")
-        if path.suffix.lower() in TRAJECTORY_SUFFIXES:
+        if is_trajectories(path):
             raise InputError(f"{path}: expected a video for the detector {asked.detector!r}, got trajectories")
         if isinstance(choice, MotionChoice):
             return _with_channels(path, asked.site, choice)

@@ -170,6 +170,25 @@ def test_recognised_occurrences_are_counted_and_left_out() -> None:
     assert [miss.roles[0].value for miss in answer.near_misses] == ["b"]
 
 
+PASS = "chronicle pass[?a, ?b](t1, t2) { event(behind[?a, ?b], t1)  event(ahead[?a, ?b], t2)  t2 - t1 in [1s, 9s] }"
+PASSED = "1s behind[a, b]\n1s ahead[b, a]\n4s ahead[a, b]\n4s behind[b, a]\n15s ahead[b, c]\n60s tick[]"
+
+
+def test_what_was_recognised_is_not_told_with_its_roles_exchanged() -> None:
+    answer = asked(PASS, PASSED)
+    assert answer.recognised == 1
+    told = [{role.name: role.value for role in miss.roles} for miss in answer.near_misses]
+    assert {"a": "b", "b": "c"} in told
+    assert {"a": "b", "b": "a"} not in told
+
+
+def test_exchanged_roles_are_told_to_who_asks_for_them_and_at_another_time() -> None:
+    assert asked(PASS, PASSED, a="b", b="a").near_misses
+    later = PASSED.replace("60s", "40s behind[b, a]\n60s")
+    times = [[one.event.t_us for one in miss.events] for miss in asked(PASS, later).near_misses]
+    assert [40_000_000] in times
+
+
 def test_nearest_comes_first() -> None:
     stream = "1s enter[a]\n12s left[a]\n20s enter[b]\n30s left[b]\n50s enter[c]\n90s tick[]"
     assert [miss.roles[0].value for miss in asked(STAY, stream).near_misses] == ["b", "a", "c"]

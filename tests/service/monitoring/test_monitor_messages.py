@@ -82,7 +82,8 @@ def test_a_monitor_that_no_file_defines_is_warned_of_everywhere(
 
 def test_the_library_asks_for_no_monitor(tmp_path: Path) -> None:
     request = RunRequest(write_race(tmp_path / "race.csv"), None, str(tmp_path / "log.db"))
-    assert process(request).warnings == ()
+    [warning] = process(request).warnings
+    assert "race.csv: expected roads for " in warning
 
 
 def test_monitors_are_about_traffic(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

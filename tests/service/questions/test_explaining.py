@@ -282,6 +282,16 @@ def test_why_over_http(client: Client, log: EventLog) -> None:
     assert (missing.status_code, missing.json()["detail"][:6]) == (404, "event:")
 
 
+@pytest.mark.parametrize("window", [("--from", "41s"), ("--from", "2:00", "--to", "3:00")])
+def test_why_not_outside_the_time_that_was_filmed_says_so(
+    url: str, capsys: pytest.CaptureFixture[str], window: tuple[str, ...]
+) -> None:
+    assert run(["why-not", url, "met", *window]) == 3
+    said = capsys.readouterr().err
+    assert "run 'r1': expected a window in the time that it covers (00:00.000 to 00:40.000), got 0" in said
+    assert said.endswith(": nothing was filmed then\n")
+
+
 def test_why_not_over_http(client: Client) -> None:
     answer = client.get("/api/v1/chronicles/met/why-not?role.b=car3&from=9s&limit=1")
     assert answer.status_code == 200

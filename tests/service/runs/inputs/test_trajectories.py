@@ -45,7 +45,7 @@ def test_other_column_names_are_mapped_and_seconds_become_microseconds(tmp_path:
         ([HEADER], "expected at least one row"),
         ([HEADER, "0,a,1,2,0,0,4"], r"tracks.csv:2: expected 8 fields, got 7"),
         ([HEADER, "0,a,1,2,0,0,4,2", "0,b,one,2,0,0,4,2"], r"tracks.csv:3: column x_m: .* got 'one'"),
-        ([HEADER, "0,a,1,2,0,0,4,nan"], r"column width_m: expected a finite number, got 'nan'"),
+        ([HEADER, "0,a,1,2,0,0,4,nan"], r"column width_m: expected a number, got 'nan'"),
         (
             [HEADER, "0,a,1,2,0,0,4,2", "0,a,1,2,0,0,4,2"],
             r"tracks.csv:3: expected each id once a time, got 'a' at 0 us as in line 2",
@@ -98,3 +98,54 @@ def test_a_value_out_of_its_range_is_refused_with_its_line(tmp_path: Path, colum
 def test_what_is_no_finite_number_is_refused_with_its_line(tmp_path: Path, value: str) -> None:
     with pytest.raises(InputError, match=r"t\.csv:2: "):
         load_trajectories(write_row(tmp_path / "t.csv", length_m=value))
+
+
+@pytest.mark.parametrize("value", ["1_0", "\u0661", "0x1p3", "1e", "NaN", "Infinity", "1e9999"])
+def test_what_a_person_would_not_write_as_a_number_is_refused_with_row_and_column(tmp_path: Path, value: str) -> None:
+    with pytest.raises(InputError, match=rf"t\.csv:2: column x_m: expected .*, got '{value}'"):
+        load_trajectories(write_row(tmp_path / "t.csv", x_m=value))
+
+
+@pytest.mark.parametrize(
+    "name", ["", "  ", "a\0b", '"a\nb"', "a\x1b[2Jb"], ids=["empty", "blank", "NUL", "lines", "ESC"]
+)
+def test_an_id_that_is_empty_or_cannot_be_printed_is_refused_with_row_and_column(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"{HEADER}\n0,{name},1,2,0,0,4,2\n", encoding="utf-8", newline="")
+    with pytest.raises(InputError, match=r"t\.csv:2: column id: expected printable letters on one line"):
+        load_trajectories(path)
+
+
+def test_lines_are_counted_through_quoted_line_breaks(tmp_path: Path) -> None:
+    path = written(tmp_path, HEADER + ",note", '0,a,1,2,0,0,4,2,"one', 'two"', "0,b,x,2,0,0,4,2,")
+    with pytest.raises(InputError, match=r"tracks\.csv:4: column x_m"):
+        load_trajectories(path)
+
+
+def test_a_column_that_comes_twice_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"tracks\.csv:1: expected column x_m once, got 2 of it"):
+        load_trajectories(written(tmp_path, HEADER + ",x_m", "0,a,1,2,0,0,4,2,9"))
+
+
+def test_a_byte_order_mark_and_blanks_around_fields_are_read_over(tmp_path: Path) -> None:
+    (objects,) = load_trajectories(written(tmp_path, "\ufeff" + HEADER, " 0, a ,+1,2e0,0,0,4.,.5 "))
+    assert (objects.ids, objects.centre_m.tolist()) == (("a",), [[1.0, 2.0]])
+
+
+def test_classes_are_read_whatever_their_case_and_unknown_words_are_told(tmp_path: Path) -> None:
+    rows = ["0,a,1,2,0,0,12,2.6,Bus", "0,b,1,2,0,0,4,2,van", "0,c,1,2,0,0,4,2,tram", "0,d,1,2,0,0,4,2,"]
+    found = load_trajectories(written(tmp_path, HEADER + ",type", *rows), {"class": "type"})
+    assert found.classes == ("bus", "van", "unknown", "unknown")
+    assert len(found.warnings) == 1
+    assert "tracks.csv: column class: expected car, " in found.warnings[0]
+    assert "got 'tram' (1 rows): taken as unknown" in found.warnings[0]
+
+
+def test_columns_that_nobody_reads_are_named(tmp_path: Path) -> None:
+    found = load_trajectories(written(tmp_path, "t_s," + HEADER + ",colour", "1,0,a,1,2,0,0,4,2,red"))
+    assert found.warnings[0].endswith("got others, which are left out: 't_s', 'colour'")
+
+
+def test_a_file_without_classes_has_none(tmp_path: Path) -> None:
+    found = load_trajectories(written(tmp_path, HEADER, "0,a,1,2,0,0,4,2"))
+    assert (found.classes, found.warnings) == ((), ())

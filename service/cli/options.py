@@ -1,0 +1,119 @@
+"""Which arguments and options do several commands take, and how are their texts read?"""
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from service.texts.text_streams import Stream
+
+_TIMES = "12.5s, 01:23 or 12500000 (us)"
+
+LogName = Annotated[str, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")]
+RunName = Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")]
+From = Annotated[str | None, typer.Option("--from", help=f"First media time: {_TIMES}.")]
+To = Annotated[str | None, typer.Option("--to", help="Media time to stop before.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object, whatever --format says.")]
+ChronicleFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: those of the run, or the library."),
+]
+Texts = Annotated[list[str] | None, typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input.")]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same files to the byte.")]
+ScenarioOptions = Annotated[
+    list[str] | None, typer.Option("--option", help="Option of the scenario, NAME=VALUE; may come several times.")
+]
+
+
+StreamChoice = Literal["traffic", "own"]
+StreamOption = Annotated[
+    StreamChoice | None,
+    typer.Option(
+        "--stream", help="The texts are about DyKnow's relations (traffic) or their own events. Default: as they say."
+    ),
+]
+
+# Codes of findings that may only mean that the texts are about other events than was thought.
+STREAM_CODES = frozenset({"C0201", "C0203", "C0301", "C0302", "C0901"})
+
+
+def read_window(start: str | None, end: str | None) -> tuple[int | None, int | None]:
+    """Read `--from` and `--to` as microseconds of media time; raises `QueryError` if one is no time."""
+    from service.times import parse_media_us
+
+    from_us = None if start is None else parse_media_us(start, parameter="--from")
+    return from_us, None if end is None else parse_media_us(end, parameter="--to")
+
+
+def read_pairs(texts: Sequence[str], option: str, expected: str) -> list[tuple[str, str]]:
+    """Read `NAME=VALUE` texts.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a text is not of this form; `expected` says what was.
+
+    Examples
+    --------
+    >>> read_pairs(["lanes=2", "curve="], "--option", "NAME=VALUE")
+    [('lanes', '2'), ('curve', '')]
+    """
+    pairs = []
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise typer.BadParameter(f"expected {expected}, got {text!r}", param_hint=option)
+        pairs.append((name, value))
+    return pairs
+
+
+def read_roles(texts: Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Read `NAME=ID` texts; the same name again adds an alternative.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a text is not of this form.
+
+    Examples
+    --------
+    >>> read_roles(["overtaker=car7", "overtaken=car3", "overtaker=car9"])
+    (('overtaken', ('car3',)), ('overtaker', ('car7', 'car9')))
+    """
+    roles: dict[str, list[str]] = {}
+    expected = "NAME=ID, such as overtaker=car7"
+    for name, actor in read_pairs(texts, "--role", expected):
+        if not actor:
+            raise typer.BadParameter(f"expected {expected}, got {name + '='!r}", param_hint="--role")
+        roles.setdefault(name, []).append(actor)
+    return tuple((name, tuple(actors)) for name, actors in sorted(roles.items()))
+
+
+def tell_stream(stream: "Stream", *, is_doubtful: bool) -> None:
+    """Say on stderr what texts were taken to be about, where another choice may have been meant."""
+    if stream == "own":
+        said = "taken as texts about their own events; --stream traffic takes them with DyKnow's relations"
+    elif is_doubtful:
+        said = "taken with DyKnow's relations; --stream own takes them as texts about their own events"
+    else:
+        return
+    print(f"note: {said}", file=sys.stderr)
+
+
+@contextmanager
+def hinting_at_stream(*, is_open: bool) -> Iterator[None]:
+    """Say on stderr that there is a choice, where texts are refused and `is_open`: nobody has chosen."""
+    from chronicles.errors import ChronicleError
+
+    try:
+        yield
+    except ChronicleError:
+        if is_open:
+            print(
+                "note: --stream traffic takes texts with DyKnow's relations, --stream own without them", file=sys.stderr
+            )
+        raise

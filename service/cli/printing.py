@@ -1,0 +1,84 @@
+"""How does a result leave `dyknow`? As a table, as one JSON object, and as an exit code.
+
+A table has plain columns, two blanks apart, as wide as their widest cell: no frames, no colours, nothing cut off.
+Scripts rely on the exit codes; docs/cli.md lists them.
+"""
+
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+OK: Final = 0
+INTERNAL: Final = 1  # a fault of ours
+USAGE: Final = 2  # the command line itself is wrong
+INVALID: Final = 3  # a file, chronicle or log is wrong
+NOTHING_FOUND: Final = 4  # only with --fail-empty
+BELOW_THRESHOLD: Final = 5  # an evaluation below the wanted score, or an example that fails
+BUSY: Final = 6  # another process is writing the same run
+SIGNALLED: Final = 128  # and the number of the signal, as shells have it
+INTERRUPTED: Final = 130  # by Ctrl-C
+
+
+def format_table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Lay out rows under titles; the text ends with a newline.
+
+    Examples
+    --------
+    >>> print(format_table(["type", "road"], [["overtake", "road1"], ["pass", ""]]), end="")
+    type      road
+    overtake  road1
+    pass
+    """
+    lines = [titles, *rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(titles))]
+    padded = ("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+    return "".join(f"{line.rstrip()}\n" for line in padded)
+
+
+def print_json(record: object) -> None:
+    """Print one JSON object: plain data, structs or dataclasses."""
+    import msgspec
+
+    print(msgspec.json.encode(record).decode(), flush=True)
+
+
+def print_json_list(name: str, items: Iterable[str], **rest: object) -> int:
+    """Print one JSON object with a list of JSON texts, one by one, and other fields before it; return how many.
+
+    Examples
+    --------
+    >>> print_json_list("cars", ['{"id":1}', '{"id":2}'], run="r1")
+    {"run":"r1","cars":[{"id":1},{"id":2}]}
+    2
+    """
+    import msgspec
+
+    fields = [f'"{key}":{msgspec.json.encode(value).decode()},' for key, value in rest.items()]
+    sys.stdout.write(f'{{{"".join(fields)}"{name}":[')
+    count = 0
+    for count, item in enumerate(items, start=1):
+        sys.stdout.write(f",{item}" if count > 1 else item)
+    sys.stdout.write("]}\n")
+    return count
+
+
+def tell(kind: str, texts: Iterable[str]) -> None:
+    """Print lines on stderr under a kind such as `warning`; diagnostics begin with a kind of their own."""
+    for text in texts:
+        print(text if text.startswith(f"{kind}[") else f"{kind}: {text}", file=sys.stderr)
+
+
+def counted(count: int, noun: str) -> str:
+    """Write a number of things.
+
+    Examples
+    --------
+    >>> counted(1, "error"), counted(2, "error")
+    ('1 error', '2 errors')
+    """
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def shown_roles(roles: Iterable[tuple[str, str]]) -> str:
+    """Write roles for a table."""
+    return " ".join(f"{role}={value}" for role, value in roles)

@@ -1,1 +1,0 @@
-"""Commands that read texts of chronicles."""

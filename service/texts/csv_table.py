@@ -1,0 +1,92 @@
+"""How are users' CSV files read? Row by row with their places, and with numbers and words as a person would write them.
+
+Python's own readers are laxer: `float` takes `1_0`, `nan` and the digits of any script, `csv` a quote that never ends,
+rows of any length and NUL, at which NumPy cuts a name short.
+"""
+
+import csv
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+from service.errors import InputError
+
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
+_WHOLE = re.compile(r"[+-]?\d{1,18}", re.ASCII)
+
+
+def read_table(name: str, lines: Iterable[str]) -> tuple[list[str], Iterator[tuple[str, list[str]]]]:
+    """Read the header, and the rows when they are asked for, without the blanks around fields.
+
+    Parameters
+    ----------
+    name : what messages call the file.
+
+    Returns
+    -------
+    The names of the columns, and for each row its place `name:line` and its fields.
+
+    Raises
+    ------
+    InputError
+        If the text is no CSV, or (at that row) a row has another number of fields than the header.
+
+    Examples
+    --------
+    >>> header, rows = read_table("t.csv", ["t_s,id", "", "0.5, car7"])
+    >>> header, list(rows)
+    (['t_s', 'id'], [('t.csv:3', ['0.5', 'car7'])])
+    """
+    places = _placed(name, lines)
+    _, header = next(places, (name, []))
+    return header, (_of_width(where, fields, len(header)) for where, fields in places if fields)
+
+
+def _placed(name: str, lines: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
+    """Give the rows with the lines on which they begin: a quoted field may hold line breaks."""
+    table = csv.reader(lines, strict=True)  # else a quote that is never closed swallows the rest of the file
+    first = 1
+    try:
+        for fields in table:
+            yield f"{name}:{first}", [field.strip() for field in fields]
+            first = table.line_num + 1
+    except csv.Error as error:
+        raise InputError(f"{name}:{first}: expected a row of a CSV file, got {error}") from error
+
+
+def _of_width(where: str, fields: list[str], width: int) -> tuple[str, list[str]]:
+    if len(fields) != width:
+        raise InputError(f"{where}: expected {width} fields, got {len(fields)}")
+    return where, fields
+
+
+def refuse_twice(name: str, header: Sequence[str], columns: Iterable[str]) -> None:
+    """Refuse a header that has one of these columns twice."""
+    for column in columns:
+        if header.count(column) > 1:
+            raise InputError(f"{name}:1: expected column {column} once, got {header.count(column)} of it")
+
+
+def read_number(where: str, column: str, text: str, *, is_whole: bool = False) -> float:
+    """Read a number.
+
+    Raises
+    ------
+    InputError
+        If it is not written in ASCII digits with a point, a sign and an exponent at most.
+
+    Examples
+    --------
+    >>> read_number("t.csv:2", "x_m", "-1.5e3")
+    -1500.0
+    """
+    if not (_WHOLE if is_whole else _DECIMAL).fullmatch(text):
+        expected = "a whole number" if is_whole else "a number"
+        raise InputError(f"{where}: column {column}: expected {expected}, got {text!r}")
+    return int(text) if is_whole else float(text)
+
+
+def read_name(where: str, column: str, text: str) -> str:
+    """Read a name; raises `InputError` if it is empty, or holds what cannot be printed on one line."""
+    if not text or not text.isprintable():
+        raise InputError(f"{where}: column {column}: expected printable letters on one line, got {text!r}")
+    return text

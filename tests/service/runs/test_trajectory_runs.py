@@ -1,0 +1,78 @@
+"""Trajectories from a file, a pipe or standard input become one and the same run, with the classes that they name."""
+
+import io
+import os
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from service.cli.app import run
+from service.store.log import open_log
+from tests.service.tracks import write_tracks
+
+
+def classed(path: Path, word: str) -> Path:
+    """Write a car-sized body of 40 frames under a class."""
+    header, *rows = write_tracks(path, frames=40).read_text().splitlines()
+    path.write_text("\n".join([f"{header},class", *(f"{row},{word}" for row in rows), ""]))
+    return path
+
+
+@pytest.mark.parametrize("word", ["bus", "van", "motorcycle"])
+def test_a_class_of_the_input_is_kept_in_cars_states_and_tracks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], word: str
+) -> None:
+    log = tmp_path / "a.db"
+    assert run(["process", str(classed(tmp_path / "t.csv", word)), "--log", str(log)]) == 0
+    with open_log(str(log)) as opened:
+        record = opened.run()
+        assert [one.car_class for one in opened.cars(record.id)] == [word]
+        assert {one.car_class for one in opened.states(record.id)} == {word}
+    capsys.readouterr()
+    assert run(["tracks", str(log)]) == 0
+    assert {line.split(",")[2] for line in capsys.readouterr().out.splitlines()[1:]} == {word}
+
+
+def test_without_a_known_class_the_size_decides(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "a.db"
+    assert run(["process", str(classed(tmp_path / "t.csv", "tram")), "--log", str(log)]) == 0
+    assert "warning: " + str(tmp_path / "t.csv") + ": column class: expected car, " in capsys.readouterr().err
+    with open_log(str(log)) as opened:
+        assert [one.car_class for one in opened.cars(opened.run().id)] == ["car"]
+
+
+@pytest.mark.parametrize("name", ["tracks.csv", "pipe"])
+def test_a_named_pipe_is_read_once(tmp_path: Path, name: str) -> None:
+    text = write_tracks(tmp_path / "plain.csv", frames=20).read_text()
+    os.mkfifo(tmp_path / name)
+    writer = threading.Thread(target=(tmp_path / name).write_text, args=(text,))
+    writer.start()
+    assert run(["process", str(tmp_path / name), "--log", str(tmp_path / "a.db")]) == 0
+    writer.join()
+    with open_log(str(tmp_path / "a.db")) as log:
+        assert len(list(log.states(log.run().id))) > 0
+
+
+@pytest.mark.parametrize("name", ["-", "/dev/stdin"])
+def test_standard_input_is_read_as_trajectories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    data = write_tracks(tmp_path / "plain.csv", frames=20).read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+    assert run(["process", name, "--log", str(tmp_path / "a.db")]) == 0
+    with open_log(str(tmp_path / "a.db")) as log:
+        assert (log.run().source, log.run().status) == ("stdin", "finished")
+
+
+def test_the_same_bytes_give_the_same_run_whichever_way_they_come(tmp_path: Path) -> None:
+    plain = write_tracks(tmp_path / "t.csv", frames=20)
+    assert run(["process", str(plain), "--log", str(tmp_path / "a.db")]) == 0
+    text = plain.read_text()
+    plain.unlink()
+    os.mkfifo(plain)
+    writer = threading.Thread(target=plain.write_text, args=(text,))
+    writer.start()
+    assert run(["process", str(plain), "--log", str(tmp_path / "b.db")]) == 0
+    writer.join()
+    with open_log(str(tmp_path / "a.db")) as one, open_log(str(tmp_path / "b.db")) as other:
+        assert one.run().id == other.run().id
