@@ -26,6 +26,7 @@ from vision.detection.detector import Detections, Expected
 from vision.objects import VisionObjects
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.settings import VisionSettings
+from vision.tracking.settings import TrackingSettings
 from vision.tracking.tracker import Tracker
 
 FloatArray = NDArray[np.float64]
@@ -117,7 +118,7 @@ def run_ours(jobs: Sequence[Job]) -> list[Followed]:
 
     Parameters
     ----------
-    jobs : settings are fields of `VisionSettings`; what is not named is as shipped.
+    jobs : settings are fields of `TrackingSettings`, and the noise of detections; what is not named is as shipped.
     """
     return [
         _follow(traffic, settings, lambda objects: (objects.ids, objects.centre_m, objects.observed))
@@ -146,7 +147,10 @@ def _anchored(anchorer: Anchorer) -> Callable[[VisionObjects], Shown]:
 
 
 def _follow(traffic: DetectedTraffic, settings: Settings, show: Callable[[VisionObjects], Shown]) -> Followed:
-    known = VisionSettings(**cast(dict[str, Any], settings))
+    own = {name: value for name, value in settings.items() if name != "position_noise_m"}
+    tracking = TrackingSettings(**cast(dict[str, Any], own))
+    noise_m = float(settings.get("position_noise_m", VisionSettings().position_noise_m))
+    known = VisionSettings(position_noise_m=noise_m, tracking=tracking)
     tracker = Tracker(known, lambda points_m: np.ones(len(points_m), np.bool_))
     bounds = np.searchsorted(traffic.found_frame, np.arange(traffic.frame_count + 1))
     numbers: dict[str, int] = {}

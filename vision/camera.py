@@ -179,7 +179,7 @@ class Camera(Generic[InstantT]):
     def _suspects(self) -> tuple[IntArray, Boxes]:
         """List the tracks that may be ghosts."""
         if self._judged_us is not None:
-            return self._tracker.standing(self._settings.standing_us)
+            return self._tracker.standing(self._settings.tracking.standing_us)
         # What is there at the very first need not stand for a while, since a ghost comes only where something drove
         # off; but what may be two vehicles may part yet.
         rows, boxes = self._tracker.standing(0)
@@ -334,7 +334,9 @@ def box_camera(
         If there is no road, or one is no polygon.
     """
     # A detector knows vehicles from road: all that stands is proved at every instant.
-    settings = replace(settings or VisionSettings(), background_period_us=0, standing_us=0)
+    settings = settings or VisionSettings()
+    tracking = replace(settings.tracking, standing_us=0)
+    settings = replace(settings, background_period_us=0, tracking=tracking)
     eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground)
     return Camera([eye], motion, settings)
 

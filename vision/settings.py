@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from vision.tracking.settings import TrackingSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,21 +30,10 @@ class VisionSettings:
     strong_ratio : a blob must hold a cell this many times over its threshold (hysteresis against noise).
     chroma_weight : how much one level of chroma counts against one level of luma.
     min_area_m2 : smaller blobs are noise.
-    min_length_m : shorter blobs start no track, unless the view edge cuts them: a motorcycle is longer.
-    max_length_m, max_width_m : a blob beyond these starts no track; cars that enter side by side still do.
     split_share : part of its own area that a predicted box must own in a blob to claim it.
     position_noise_m : standard deviation of a detected centre, along and across the same.
-    clipped_noise_m : the same, along, for a box cut by the view edge.
     usual_length_m, usual_width_m, usual_height_m : assumed of an object where they cannot be seen.
-    acceleration_along_mps2, acceleration_across_mps2 : motion noise, as the change of speed within one second.
-    gate_sigmas : Mahalanobis distance up to which a detection may be assigned to a track.
-    max_speed_mps : nothing on the road is faster; limits how far a new track may jump between two frames.
-    confirm_hits : detections needed before a track is shown.
-    confirm_shift_m : how far a standing blob must move to be shown at once; otherwise it must last `standing_us`.
-    standing_us : age at which an unmoved track is shown, if the picture and not the background has its outline.
-    coast_us : how long a track lives on prediction alone; longer gaps are anchoring's work.
-    tentative_us : the same before confirmation.
-    heading_speed_mps : below this speed the heading is kept.
+    tracking : of the room `vision/tracking`.
     """
 
     car_width_m: float = 1.8
@@ -64,22 +55,9 @@ class VisionSettings:
     strong_ratio: float = 1.5
     chroma_weight: float = 2.0
     min_area_m2: float = 1.2
-    min_length_m: float = 1.6
-    max_length_m: float = 30.0
-    max_width_m: float = 8.0
     split_share: float = 0.3
     position_noise_m: float = 0.3
-    clipped_noise_m: float = 1.5
     usual_length_m: float = 4.5
     usual_width_m: float = 1.8
     usual_height_m: float = 1.5
-    acceleration_along_mps2: float = 3.0
-    acceleration_across_mps2: float = 1.0
-    gate_sigmas: float = 4.0
-    max_speed_mps: float = 45.0
-    confirm_hits: int = 4
-    confirm_shift_m: float = 1.0
-    standing_us: int = 600_000
-    coast_us: int = 1_000_000
-    tentative_us: int = 250_000
-    heading_speed_mps: float = 1.5
+    tracking: TrackingSettings = field(default_factory=TrackingSettings)

@@ -12,7 +12,7 @@ from benchmarks import bench_trackers, peer_trackers, tracker_runners
 from benchmarks.bench_trackers import BEST, BEST_SHORT, CHOSEN, SHORT, SWEEPS, frame_ms, score
 from benchmarks.tracked_traffic import DIFFICULTIES, LANE_M, LANES, VIEW_M, DetectedTraffic, make_traffic
 from benchmarks.tracker_runners import OURS, OURS_ANCHORED, Followed, Job, Settings, run_anchored, run_ours
-from vision.settings import VisionSettings
+from vision.tracking.settings import TrackingSettings
 
 
 def traffic(difficulty: str = "base", seed: int = 1, seconds: int = 8) -> DetectedTraffic:
@@ -73,7 +73,7 @@ def test_each_sweep_is_as_long_and_what_was_chosen_is_of_it() -> None:
 
 
 def test_peers_that_wait_as_long_as_ours_are_in_the_sweep() -> None:
-    assert VisionSettings().coast_us == 1_000_000
+    assert TrackingSettings().coast_us == 1_000_000
     assert "coast_us" not in SWEEPS[OURS]
     for name, (key, value) in SHORT.items():
         assert value in SWEEPS[name][key]

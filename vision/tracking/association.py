@@ -10,7 +10,6 @@ from scipy.optimize import linear_sum_assignment
 
 from vision.detection.detector import Detections
 from vision.road.boxes import Boxes, axis
-from vision.settings import VisionSettings
 from vision.tracking import kalman
 from vision.tracking.track import TrackTable
 
@@ -18,17 +17,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-# A moving object does not come back by more than the noise: this keeps a name from jumping to oncoming traffic.
-REVERSE_SPEED_MPS = 3.0
-# How many standard deviations of a measurement count as noise there, and for how far a track may jump.
-SLACK_SIGMAS = 3.0
-# Cells inside a predicted box are evidence by themselves: their owner may take them from this many gates away. It
-# happens when two cars that entered as one part, and the box that stood for both has to jump to one of them.
-OWNER_GATES = 4.0
-# Boxes that differ from the known size by less than this have simply been seen that way.
-FIT_TOLERANCE_M = 0.5
-# A shared blob says less about where each of its objects is.
-DIVIDED_NOISE = 2.0
 # Stands for "never" in the assignment, far above every squared distance inside a gate.
 FORBIDDEN = 1e9
 
@@ -63,8 +51,8 @@ def sight(
     detections: Detections,
     known_rows: IntArray,
     tracks: TrackTable,
-    settings: VisionSettings,
     *,
+    usual_length_m: float,
     noise_factor: float = 1.0,
 ) -> Sightings:
     """Turn boxes into measurements of centres.
@@ -74,7 +62,7 @@ def sight(
     detections : of one frame; owners count confirmed tracks.
     known_rows : (k,) rows of the confirmed tracks.
     tracks : at this frame.
-    settings : noise figures and the usual car.
+    usual_length_m : assumed of an object until it is seen whole.
     noise_factor : on the variance that detections claim.
 
     Returns
@@ -83,15 +71,15 @@ def sight(
     """
     boxes = detections.boxes
     owner = np.append(known_rows, -1)[detections.owner]
-    usual = settings.usual_length_m
-    missing_m = np.maximum(np.maximum(np.append(tracks.length_m, usual)[owner], usual) - boxes.length_m, 0.0)
+    length_m = np.maximum(np.append(tracks.length_m, usual_length_m)[owner], usual_length_m)
+    missing_m = np.maximum(length_m - boxes.length_m, 0.0)
     # A box has a known direction only if a track gave it one; else nobody can say to which side it goes on.
     shift_m = np.where(detections.directed, detections.cut * missing_m / 2, 0.0)
     centre_m = boxes.centre_m + shift_m[:, None] * axis(boxes.heading_rad)
     is_cut = detections.cut != 0
-    blur_m = np.where(is_cut, settings.clipped_noise_m, 0.0)
+    blur_m = np.where(is_cut, tracks.settings.clipped_noise_m, 0.0)
     blur = kalman.oriented_covariance(boxes.heading_rad, blur_m, np.where(detections.directed, 0.0, blur_m))
-    factor = np.where(detections.divided, DIVIDED_NOISE**2, 1.0) * noise_factor
+    factor = np.where(detections.divided, tracks.settings.divided_noise**2, 1.0) * noise_factor
     is_fitted = (owner >= 0) & ~is_cut
     room = np.zeros_like(blur)
     centre_m[is_fitted], room[is_fitted] = _fit(boxes.select(is_fitted), owner[is_fitted], tracks)
@@ -145,11 +133,12 @@ def _fit(boxes: Boxes, rows: IntArray, tracks: TrackTable) -> tuple[FloatArray, 
     ahead, left = axis(heading_rad), axis(heading_rad + np.pi / 2)
     excess_m = _reach_m(boxes, heading_rad) - np.column_stack([tracks.length_m[rows], tracks.width_m[rows]])
     excess_m[~tracks.is_sized()[rows]] = 0.0
-    along_m = _nearest_fit(np.einsum("ni,ni->n", offset, ahead), excess_m[:, 0])
-    across_m = _nearest_fit(np.einsum("ni,ni->n", offset, left), excess_m[:, 1])
+    tolerance_m = tracks.settings.fit_tolerance_m
+    along_m = _nearest_fit(np.einsum("ni,ni->n", offset, ahead), excess_m[:, 0], tolerance_m)
+    across_m = _nearest_fit(np.einsum("ni,ni->n", offset, left), excess_m[:, 1], tolerance_m)
     centre_m = tracks.state[rows, :2] + along_m[:, None] * ahead + across_m[:, None] * left
     # What hides a part of an object hides where it ends. (A box too wide may be an object that turns: all of it shows.)
-    is_part = (excess_m < -FIT_TOLERANCE_M) & tracks.is_driving()[rows, None]
+    is_part = (excess_m < -tolerance_m) & tracks.is_driving()[rows, None]
     hidden_m = np.where(is_part, -excess_m / 2, 0.0)
     return centre_m, kalman.oriented_covariance(heading_rad, hidden_m[:, 0], hidden_m[:, 1])
 
@@ -163,13 +152,13 @@ def _reach_m(boxes: Boxes, heading_rad: FloatArray) -> FloatArray:
     )
 
 
-def _nearest_fit(offset_m: FloatArray, excess_m: FloatArray) -> FloatArray:
+def _nearest_fit(offset_m: FloatArray, excess_m: FloatArray, tolerance_m: float) -> FloatArray:
     room_m = np.abs(excess_m) / 2
     nearest_m = np.minimum(np.maximum(offset_m - room_m, 0.0), offset_m + room_m)
-    return np.where(room_m > FIT_TOLERANCE_M / 2, nearest_m, offset_m)
+    return np.where(room_m > tolerance_m / 2, nearest_m, offset_m)
 
 
-def costs(tracks: TrackTable, sightings: Sightings, now_us: int, settings: VisionSettings) -> FloatArray:
+def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> FloatArray:
     """Compute what it costs to give each sighting to each track.
 
     Parameters
@@ -177,12 +166,12 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int, settings: Visio
     tracks : predicted to `now_us`.
     sightings : of that frame.
     now_us : the frame's time.
-    settings : gates.
 
     Returns
     -------
     (n, m) squared Mahalanobis distances, more where the cells belong to another track, infinite where forbidden.
     """
+    settings = tracks.settings
     limit = settings.gate_sigmas**2
     centre_m = _centres(tracks, sightings)
     squared = kalman.squared_distance(
@@ -190,14 +179,14 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int, settings: Visio
     )
     shift_m = centre_m - tracks.seen_m[:, None]
     ahead_m = np.einsum("nmk,nk->nm", shift_m, axis(tracks.heading_rad))
-    slack_m = SLACK_SIGMAS * np.sqrt(sightings.noise[:, 0, 0] + sightings.noise[:, 1, 1])[None]
-    is_moving = (tracks.speed_mps() > REVERSE_SPEED_MPS) & (tracks.hits > 2)
+    slack_m = settings.slack_sigmas * np.sqrt(sightings.noise[:, 0, 0] + sightings.noise[:, 1, 1])[None]
+    is_moving = (tracks.speed_mps() > settings.reverse_speed_mps) & (tracks.hits > 2)
     reverses = is_moving[:, None] & (ahead_m < -slack_m)
     reach_m = settings.max_speed_mps * (now_us - tracks.seen_us) / 1_000_000
     is_far = np.hypot(shift_m[..., 0], shift_m[..., 1]) > reach_m[:, None] + slack_m
     is_owner = sightings.owner[None] == np.arange(len(tracks))[:, None]
     is_others = (sightings.owner >= 0)[None] & ~is_owner
-    is_outside = squared > limit * np.where(is_owner, OWNER_GATES**2, 1.0)
+    is_outside = squared > limit * np.where(is_owner, settings.owner_gates**2, 1.0)
     forbidden = is_outside | is_far | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
     return np.where(forbidden, np.inf, np.minimum(squared, limit) + limit * is_others)
 
@@ -213,19 +202,19 @@ def _centres(tracks: TrackTable, sightings: Sightings) -> FloatArray:
     return centre_m
 
 
-def doubt(squared: FloatArray, settings: VisionSettings) -> FloatArray:
+def doubt(squared: FloatArray, gate_sigmas: float) -> FloatArray:
     """Say by how much to widen the noise of sightings outside the gate, so that they pull a track and do not tear it.
 
     Parameters
     ----------
     squared : (n,) squared Mahalanobis distances.
-    settings : the gate.
+    gate_sigmas : where the gate ends.
 
     Returns
     -------
     (n,) factors on the noise covariance, 1 inside the gate.
     """
-    return np.maximum(squared / settings.gate_sigmas**2, 1.0)
+    return np.maximum(squared / gate_sigmas**2, 1.0)
 
 
 def assign(cost: FloatArray) -> tuple[IntArray, IntArray]:

@@ -11,26 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.road.boxes import Boxes, axis
+from vision.tracking.settings import TrackingSettings
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-# A quarter of a second behind, at one speed, is no driver; nor is anything farther than this the same body.
-CLOSEST_S = 0.25
-FARTHEST_M = 3.0
-# Side by side is no couple: that is an overtake.
-IN_LINE_M = 1.5
-SAME_VELOCITY_MPS = 2.0
-MOVING_MPS = 4.0
 
-
-def find_couples(boxes: Boxes, velocity_mps: FloatArray) -> BoolArray:
+def find_couples(boxes: Boxes, velocity_mps: FloatArray, settings: TrackingSettings) -> BoolArray:
     """Find pairs of boxes that move as one, the front of one at the rear of the other.
 
     Parameters
     ----------
     boxes : of n tracks.
     velocity_mps : (n, 2).
+    settings : how near and how alike a couple is.
 
     Returns
     -------
@@ -39,7 +33,7 @@ def find_couples(boxes: Boxes, velocity_mps: FloatArray) -> BoolArray:
     Examples
     --------
     >>> cab_and_body = Boxes(np.array([[0.0, 0.0], [6.0, 0.2]]), np.zeros(2), np.array([3.0, 6.5]), np.full(2, 2.4))
-    >>> find_couples(cab_and_body, np.full((2, 2), 13.0)).tolist()
+    >>> find_couples(cab_and_body, np.full((2, 2), 13.0), TrackingSettings()).tolist()
     [[False, True], [True, False]]
     """
     offset_m = boxes.centre_m[None] - boxes.centre_m[:, None]
@@ -49,8 +43,9 @@ def find_couples(boxes: Boxes, velocity_mps: FloatArray) -> BoolArray:
     speed_mps = np.hypot(velocity_mps[:, 0], velocity_mps[:, 1])
     slower_mps = np.minimum.outer(speed_mps, speed_mps)
     change_mps = velocity_mps[None] - velocity_mps[:, None]
-    is_alike = np.hypot(change_mps[..., 0], change_mps[..., 1]) < SAME_VELOCITY_MPS
-    is_near = (gap_m < np.minimum(CLOSEST_S * slower_mps, FARTHEST_M)) & (across_m < IN_LINE_M)
-    is_one = is_near & is_alike & (slower_mps > MOVING_MPS)
+    is_alike = np.hypot(change_mps[..., 0], change_mps[..., 1]) < settings.couple_change_mps
+    is_near = gap_m < np.minimum(settings.couple_gap_s * slower_mps, settings.couple_gap_m)
+    is_near &= across_m < settings.couple_across_m
+    is_one = is_near & is_alike & (slower_mps > settings.couple_speed_mps)
     np.fill_diagonal(is_one, False)
     return np.asarray(is_one & is_one.T)

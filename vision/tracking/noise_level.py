@@ -11,23 +11,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.tracking.settings import TrackingSettings
+
 # Of the chi-squared distribution with two degrees of freedom: 2 ln 2.
 MEDIAN_SQUARED = 2 * np.log(2)
-# Relative change of the variance by one sighting: some hundred sightings double it.
-STEP = 0.01
-# Claims are never taken for too modest: what a filter has smoothed away is no proof. And never for wilder than this.
-MOST = 9.0
 
 
 class NoiseLevel:
     """By how much the variance that detections claim has to be multiplied."""
 
-    def __init__(self) -> None:
+    def __init__(self, settings: TrackingSettings) -> None:
+        self._settings = settings
         self._log_factor = 0.0
 
     @property
     def factor(self) -> float:
-        """The factor on covariances, from 1 to `MOST`."""
+        """The factor on covariances, from 1 to `most_noise` of the settings."""
         return float(np.exp(self._log_factor))
 
     def learn(self, squared: NDArray[np.float64]) -> None:
@@ -38,4 +37,5 @@ class NoiseLevel:
         squared : (n,) squared Mahalanobis distances from predictions, with the present factor in them.
         """
         balance = np.count_nonzero(squared > MEDIAN_SQUARED) * 2 - len(squared)
-        self._log_factor = float(np.clip(self._log_factor + STEP * balance, 0.0, np.log(MOST)))
+        log_factor = self._log_factor + self._settings.noise_step * balance
+        self._log_factor = float(np.clip(log_factor, 0.0, np.log(self._settings.most_noise)))

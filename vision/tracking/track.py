@@ -3,38 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.road.boxes import Boxes, axis, distance_to_boxes
+from vision.tracking.settings import TrackingSettings
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
-
-# Sizes are averages over about this many measurements, so that they go on correcting themselves.
-SIZE_MEMORY = 40
-# One measurement moves the sum behind a size by at most this much: like a median, it forgets outliers.
-SIZE_STEP_M = 0.5
-# Measurements in a row this far off mean that the size is wrong (two cars entered as one), not the measurement.
-SIZE_MISFIT_M = 1.5
-SIZE_MISFITS = 12
-# One that agrees with neither takes back the weight of this many.
-SIZE_OUTLIER = 3
-# Who drives no faster is hidden for longer than anybody waits for him; faster ones come out as they went in.
-DRIVING_MPS = 8.0
-# A size resting on this many whole sightings can be relied on.
-SIZED_COUNT = 10
-# A track that stays within this distance stands.
-REST_RADIUS_M = 0.7
-# Slower than this, a step that is less than this part ahead or back is no driving.
-SIDEWAYS_MPS, SIDEWAYS_SHARE = 3.0, 0.7
-# A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
-SURE_SIGMAS, SURE_MPS = 2.0, 4.0
-
-# Both of two twins have been seen within this time: a vehicle that is hidden beside another is not its twin.
-TWIN_SEEN_US = 400_000
 
 
 @dataclass(slots=True)
@@ -43,6 +22,7 @@ class TrackTable:
 
     Attributes
     ----------
+    settings : how sizes are learned, what drives and what stands; the same for all rows.
     number : part of the name; -1 until confirmed.
     state, covariance : (n, 4) x, y, vx, vy and (n, 4, 4).
     heading_rad, length_m, width_m : the box.
@@ -62,6 +42,7 @@ class TrackTable:
     borders_m, borders_count : (n, 4) mean width of its dark borders (`shadow.py`), and over how many measurements.
     """
 
+    settings: TrackingSettings
     number: IntArray
     state: FloatArray
     covariance: FloatArray
@@ -93,11 +74,12 @@ class TrackTable:
         return len(self.number)
 
     @classmethod
-    def empty(cls) -> TrackTable:
+    def empty(cls, settings: TrackingSettings) -> TrackTable:
         """Make a table without rows."""
         count, truth, number = np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0)
         points = np.zeros((0, 2))
         return cls(
+            settings=settings,
             number=count,
             state=np.zeros((0, 4)),
             covariance=np.zeros((0, 4, 4)),
@@ -137,7 +119,7 @@ class TrackTable:
         -------
         A table of those rows.
         """
-        return self if which.all() else TrackTable(*(getattr(self, field.name)[which] for field in fields(self)))
+        return self if which.all() else TrackTable(self.settings, *(column[which] for column in self._columns()))
 
     def append(self, other: TrackTable) -> TrackTable:
         """Add the rows of another table at the end.
@@ -150,8 +132,11 @@ class TrackTable:
         -------
         A table of both.
         """
-        columns = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
-        return TrackTable(*(np.concatenate(pair) for pair in columns))
+        columns = zip(self._columns(), other._columns(), strict=True)
+        return TrackTable(self.settings, *(np.concatenate(pair) for pair in columns))
+
+    def _columns(self) -> list[NDArray[Any]]:
+        return [getattr(self, field.name) for field in fields(self)[1:]]
 
     def boxes(self) -> Boxes:
         """Box every track at its present position.
@@ -178,7 +163,7 @@ class TrackTable:
         -------
         (n,).
         """
-        return self.size_count >= SIZED_COUNT
+        return self.size_count >= self.settings.sized_count
 
     def is_driving(self) -> BoolArray:
         """Tell which tracks are vehicles of known size that drive: of them it is known where they are while hidden.
@@ -187,18 +172,13 @@ class TrackTable:
         -------
         (n,).
         """
-        return self.is_confirmed & self.is_sized() & (self.speed_mps() >= DRIVING_MPS)
+        return self.is_confirmed & self.is_sized() & (self.speed_mps() >= self.settings.driving_mps)
 
-    def turn_ahead(self, min_speed_mps: float) -> None:
-        """Point the heading of moving tracks along their velocity; standing ones keep theirs.
-
-        Parameters
-        ----------
-        min_speed_mps : slower counts as standing: the direction of a small velocity is noise.
-        """
+    def turn_ahead(self) -> None:
+        """Point the heading of moving tracks along their velocity; standing ones keep theirs."""
         spread_mps = np.sqrt(self.covariance[:, 2, 2] + self.covariance[:, 3, 3])
-        sure_mps = np.minimum(SURE_SIGMAS * spread_mps, SURE_MPS)
-        is_moving = self.speed_mps() >= np.maximum(min_speed_mps, sure_mps)
+        sure_mps = np.minimum(self.settings.sure_sigmas * spread_mps, self.settings.sure_mps)
+        is_moving = self.speed_mps() >= np.maximum(self.settings.heading_speed_mps, sure_mps)
         ahead = np.arctan2(self.state[:, 3], self.state[:, 2])
         self.heading_rad = np.where(is_moving, ahead, self.heading_rad)
 
@@ -210,11 +190,11 @@ class TrackTable:
         now_us : the frame's time.
         """
         shift_m = self.state[:, :2] - self.rest_m
-        has_moved = np.hypot(*shift_m.T) > REST_RADIUS_M
+        has_moved = np.hypot(*shift_m.T) > self.settings.rest_radius_m
         along_m = np.abs(np.einsum("ni,ni->n", shift_m, axis(self.heading_rad)))
         # Nobody starts sideways: what is seen there now may be the road that the vehicle has left.
-        is_slow = self.speed_mps() < SIDEWAYS_MPS
-        self.is_proved[has_moved & is_slow & (along_m < SIDEWAYS_SHARE * np.hypot(*shift_m.T))] = False
+        is_slow = self.speed_mps() < self.settings.sideways_mps
+        self.is_proved[has_moved & is_slow & (along_m < self.settings.sideways_share * np.hypot(*shift_m.T))] = False
         self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
         self.rest_us = np.where(has_moved, now_us, self.rest_us)
 
@@ -228,24 +208,24 @@ class TrackTable:
         """
         length_m, width_m = boxes.length_m, boxes.width_m
         error_m = np.maximum(np.abs(length_m - self.length_m[rows]), np.abs(width_m - self.width_m[rows]))
-        is_misfit = error_m > SIZE_MISFIT_M
+        is_misfit = error_m > self.settings.size_misfit_m
         # A body keeps its size and its place on the track. What does not is the part that shows beside a bridge, or
         # through a hole in the leaves. What stands or creeps cannot be told apart like that.
         seen_m = np.column_stack([length_m, width_m, boxes.centre_m - self.state[rows, :2]])
-        is_same = np.abs(seen_m - self.odd_m[rows]).max(axis=1) < SIZE_MISFIT_M
-        is_same |= self.speed_mps()[rows] < DRIVING_MPS
-        misfits = self.size_misfits[rows] + np.where(is_same, 1, -SIZE_OUTLIER)
+        is_same = np.abs(seen_m - self.odd_m[rows]).max(axis=1) < self.settings.size_misfit_m
+        is_same |= self.speed_mps()[rows] < self.settings.driving_mps
+        misfits = self.size_misfits[rows] + np.where(is_same, 1, -self.settings.size_outlier)
         is_first = ~is_misfit | (misfits <= 0)
         self.odd_m[rows] = np.where(is_first[:, None], seen_m, self.odd_m[rows])
         misfits = np.where(is_misfit, np.maximum(misfits, 1), 0)
-        is_fresh = (misfits >= SIZE_MISFITS) | (self.size_count[rows] == 0)
+        is_fresh = (misfits >= self.settings.size_misfits) | (self.size_count[rows] == 0)
         count = np.where(is_fresh, 1, self.size_count[rows] + 1)
         for size, measured in ((self.length_m, length_m), (self.width_m, width_m)):
-            step = np.clip(measured - size[rows], -SIZE_STEP_M, SIZE_STEP_M)
-            size[rows] = np.where(is_fresh, measured, size[rows] + step / np.minimum(count, SIZE_MEMORY))
+            step = np.clip(measured - size[rows], -self.settings.size_step_m, self.settings.size_step_m)
+            size[rows] = np.where(is_fresh, measured, size[rows] + step / np.minimum(count, self.settings.size_memory))
         self.size_count[rows] = count
         # What stands there is not what was known: perhaps the road that a car uncovered. It has to prove itself again.
-        self.is_proved[rows[misfits >= SIZE_MISFITS]] = False
+        self.is_proved[rows[misfits >= self.settings.size_misfits]] = False
         self.size_misfits[rows] = np.where(is_fresh, 0, misfits)
 
     def grow(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:
@@ -270,22 +250,21 @@ class TrackTable:
         is_measured = ~np.isnan(borders_m[:, 0])
         rows, borders_m = rows[is_measured], borders_m[is_measured]
         self.borders_count[rows] += 1
-        weight = 1 / np.minimum(self.borders_count[rows], SIZE_MEMORY)
+        weight = 1 / np.minimum(self.borders_count[rows], self.settings.size_memory)
         self.borders_m[rows] += (borders_m - self.borders_m[rows]) * weight[:, None]
 
-    def doubles(self, bodies: Boxes, depth_m: float) -> BoolArray:
+    def doubles(self, bodies: Boxes) -> BoolArray:
         """Find tracks that stand inside a longer-lived one: fragments of it.
 
         Parameters
         ----------
-        bodies : of all tracks, without shadows.
-        depth_m : how deep inside the other's box the centre must lie.
+        bodies : of all tracks, with or without shadows.
 
         Returns
         -------
         (n,).
         """
-        inside = distance_to_boxes(bodies.centre_m, bodies) < -depth_m
+        inside = distance_to_boxes(bodies.centre_m, bodies) < -self.settings.double_depth_m
         return np.asarray((inside & self.older()).any(axis=1))
 
     def twins(self, now_us: int) -> BoolArray:
@@ -299,7 +278,7 @@ class TrackTable:
         -------
         (n,).
         """
-        rows = np.flatnonzero(now_us - self.seen_us <= TWIN_SEEN_US)
+        rows = np.flatnonzero(now_us - self.seen_us <= self.settings.twin_seen_us)
         east_m, north_m = self.state[rows, 0], self.state[rows, 1]
         reach_m = self.length_m[rows].max(initial=0.0)
         is_seen = self.is_observed[rows]

@@ -26,25 +26,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-# Velocity of a new track, one standard deviation: along a clearly long blob, across it, and for a blob of no shape.
-NEW_ALONG_MPS = 20.0
-NEW_ACROSS_MPS = 4.0
-CLEAR_ELONGATION = 1.8
-# This part of the evidence is enough to confirm what was seen for this long.
-LONG_SEEN_US, LONG_SEEN_SHARE = 300_000, 0.75
-# A track whose centre lies this deep in an older one's box for this long is a fragment of the same object.
-DOUBLE_DEPTH_M = 0.3
-DOUBLE_US = 300_000
-# So is one that overlaps an older one for this long without the two ever being seen in one frame: noisy sightings of
-# one vehicle, dealt out in turns to two names.
-TWIN_US = 500_000
-# So is one that has followed or led an older one, closer than anybody drives, for this long.
-COUPLED_US = 1_200_000
-# A driving vehicle does not vanish on the road: something hides it, and this long it is waited for.
-HIDDEN_US = 3_000_000
-# No tyre changes the speed of a vehicle faster; sightings of which an end is hidden may say so.
-GRIP_MPS2 = 8.0
-
 
 class Tracker:
     """Tracks over time: per frame `predict`, then `update` with what was detected.
@@ -56,14 +37,15 @@ class Tracker:
     """
 
     def __init__(self, settings: VisionSettings, is_in_view: Callable[[FloatArray], BoolArray]) -> None:
-        self._settings = settings
+        self._usual_m = (settings.usual_length_m, settings.usual_width_m)
+        self._settings = settings.tracking
         self._is_in_view = is_in_view
-        self._tracks = TrackTable.empty()
+        self._tracks = TrackTable.empty(self._settings)
         self._now_us: int | None = None
         self._step_us = 0
         self._names_used = 0
         self._sun = Sun()
-        self._noise_level = NoiseLevel()
+        self._noise_level = NoiseLevel(self._settings)
 
     def predict(self, t_us: int) -> Expected:
         """Move all tracks on to a frame's time.
@@ -110,9 +92,11 @@ class Tracker:
         assert self._now_us is not None
         tracks = self._tracks
         known = np.flatnonzero(tracks.is_confirmed)
-        sightings = sight(detections, known, tracks, self._settings, noise_factor=self._noise_level.factor)
+        sightings = sight(
+            detections, known, tracks, usual_length_m=self._usual_m[0], noise_factor=self._noise_level.factor
+        )
         tracks.is_observed = np.zeros(len(tracks), np.bool_)
-        cost = costs(tracks, sightings, self._now_us, self._settings)
+        cost = costs(tracks, sightings, self._now_us)
         is_free = np.ones(len(sightings.owner), np.bool_)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
             free = np.flatnonzero(is_free)
@@ -174,17 +158,17 @@ class Tracker:
     def _correct(self, rows: IntArray, chosen: IntArray, sightings: Sightings, detections: Detections) -> None:
         """Give sighting `chosen[i]` to track `rows[i]`."""
         assert self._now_us is not None
-        tracks, settings = self._tracks, self._settings
+        tracks = self._tracks
         state, covariance = tracks.state[rows], tracks.covariance[rows]
         (centre_m, room), noise = measured(tracks, sightings, rows, chosen), sightings.noise[chosen]
         squared = kalman.squared_distance(state, covariance, centre_m, noise)
         is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & ~detections.divided[chosen]
         is_gauge &= ~room.any(axis=(1, 2))
         self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)])
-        noise = noise * doubt(squared, settings)[:, None, None] + room
+        noise = noise * doubt(squared, self._settings.gate_sigmas)[:, None, None] + room
         corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
         tracks.state[rows] = self._inert(rows, state, corrected)
-        tracks.turn_ahead(settings.heading_speed_mps)
+        tracks.turn_ahead()
         is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
         boxes = detections.boxes.select(chosen[is_whole])
         tracks.learn_size(rows[is_whole], boxes)
@@ -207,7 +191,7 @@ class Tracker:
         tracks = self._tracks
         ahead = axis(tracks.heading_rad[rows])
         change_mps = np.einsum("ni,ni->n", corrected[:, 2:] - predicted[:, 2:], ahead)
-        most_mps = GRIP_MPS2 * (self._now_us - tracks.seen_us[rows]) / 1_000_000
+        most_mps = self._settings.grip_mps2 * (self._now_us - tracks.seen_us[rows]) / 1_000_000
         excess_mps = change_mps - np.clip(change_mps, -most_mps, most_mps)
         excess_mps[~tracks.is_driving()[rows]] = 0.0
         return np.column_stack([corrected[:, :2], corrected[:, 2:] - excess_mps[:, None] * ahead])
@@ -227,7 +211,8 @@ class Tracker:
         has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
         # Sightings far apart in time agree less easily by chance than those of neighbouring frames.
         age_us = tracks.seen_us - tracks.born_us
-        is_evident = tracks.evidence >= np.where(age_us >= LONG_SEEN_US, LONG_SEEN_SHARE, 1.0) * settings.confirm_hits
+        share = np.where(age_us >= settings.long_seen_us, settings.long_seen_share, 1.0)
+        is_evident = tracks.evidence >= share * settings.confirm_hits
         tracks.is_proved |= has_moved & is_evident & ~tracks.is_confirmed
         is_new = ~tracks.is_confirmed & tracks.is_proved & tracks.is_observed & is_evident
         if is_new.any():
@@ -242,7 +227,7 @@ class Tracker:
         tracks, settings = self._tracks, self._settings
         assert self._now_us is not None
         # What was seen for a moment only is not believed in for longer than that.
-        most_us = np.where(tracks.is_driving(), HIDDEN_US, settings.coast_us)
+        most_us = np.where(tracks.is_driving(), settings.hidden_us, settings.coast_us)
         seen_for_us = np.clip(tracks.seen_us - tracks.born_us, settings.tentative_us, most_us)
         patience_us = np.where(tracks.is_confirmed, seen_for_us, settings.tentative_us)
         is_lost = self._now_us - tracks.seen_us > patience_us
@@ -255,21 +240,21 @@ class Tracker:
         """Find fragments: tracks that stand inside an older one, take turns or ride with it."""
         tracks = self._tracks
         assert self._now_us is not None
-        is_double = tracks.doubles(tracks.boxes(), DOUBLE_DEPTH_M)
+        is_double = tracks.doubles(tracks.boxes())
         if is_double.any():
-            is_double = tracks.doubles(bodies, DOUBLE_DEPTH_M)
+            is_double = tracks.doubles(bodies)
         tracks.doubled_us = np.where(is_double, tracks.doubled_us + self._step_us, 0)
         tracks.twin_us = np.where(tracks.twins(self._now_us), tracks.twin_us + self._step_us, 0)
-        is_twin = tracks.twin_us >= TWIN_US
-        return np.asarray((tracks.doubled_us >= DOUBLE_US) | is_twin | self._join_couples())
+        is_twin = tracks.twin_us >= self._settings.twin_us
+        return np.asarray((tracks.doubled_us >= self._settings.double_us) | is_twin | self._join_couples())
 
     def _join_couples(self) -> BoolArray:
         """Find tracks that have long ridden with an older one as one body; the older one learns its size anew."""
         tracks = self._tracks
-        couples = find_couples(tracks.boxes(), tracks.state[:, 2:])
+        couples = find_couples(tracks.boxes(), tracks.state[:, 2:], self._settings)
         couples &= tracks.is_confirmed[:, None] & tracks.is_confirmed[None] & tracks.older()
         tracks.coupled_us = np.where(couples.any(axis=1), tracks.coupled_us + self._step_us, 0)
-        is_part: BoolArray = tracks.coupled_us >= COUPLED_US
+        is_part: BoolArray = tracks.coupled_us >= self._settings.coupled_us
         tracks.size_count[(couples & is_part[:, None]).any(axis=0)] = 0
         return is_part
 
@@ -288,23 +273,23 @@ class Tracker:
 
     def _newborn(self, detections: Detections, sightings: Sightings, chosen: IntArray) -> TrackTable:
         assert self._now_us is not None
-        count, boxes = len(chosen), detections.boxes.select(chosen)
-        is_clear = (detections.elongation[chosen] >= CLEAR_ELONGATION) & (detections.cut[chosen] == 0)
+        count, boxes, settings = len(chosen), detections.boxes.select(chosen), self._settings
+        is_clear = (detections.elongation[chosen] >= settings.clear_elongation) & (detections.cut[chosen] == 0)
         centre_m, falses = sightings.centre_m[chosen], np.zeros(count, np.bool_)
         covariance = np.zeros((count, 4, 4))
         covariance[:, :2, :2] = sightings.noise[chosen]
-        covariance[:, 2:, 2:] = kalman.oriented_covariance(
-            boxes.heading_rad, np.full(count, NEW_ALONG_MPS), np.where(is_clear, NEW_ACROSS_MPS, NEW_ALONG_MPS)
-        )
+        across_mps = np.where(is_clear, settings.new_across_mps, settings.new_along_mps)
+        along_mps = np.full(count, settings.new_along_mps)
+        covariance[:, 2:, 2:] = kalman.oriented_covariance(boxes.heading_rad, along_mps, across_mps)
         is_whole = detections.cut[chosen] == 0
-        usual_m = (self._settings.usual_length_m, self._settings.usual_width_m)
         return TrackTable(
+            settings=settings,
             number=np.full(count, -1),
             state=np.column_stack([centre_m, np.zeros((count, 2))]),
             covariance=covariance,
             heading_rad=boxes.heading_rad.copy(),
-            length_m=np.where(is_whole, boxes.length_m, np.maximum(boxes.length_m, usual_m[0])),
-            width_m=np.where(is_whole, boxes.width_m, np.maximum(boxes.width_m, usual_m[1])),
+            length_m=np.where(is_whole, boxes.length_m, np.maximum(boxes.length_m, self._usual_m[0])),
+            width_m=np.where(is_whole, boxes.width_m, np.maximum(boxes.width_m, self._usual_m[1])),
             size_count=is_whole.astype(np.int64),
             size_misfits=np.zeros(count, np.int64),
             odd_m=np.zeros((count, 4)),

@@ -9,6 +9,7 @@ from tests.vision.support import make_boxes
 from tests.vision.tracking.test_tracker import STEP_US, detect, everywhere
 from vision.settings import VisionSettings
 from vision.tracking.couples import find_couples
+from vision.tracking.settings import TrackingSettings
 from vision.tracking.tracker import Tracker
 
 Row = tuple[float, float, float, float, float]
@@ -19,7 +20,7 @@ SHADOW_AHEAD: Row = (6.2, 0.2, 0.0, 3.0, 2.4)
 
 def are_couple(other: Row, speeds_mps: tuple[float, float] = (13, 13)) -> bool:
     velocity = np.array([[speed, 0.0] for speed in speeds_mps])
-    return bool(find_couples(make_boxes([BODY, other]), velocity)[0, 1])
+    return bool(find_couples(make_boxes([BODY, other]), velocity, TrackingSettings())[0, 1])
 
 
 def test_pieces_that_move_as_one_are_a_couple() -> None:

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
-from vision.tracking.noise_level import MOST, NoiseLevel
+from vision.tracking.noise_level import NoiseLevel
+from vision.tracking.settings import TrackingSettings
+
+SETTINGS = TrackingSettings()
 
 
 @pytest.mark.parametrize("variance_ratio", [1.5, 2.25, 4.0])
 def test_factor_is_found_by_which_claims_fall_short(variance_ratio: float) -> None:
-    rng, level = np.random.default_rng(1), NoiseLevel()
+    rng, level = np.random.default_rng(1), NoiseLevel(SETTINGS)
     factors = []
     for _ in range(1000):
         level.learn(rng.chisquare(2, 10) * variance_ratio / level.factor)
@@ -19,22 +22,22 @@ def test_factor_is_found_by_which_claims_fall_short(variance_ratio: float) -> No
 def test_claims_that_are_right_or_too_modest_stay_as_they_are() -> None:
     rng = np.random.default_rng(1)
     for variance_ratio, most in ((1.0, 1.2), (0.3, 1.0)):
-        level = NoiseLevel()
+        level = NoiseLevel(SETTINGS)
         for _ in range(1000):
             level.learn(rng.chisquare(2, 10) * variance_ratio / level.factor)
         assert 1.0 <= level.factor <= most
 
 
 def test_the_odd_false_sighting_moves_it_no_more_than_any_other() -> None:
-    near, far = NoiseLevel(), NoiseLevel()
+    near, far = NoiseLevel(SETTINGS), NoiseLevel(SETTINGS)
     near.learn(np.array([2.0, 2.0]))
     far.learn(np.array([2.0, 1e9]))
     assert near.factor == far.factor > 1.0
 
 
 def test_factor_is_bounded_and_nothing_seen_changes_nothing() -> None:
-    level = NoiseLevel()
+    level = NoiseLevel(SETTINGS)
     level.learn(np.zeros(0))
     assert level.factor == 1.0
     level.learn(np.full(10_000, 100.0))
-    assert level.factor == pytest.approx(MOST)
+    assert level.factor == pytest.approx(SETTINGS.most_noise)
