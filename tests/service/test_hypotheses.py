@@ -8,8 +8,10 @@ import pytest
 
 from anchoring.adapter import LinkTrials
 from anchoring.observations import Level, LinkChange, LinkKind
+from chronicles import load
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
+from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.streams.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
@@ -148,7 +150,7 @@ def test_the_recogniser_hears_verdicts_first_and_events_with_their_open_hypothes
 
 def record(path: Path, *occurrences: Occurrence) -> Recorder:
     with open_log(str(path), "w") as log:
-        recorder = Recorder(log.begin_run(run()), None, history_us=SECOND_US)
+        recorder = Recorder(log.begin_run(run()), None, UnfitCounter(load("message m[]")), history_us=SECOND_US)
         for one in occurrences:
             recorder._record_occurrence(Sample(3 * SECOND_US, one.end_us, one))
         recorder.finish("finished", "")

@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chronicles import load
+from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.streams.sample import Sample
 from service.export.draw_video import draw_picture
 from service.records import SeenObject, ViewRecord
@@ -75,7 +77,7 @@ def objects_at(t_us: int, *, pixel_from_ground: np.ndarray | None = None) -> Vis
 )
 def test_recorder_writes_what_vision_says(tmp_path: Path, frames: list[VisionObjects], views: list[ViewRecord]) -> None:
     with open_log(str(tmp_path / "log.db"), "w") as log:
-        recorder = Recorder(log.begin_run(run()), None, history_us=0)
+        recorder = Recorder(log.begin_run(run()), None, UnfitCounter(load("message m[]")), history_us=0)
         for objects in frames:
             recorder._record_objects(Sample(objects.t_us, objects.t_us, objects))
         recorder.finish("finished", "")

@@ -8,10 +8,12 @@ from types import FunctionType, MethodType
 import numpy as np
 import pytest
 
+from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.streams.sample import Sample
+from dyknow.streams.stream import exhaust
 from service.monitoring.monitor_files import load_monitor_files
 from service.runs.inputs.trajectories import TrajectoryObjects
-from service.runs.pipeline import Pipeline, trajectory_pipeline
+from service.runs.pipeline import TRAJECTORIES, Feed, Pipeline, declared_pipeline
 from service.runs.recording import RecordedStreams, Recorder
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
@@ -76,20 +78,20 @@ def sizes(roots: Mapping[str, object]) -> dict[str, int]:
 def fed(pipeline: Pipeline, numbers: range) -> None:
     for number in numbers:
         objects = frame(number)
-        pipeline.publish(Sample(objects.t_us, objects.t_us, objects))
+        exhaust(pipeline.publish_in_steps(Sample(objects.t_us, objects.t_us, objects)))
 
 
 def test_thousands_of_cars_that_left_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # What is bounded by a large number is bounded by a small one here.
-    monkeypatch.setattr("chronicles.execution.eager._RECENT", 64)
-    monkeypatch.setattr("chronicles.execution.revision.DECIDED_KEPT", 64)
+    monkeypatch.setattr("chronicles.execution.live.eager._RECENT", 64)
+    monkeypatch.setattr("chronicles.execution.live.revision.DECIDED_KEPT", 64)
     (tmp_path / "a.chronicle").write_text(CHRONICLE)
     (tmp_path / "a.monitors").write_text(MONITORS)
     monitors = load_monitor_files((tmp_path / "a.monitors",))
     chronicles = load_chronicle_files((tmp_path / "a.chronicle",), messages=monitors.messages)
-    pipeline = trajectory_pipeline(None, chronicles.merged, monitors, clock=lambda: 0)
+    pipeline = declared_pipeline(Feed(TRAJECTORIES), None, chronicles.merged, monitors, clock=lambda: 0)
     with open_log(str(tmp_path / "a.db"), "w") as log:
-        recorder = Recorder(log.begin_run(run()), None, history_us=5 * SECOND_US)
+        recorder = Recorder(log.begin_run(run()), None, UnfitCounter(chronicles.merged), history_us=5 * SECOND_US)
         recorder.attach(RecordedStreams.of(pipeline))
         fed(pipeline, range(1_000))
         before = sizes({"pipeline": pipeline, "recorder": recorder})
