@@ -1,0 +1,56 @@
+"""Which `dyknow` commands do the README and the pages show, and what of such a line is ours?"""
+
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+PAGES = (README, ROOT / "ARCHITECTURE.md", *sorted((ROOT / "docs").glob("*.md")))
+
+_SHELL = re.compile(r"\s(?:#|\||>|&|&&)(?:\s.*)?$")
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command as a page shows it: where, and the words after `dyknow`."""
+
+    place: str
+    words: tuple[str, ...]
+
+
+def block_commands(path: Path) -> list[Command]:
+    """List the commands in blocks, which can be pasted into a shell."""
+    text = re.sub(r"\\\n\s*", "", path.read_text(encoding="utf-8"))
+    found = re.finditer(r"^(?: {4}|\$ )?dyknow ([a-z-]+\b.*)$", text, re.MULTILINE)
+    return [Command(_place(path, text, one), split(one[1])) for one in found]
+
+
+def sentence_commands(path: Path) -> list[Command]:
+    """List the commands inside sentences and tables."""
+    text = path.read_text(encoding="utf-8")
+    found = re.finditer(r"`dyknow\s+([a-z-]+\b[^`]*)`", text)
+    return [Command(_place(path, text, one), split(one[1])) for one in found]
+
+
+def fenced(path: Path, language: str) -> list[str]:
+    """Give the texts of the blocks of a language; "" is that of blocks which name none."""
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return [text for word, text in blocks if word == language]
+
+
+def split(line: str) -> tuple[str, ...]:
+    """Split a command as a shell does, without what the shell keeps for itself.
+
+    Examples
+    --------
+    >>> split("events a.db --format csv > events.csv"), split("serve a.db &"), split("check a.chronicle  # first")
+    (('events', 'a.db', '--format', 'csv'), ('serve', 'a.db'), ('check', 'a.chronicle'))
+    """
+    return tuple(shlex.split(_SHELL.sub("", line.replace("\n", " "))))
+
+
+def _place(path: Path, text: str, found: re.Match[str]) -> str:
+    line = text.count("\n", 0, found.start()) + 1
+    return f"{path.name}:{line}"
