@@ -13,6 +13,7 @@ from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings
+from tests.contracts.tables import table
 from tests.qsr.oracle import Oracle
 from tests.qsr.support import changes_of, footprints, random_traffic
 
@@ -102,6 +103,31 @@ def test_noisy_pass_gives_one_beside_and_no_flicker(closing_mps: float, seconds:
         errors_s += [abs(beside[0][0] / 1e6 - truth_s[0]), abs(beside[-1][0] / 1e6 - truth_s[1])]
     assert exact >= 48
     assert np.mean(errors_s) < 0.6 / closing_mps + 0.02
+
+
+@pytest.mark.parametrize(
+    "closing", ["5 m/s", *(pytest.param(one, marks=pytest.mark.slow) for one in ("14 m/s", "3 m/s", "1.5 m/s"))]
+)
+def test_noisy_passes_flicker_as_often_as_the_page_says(closing: str) -> None:
+    (row,) = (row for row in table("qsr.md", "closing speed") if row[0] == closing)
+    closing_mps = float(closing.removesuffix(" m/s"))
+    raised = RelationSettings(gap_sigma_m=0.6)
+    assert [clean_passes(closing_mps, 0.6, settings) for settings in (None, raised)] == [int(row[1]), int(row[2])]
+
+
+@pytest.mark.parametrize("closing_mps", [14.0, pytest.param(1.5, marks=pytest.mark.slow)])
+def test_passes_as_noisy_as_the_shipped_setting_expects_do_not_flicker(closing_mps: float) -> None:
+    assert clean_passes(closing_mps, RelationSettings().gap_sigma_m, None) == 50
+
+
+def clean_passes(closing_mps: float, sigma_m: float, settings: RelationSettings | None) -> int:
+    """Count the passes out of 50 that give exactly two changes of `beside`."""
+    clean, seconds = 0, max(4.0, 36.0 / closing_mps)
+    for seed in range(50):
+        frames = passing(closing_mps, seconds=seconds, sigma_m=sigma_m, rng=np.random.default_rng(seed))
+        beside = changes_of(run(frames, settings, only=["beside"]), "beside", "a", "b")[1:]
+        clean += [new for _, _, new in beside] == [True, False]
+    return clean
 
 
 def test_pass_ends_behind_and_starts_beside_at_the_same_moment() -> None:
