@@ -112,12 +112,15 @@ class Comparison:
         return [one for one in self.differences if one.startswith(f"{table}:")]
 
 
-def compare(golden: Mapping[str, Table], got: Mapping[str, Table], *, frame_us: int) -> Comparison:
+def compare(
+    golden: Mapping[str, Table], got: Mapping[str, Table], *, frame_us: int, is_exact: bool = False
+) -> Comparison:
     """Compare the tables of a log with the golden ones.
 
     Parameters
     ----------
     frame_us : the time from frame to frame, by which times may be off.
+    is_exact : no tolerance at all, for a log that was made on the same machine.
     """
     differences: list[str] = []
     not_pinned = [f"table {name}" for name in got if name not in golden]
@@ -125,14 +128,16 @@ def compare(golden: Mapping[str, Table], got: Mapping[str, Table], *, frame_us: 
         if name not in got:
             differences.append(f"{name}: expected this table, got none")
             continue
-        both = _TableComparison(expected, got[name], 0 if name in _EXACT_TIMES else frame_us)
+        off_us = 0 if is_exact or name in _EXACT_TIMES else frame_us
+        both = _TableComparison(expected, got[name], off_us, is_exact=is_exact)
         differences += both.differences()
         not_pinned += both.not_pinned()
     return Comparison(tuple(differences), tuple(not_pinned))
 
 
 class _TableComparison:
-    def __init__(self, golden: Table, got: Table, frame_us: int) -> None:
+    def __init__(self, golden: Table, got: Table, frame_us: int, *, is_exact: bool) -> None:
+        self._is_exact = is_exact
         self._golden = golden
         self._got = got
         self._frame_us = frame_us
@@ -208,7 +213,7 @@ class _TableComparison:
             for way, value in expected.items():
                 if way not in came:
                     yield f"{self._golden.name}: {self._words(golden)}: {way}: expected {value!r}, got nothing"
-                elif not self._is_near(way, value, came[way]):
+                elif value != came[way] and (self._is_exact or not self._is_near(way, value, came[way])):
                     yield f"{self._golden.name}: {self._words(golden)}: {way}: expected {value!r}, got {came[way]!r}"
             known = {_without_places(way) for way in expected}
             for way in sorted(came.keys() - expected.keys()):

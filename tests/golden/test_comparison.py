@@ -106,6 +106,14 @@ def test_number_within_its_tolerance_passes(golden: Tables, table: str, column: 
     assert compared(golden, table, moved(column, by, place=len(golden[table].rows) - 1)).differences == ()
 
 
+def test_exact_comparison_has_no_tolerance(golden: Tables) -> None:
+    rows = [row | {"x_m": float(str(row["x_m"])) + 0.0001} for row in golden["car_states"].rows[:1]]
+    moved_rows = replace(golden["car_states"], rows=(*rows, *golden["car_states"].rows[1:]))
+    both = {"car_states": golden["car_states"]}, {"car_states": moved_rows}
+    assert compare(*both, frame_us=FRAME_US).differences == ()
+    assert len(compare(*both, frame_us=FRAME_US, is_exact=True).differences) == 1
+
+
 def test_missing_and_extra_rows_are_told_of_every_table(golden: Tables) -> None:
     for table in (name for name in golden if golden[name].rows):
         missing = only(golden, table, lambda rows: rows.pop(len(rows) // 2))

@@ -48,6 +48,7 @@ def test_log_says_what_the_golden_one_says(case: Case, tmp_path: Path, not_pinne
     got, golden = read_log(log), HERE / case.folder / "log.txt"
     if os.environ.get("UPDATE_GOLDEN"):
         write_tables(got, golden)
-    comparison = compare(read_tables(golden), got, frame_us=case.frame_us)
+    is_exact = bool(os.environ.get("EXACT_GOLDEN"))
+    comparison = compare(read_tables(golden), got, frame_us=case.frame_us, is_exact=is_exact)
     not_pinned.note(case.folder, comparison.not_pinned)
     assert not comparison.differences, comparison.report()
