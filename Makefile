@@ -22,10 +22,10 @@ demo: $(VENV)/installed
 	$(BIN)/dyknow demo --out $(OUT)
 
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest $(TEST_ARGS)
+	$(BIN)/python -m pytest -n auto --dist loadfile $(TEST_ARGS)
 
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m slow $(TEST_ARGS)
+	$(BIN)/python -m pytest -n auto --dist loadfile -m slow $(TEST_ARGS)
 
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
