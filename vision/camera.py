@@ -22,7 +22,7 @@ from vision.detection.lanes import LaneStrip
 from vision.detection.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.box_eye import BoxEye
-from vision.objects import VisionObjects
+from vision.objects import BoolArray, FloatArray, IntArray, VisionObjects
 from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingEye, MovingGroundSurface
 from vision.registration.registration import CameraMotion
@@ -30,10 +30,6 @@ from vision.road.boxes import Boxes
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 from vision.video.frame import Companion, Frame
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Around tracks, when they are told to who follows a moving camera: shadows, and what a vehicle drives in a frame.
 OUTLINE_MARGIN_M = 2.0

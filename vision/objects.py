@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+VerdictArray = NDArray[np.int8]
+Tensor = NDArray[np.float32]
+Int64Array = NDArray[np.int64]
+ByteArray = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)

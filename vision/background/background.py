@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from vision.background.standing import StandingVehicles
 from vision.background.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of
+from vision.objects import BoolArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells, RoadImage, Window
 from vision.road.road_colour import RoadColour
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
-
-BoolArray = NDArray[np.bool_]
 
 # Cells on which the gain is measured, and cells too dark to measure it on.
 GAIN_CELLS = 2_000

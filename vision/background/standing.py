@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.background.startup import LEVEL, SAME_LEVELS, UNREST_LEVELS, FirstSight
+from vision.objects import BoolArray
 from vision.road.rectify import RoadCells
 from vision.road.road_colour import RoadColour
 from vision.video.frames import ByteArray
 
 FloatArray = NDArray[np.float32]
-BoolArray = NDArray[np.bool_]
 
 # A neighbourhood that is not calm reaches beyond the vehicle by this part of a car's width.
 BEYOND_WIDTHS = 1 / 3

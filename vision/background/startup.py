@@ -16,12 +16,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.objects import BoolArray
 from vision.road.rectify import RoadCells
 from vision.road.road_colour import RoadColour
 from vision.video.frames import ByteArray
 
 FloatArray = NDArray[np.float32]
-BoolArray = NDArray[np.bool_]
 
 # Cells that never change by more than this show one thing all the time.
 SAME_LEVELS = 8

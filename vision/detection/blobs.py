@@ -12,14 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells
 from vision.video.frames import ByteArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
-
 
 # A box measured by cells over a threshold is too long and too wide by this, since its border cells are mixed: measured
 # on boxes drawn with 20 to 60 grey levels of contrast.

@@ -14,14 +14,11 @@ from vision.detection.blobs import Cells, find_blobs
 from vision.detection.lanes import TWO_VEHICLES_M, LaneField
 from vision.detection.split import assign_cells
 from vision.detection.surface import Appearances, Surface
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Odd: an even kernel moves the mask by half a cell, and with it every centre.
 CLOSE_CELLS = 3

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.background.background import Background
 from vision.detection.detector import Detections, Expected, MotionDetector
@@ -20,15 +19,12 @@ from vision.detection.ground_surface import GroundSurface
 from vision.detection.image_surface import ImageSurface
 from vision.detection.lanes import LaneField, LaneStrip, borders_of
 from vision.detection.surface import FixedSurface, Surface
+from vision.objects import BoolArray, ByteArray, FloatArray, VerdictArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RectifiedFrame, RoadImage
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
-from vision.video.frame import ByteArray, Companion, Frame
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-VerdictArray = NDArray[np.int8]
+from vision.video.frame import Companion, Frame
 
 InstantT = TypeVar("InstantT")
 

@@ -13,16 +13,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.detector import Detections
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.tracking import kalman
 from vision.tracking.association import assign
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
 
 # Mahalanobis distance up to which two detections may be one vehicle.
 GATE_SIGMAS = 3.0

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells, measure, principal_heading
 from vision.detection.lanes import LaneField, LaneStrip
 from vision.detection.shadow import measure_shadows
 from vision.detection.surface import Appearances, Footprints
 from vision.errors import VisionError
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
 from vision.road.cover import cover
 from vision.road.grid import Grid
@@ -20,9 +20,6 @@ from vision.road.parallax import Parallax
 from vision.road.rectify import RoadCells, RoadRaster
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # Half-width of the band of cells that counts as the edge of the view.
 EDGE_CELLS = 2

@@ -9,14 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.grid import Grid
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # So many cells below a column's lowest one are looked at: the border between two vehicles is a little blurred.
 BELOW_CELLS = 3

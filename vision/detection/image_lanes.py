@@ -11,20 +11,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells
 from vision.detection.image_feet import Feet, find_feet
 from vision.detection.lanes import LANE_SHARE, TWO_VEHICLES_M, LaneField, LaneStrip
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import axis
 from vision.road.cover import Rectangle
 from vision.road.grid import Grid
 from vision.road.view import GroundView
 from vision.video.frames import ByteArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Of a vehicle half hidden by another one this much is seen at least; shadows on the next lane are flatter than this.
 LEAST_WIDTH_M, LEAST_HEIGHT_M = 1.1, 0.9

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells, measure
 from vision.detection.image_feet import find_feet
 from vision.detection.image_lanes import ImageLanes
 from vision.detection.lanes import LaneStrip
 from vision.detection.surface import Appearances, Footprints
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
 from vision.road.cover import Rectangle
 from vision.road.grid import Grid
@@ -25,9 +25,6 @@ from vision.road.rectify import RoadRaster
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.tracking import kalman
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # The image is watched up to this height over the road.
 WATCHED_HEIGHT_M = 2.5

@@ -11,13 +11,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.video.frames import ByteArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # A shadow leaves the most frequent light of all dark cells, up to so many per cent more or less.
 EVEN_PERCENT = 8

@@ -11,16 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells
 from vision.detection.lane_bodies import TALL_LENGTH_M, is_shadow, part_bodies, turned
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.grid import Grid
 from vision.video.frames import ByteArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # A blob at least this wide across the lanes may be two vehicles; of each, this much area and width is in its lane.
 TWO_VEHICLES_M = 3.4

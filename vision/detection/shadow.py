@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells, measure
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 # A body is recognised if the cells that are no shadow are this much of the blob and fill at least a small car.
 BODY_SHARE = 0.35

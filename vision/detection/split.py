@@ -10,16 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells
 from vision.detection.surface import Appearances
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Cells count as evidence for a predicted box up to this far outside it.
 REACH_M = 0.5

@@ -17,11 +17,9 @@ from numpy.typing import NDArray
 from vision.detection.blobs import Cells
 from vision.detection.lanes import LaneField, LaneStrip
 from vision.errors import VisionError
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells, RoadRaster
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

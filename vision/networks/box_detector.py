@@ -10,11 +10,8 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
+from vision.objects import BoolArray, FloatArray, IntArray
 
 UNKNOWN = "unknown"
 

@@ -12,18 +12,15 @@ from typing import TypeVar
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from vision.detection.detector import Detections, Expected
 from vision.detection.eye import Eye
 from vision.detection.fusion import Channel
 from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
+from vision.objects import BoolArray, FloatArray
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 InstantT = TypeVar("InstantT", bound=Instant)
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, UNKNOWN, GroundBoxes, ImageBoxes
 from vision.networks.stored_detections import StoredDetections
-
-FloatArray = NDArray[np.float64]
+from vision.objects import FloatArray
 
 DETECTION_SUFFIXES = (".txt", ".csv")
 # How files without scores say so, in the column for them.

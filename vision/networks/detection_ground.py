@@ -20,12 +20,10 @@ from numpy.typing import NDArray
 
 from vision.detection.detector import Detections, Expected
 from vision.networks.box_detector import USUAL_SIZES, GroundBoxes, ImageBoxes
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # The drawn edges of a box are off by about this much, and by this part of its size.
 EDGE_NOISE_PX = 1.0

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.networks.box_detector import ImageBoxes, whole_boxes
@@ -20,10 +19,8 @@ from vision.networks.onnx_header import OnnxHeader, read_header
 from vision.networks.onnx_output import decode
 from vision.networks.onnx_runner import load_network
 from vision.networks.onnx_settings import OnnxSettings
-from vision.video.frame import ByteArray, Frame
-
-FloatArray = NDArray[np.float64]
-Tensor = NDArray[np.float32]
+from vision.objects import ByteArray, Tensor
+from vision.video.frame import Frame
 
 # What is around a picture in the input: the grey that YOLO networks are trained with.
 PADDING = 114

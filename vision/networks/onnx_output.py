@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
 from vision.networks.onnx_settings import Layout
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+from vision.objects import FloatArray, IntArray
 
 ROW_COLUMNS: Mapping[str, int] = {"rows": 6, "rows-oriented": 7}
 

@@ -8,13 +8,11 @@ from typing import Any, Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.networks.onnx_header import OnnxHeader
 from vision.networks.onnx_settings import Runtime
-
-Tensor = NDArray[np.float32]
+from vision.objects import Tensor
 
 
 class NetworkRunner(Protocol):

@@ -11,12 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.networks.box_detector import GroundBoxes, ImageBoxes, Instant
-
-FloatArray = NDArray[np.float64]
-Int64Array = NDArray[np.int64]
+from vision.objects import Int64Array
 
 # What a single moment says of the distance to the next one.
 USUAL_STEP_US = 40_000

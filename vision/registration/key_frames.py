@@ -12,12 +12,9 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vision.objects import ByteArray, FloatArray
 from vision.registration.plane_fit import PlaneFit, fit_plane, transform
-from vision.video.frame import ByteArray
-
-FloatArray = NDArray[np.float64]
 
 # Few strong corners do better than many weak ones: an encoder lets weak texture lag behind the motion.
 CORNERS = 100

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.background.background import AT_THRESHOLD, GAIN_CELLS, Background
+from vision.objects import BoolArray
 from vision.registration.moving_raster import MovingRaster
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
-
-BoolArray = NDArray[np.bool_]
 
 # Samples of a cell seen during the start-up, at least, and of one that comes into view later.
 STARTUP_SAMPLES = 10

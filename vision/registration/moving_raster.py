@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.background.background import Background
 from vision.detection.detector import Expected
@@ -18,6 +17,7 @@ from vision.detection.eye import RoadEye
 from vision.detection.fusion import Channel
 from vision.detection.ground_surface import MapSurface, cell_size, painted_road
 from vision.errors import VisionError
+from vision.objects import BoolArray, FloatArray
 from vision.registration.plane_fit import transform
 from vision.road.grid import Grid
 from vision.road.parallax import Parallax
@@ -25,9 +25,6 @@ from vision.road.rectify import RoadCells, RoadImage, check_size
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # Pixels at the border of the picture that are not used: half-seen cells, and what the lens and the encoder do there.
 BORDER_PX = 3.0

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from vision.objects import BoolArray, FloatArray
 
 # Pairs this far from the best similarity still take part: a tilting camera bends a similarity by some pixels.
 ROUGH_PX = 6.0

@@ -21,11 +21,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.objects import ByteArray, FloatArray
 from vision.registration.key_frames import KeyFrame, Landmarks, half_size, to_half
 from vision.registration.plane_fit import transform
-from vision.video.frame import ByteArray, Frame
-
-FloatArray = NDArray[np.float64]
+from vision.video.frame import Frame
 
 # The guard: corners that must agree, their share of those that should be in view, the part of the picture's width and
 # height over which they must spread, and how like the key frame the picture must look at them (correlation).

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-BoolArray = NDArray[np.bool_]
+from vision.objects import BoolArray
 
 TILE_CELLS = 32
 # Joining two rectangles may waste this many cells: one more OpenCV call costs about as much.

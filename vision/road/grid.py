@@ -7,15 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.errors import VisionError
+from vision.objects import BoolArray, ByteArray, FloatArray
 from vision.road.cover import Rectangle
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
-ByteArray = NDArray[np.uint8]
 
 MAX_CELLS = 16_000_000
 # Fractional bits of OpenCV's polygon corners.

@@ -9,13 +9,11 @@ Where the smear is longer than a car, the car's own length cannot be seen, and a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vision.objects import FloatArray
 from vision.road.boxes import Boxes, axis
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
 
 # What remains of a box at least.
 MIN_LENGTH_M, MIN_WIDTH_M = 2.0, 1.4

@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.errors import VisionError
+from vision.objects import BoolArray, ByteArray, FloatArray, IntArray
 from vision.road.cover import Rectangle, cover
 from vision.road.grid import Grid
-from vision.video.frames import ByteArray, Frame
+from vision.video.frames import Frame
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 Window = tuple[slice, slice]
 NumberT = TypeVar("NumberT", bound=np.generic)
 

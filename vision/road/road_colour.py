@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from vision.road.rectify import RoadCells, Window
 
 FloatArray = NDArray[np.float32]
-BoolArray = NDArray[np.bool_]
 
 # Colours this near to the most frequent one are plain road; around a place, that is their mean within so many widths of
 # a car, if they fill this part of a squared width.

@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.errors import VisionError
-
-ByteArray = NDArray[np.uint8]
-FloatArray = NDArray[np.float64]
+from vision.objects import ByteArray, FloatArray
 
 TYPICAL_LENGTH_M = 4.5
 LEAST_PICTURES = 5

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.errors import VisionError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from vision.objects import BoolArray, FloatArray
 
 # The extent of the seen ground is sampled on image positions this far apart.
 STEP_PX = 8.0

@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from vision.detection.detector import Detections
+from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, axis
 from vision.tracking import kalman
 from vision.tracking.track import TrackTable
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Stands for "never" in the assignment, far above every squared distance inside a gate.
 FORBIDDEN = 1e9

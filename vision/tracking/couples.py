@@ -8,13 +8,10 @@ keep a distance that grows with speed.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis
 from vision.tracking.settings import TrackingSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 def find_couples(boxes: Boxes, velocity_mps: FloatArray, settings: TrackingSettings) -> BoolArray:

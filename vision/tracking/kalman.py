@@ -7,9 +7,8 @@ for one second: unlike noise per step, it means the same at every frame rate and
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from vision.objects import FloatArray
 
 
 def oriented_covariance(heading_rad: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.tracking.settings import TrackingSettings
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(slots=True)

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.detection.detector import Detections, Expected
 from vision.detection.shadow import Sun, without_shadow
-from vision.objects import VisionObjects
+from vision.objects import BoolArray, FloatArray, IntArray, VisionObjects
 from vision.road.boxes import Boxes, axis, distance_to_boxes, wrap_angle
 from vision.settings import VisionSettings
 from vision.tracking import kalman
@@ -21,10 +20,6 @@ from vision.tracking.association import Sightings, assign, costs, doubt, measure
 from vision.tracking.couples import find_couples
 from vision.tracking.noise_level import NoiseLevel
 from vision.tracking.track import TrackTable
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 
 class Tracker:

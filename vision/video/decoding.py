@@ -18,7 +18,8 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from vision.errors import VideoBroken, VideoError
-from vision.video.frame import ByteArray, Frame
+from vision.objects import ByteArray
+from vision.video.frame import Frame
 
 # FFmpeg plays text files and single pictures as videos; nobody means that.
 NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pipe", "gif_pipe", "webp_pipe"})

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-ByteArray = NDArray[np.uint8]
+from vision.objects import ByteArray
 
 # Before two frames have been seen, their distance is a guess.
 USUAL_STEP_US = 40_000

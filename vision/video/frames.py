@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vision.video.frame import ByteArray, Frame
+from vision.objects import ByteArray
+from vision.video.frame import Frame
 
 if TYPE_CHECKING:
     from vision.video.decoding import VideoHeader
