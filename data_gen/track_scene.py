@@ -9,11 +9,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from data_gen.drawing.view import BoolArray, CameraView, camera_over
+from data_gen.drawing.view import CameraView, camera_over
 from data_gen.errors import DataGenError
 from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
-from data_gen.simulation.states import VehicleStates
+from data_gen.simulation.states import BoolArray, VehicleStates
 from data_gen.site_file import write_site_without_camera
 from data_gen.trajectories import (
     NoisyTracks,

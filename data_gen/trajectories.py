@@ -20,9 +20,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from data_gen.drawing.view import BoolArray
 from data_gen.errors import DataGenError
-from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
+from data_gen.simulation.states import BoolArray, FloatArray, IntArray, VehicleStates
 
 COLUMNS = ("t_us", "id", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m")
 SWAP_REACH_M = 6.0

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from data_gen.drawing.cameras import CameraPath
 from data_gen.drawing.ground.buildings import hides_ground
@@ -24,10 +23,8 @@ from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
 from data_gen.drawing.traffic.solid_painter import SolidPainter
 from data_gen.drawing.traffic.sprite_painter import SpritePainter
 from data_gen.drawing.view import CameraView, Rectangle
-from data_gen.simulation.states import VehicleStates
+from data_gen.simulation.states import ByteArray, VehicleStates
 from gis.road_network import RoadNetwork
-
-ByteArray = NDArray[np.uint8]
 
 _MARGIN_M = 40.0
 

@@ -9,9 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.simulation.states import FloatArray
-
-ByteArray = NDArray[np.uint8]
+from data_gen.simulation.states import ByteArray, FloatArray
 
 NOISE_SIGMA = 1.8
 """Standard deviation of a good sensor in daylight, in steps of luma."""

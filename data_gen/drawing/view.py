@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_gen.scenario import View
-from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.simulation.states import BoolArray, FloatArray, VehicleStates
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraPose
-
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,10 @@ from data_gen.scenario import VehicleClass
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+ByteArray = NDArray[np.uint8]
+Picture = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
+IndexArray = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from data_gen.drawing.occlusion.overlay import Overlay
-from data_gen.drawing.view import BoolArray, CameraView
-from data_gen.simulation.states import VehicleStates
+from data_gen.drawing.view import CameraView
+from data_gen.simulation.states import BoolArray, VehicleStates
 from data_gen.truth.alone import find_solitary
 from data_gen.truth.cut_in import find_cut_ins
 from data_gen.truth.event import TruthEvent, in_order

@@ -13,8 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from data_gen.drawing.view import BoolArray
-from data_gen.simulation.states import IntArray
+from data_gen.simulation.states import BoolArray, IntArray
 
 ROLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {

@@ -19,8 +19,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.view import BoolArray
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import BoolArray, FloatArray
 from data_gen.truth.event import MARGIN_US, ROLES, TruthEvent, in_order, reasons_out_of_view, rows_around
 from data_gen.truth.motion import Motion, PairRun, pair_runs
 

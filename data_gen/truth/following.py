@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.view import BoolArray
-from data_gen.simulation.states import FloatArray, IntArray
+from data_gen.simulation.states import BoolArray, FloatArray, IntArray
 from data_gen.truth.event import TruthEvent, reasons_cut_by_clip
 from data_gen.truth.motion import TruthTables, stretches
 

@@ -12,8 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from data_gen.drawing.view import BoolArray
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import BoolArray, FloatArray
 from data_gen.truth.event import TruthEvent
 from data_gen.truth.motion import TruthTables, stretches
 

@@ -7,11 +7,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.view import BoolArray
-from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
+from data_gen.simulation.states import BoolArray, FloatArray, IndexArray, IntArray, VehicleStates
 from gis.road_network import RoadNetwork
 
-IndexArray = NDArray[np.int32]
 _Cell = TypeVar("_Cell", bound=np.generic)
 
 

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.view import BoolArray
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import BoolArray, FloatArray
 from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
 from data_gen.truth.motion import TruthTables, stretches
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from data_gen.drawing.view import BoolArray
+from data_gen.simulation.states import BoolArray
 from data_gen.truth.event import ROLES, TruthEvent, reasons_out_of_view, rows_around
 from data_gen.truth.motion import TruthTables
 

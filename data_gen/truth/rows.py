@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from data_gen.drawing.occlusion.overlay import Overlay, hidden_shares
-from data_gen.drawing.view import BoolArray, CameraView
-from data_gen.simulation.states import VehicleStates
+from data_gen.drawing.view import CameraView
+from data_gen.simulation.states import BoolArray, VehicleStates
 from gis.road_network import RoadNetwork
 
 COLUMNS = (

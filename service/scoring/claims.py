@@ -18,12 +18,9 @@ from service.errors import InputError
 from service.records import CarState, RunRecord, SeenObject
 from service.runs.inputs.trajectories import Trajectories, load_trajectories
 from service.scoring.object_rows import ObjectRows
+from service.scoring.pairs import BoolArray, FloatArray, IntArray
 from service.scoring.scene_view import SceneView
 from service.store.log import EventLog
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 MOT_SUFFIXES = (".txt", ".mot")
 MOT_FIELDS = 6

@@ -10,16 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.scoring.object_rows import ObjectRows
-from service.scoring.pairs import Pairs, assign, box_pairs, ground_pairs
+from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, assign, box_pairs, ground_pairs
 from service.scoring.proportions import wilson_interval
 from service.scoring.tracks import TrackScore, score_tracks
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 REACH_M = 2.0
 # Similarity of tracks falls to 0 here, so that the threshold 0.5 of IDF1 is the reach of a detection.

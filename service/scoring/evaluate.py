@@ -21,9 +21,8 @@ from scipy.spatial import cKDTree
 
 from data_gen.truth.event import INTERCHANGEABLE, ROLES
 from service.errors import TruthError
+from service.scoring.pairs import FloatArray
 from service.scoring.proportions import wilson_interval
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE_US = 2_000_000
 NEAREST_M = 4.0

@@ -6,14 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from service.scoring.pairs import BoolArray, FloatArray, IntArray, StrArray
 from service.scoring.tracks import TrackRows
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-StrArray = NDArray[np.str_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

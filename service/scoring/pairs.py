@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+StrArray = NDArray[np.str_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,19 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from service.errors import LogError
 from service.scoring.claims import MOT_SUFFIXES, Found, found_cars, found_objects, load_tracks
 from service.scoring.detection import DetectionScore, Settled, score_detection, score_settled_tracks, settle
 from service.scoring.object_rows import ObjectRows, join_scenes
+from service.scoring.pairs import IntArray
 from service.scoring.scene_roads import keep_to_roads, load_scene_roads
 from service.scoring.scene_view import SceneView, load_scene_view
 from service.scoring.tracks import TrackScore
 from service.scoring.truth_rows import TruthTable, load_truth_table
 from service.store.log import open_log
-
-IntArray = NDArray[np.int64]
 
 OBJECTS, CARS, TRACKS = "vision objects", "cars", "tracks"
 

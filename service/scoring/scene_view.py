@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gis.camera_pose import CameraTrack, read_camera_track
 from gis.errors import GisError
@@ -14,9 +13,7 @@ from service.errors import TruthError
 from service.records import CameraRecord
 from service.runs.inputs.site import load_site
 from service.scoring.object_rows import ObjectRows
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from service.scoring.pairs import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,14 +12,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from service.scoring.pairs import Pairs, assign, choose, groups_of, is_alone
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, assign, choose, groups_of, is_alone
 
 # Similarities at which HOTA is computed, to be averaged; and the one of IDF1 and CLEAR.
 HOTA_THRESHOLDS = tuple(step / 20 for step in range(1, 20))

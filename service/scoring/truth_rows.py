@@ -13,16 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.errors import TruthError
 from service.scoring.object_rows import ObjectRows
+from service.scoring.pairs import BoolArray, FloatArray, IntArray, StrArray
 from service.scoring.scene_view import SceneView
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-StrArray = NDArray[np.str_]
 
 EDGE_M = 1.0
 STANDING_MPS = 0.5

@@ -10,11 +10,11 @@ import numpy as np
 import shapely
 
 from data_gen.drawing.ground.mosaic import plane_to_pixels
-from data_gen.drawing.ground.paint import Colour, GroundPainter, Picture, cover_of, lay_over
+from data_gen.drawing.ground.paint import Colour, GroundPainter, cover_of, lay_over
 from data_gen.drawing.ground.scenery import Building, shadow_of
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import FloatArray, Picture
 
 _SHADOW_COLOUR = (38.0, 44.0, 34.0)
 _WALL_COLOUR = np.array((150.0, 160.0, 166.0))

@@ -13,10 +13,11 @@ from shapely.ops import substring
 
 from data_gen.drawing.ground.buildings import paint_buildings
 from data_gen.drawing.ground.mosaic import plane_camera
-from data_gen.drawing.ground.paint import GroundPainter, Picture, lay_over
+from data_gen.drawing.ground.paint import GroundPainter, lay_over
 from data_gen.drawing.ground.scenery import Parcel, Scenery, Tree, shadow_of
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView
+from data_gen.simulation.states import Picture
 from gis.lanes import Lane
 from gis.polyline import offset
 from gis.road_network import RoadNetwork

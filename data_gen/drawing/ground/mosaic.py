@@ -4,13 +4,10 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import ByteArray, FloatArray
 from gis.camera import GroundCamera
-
-ByteArray = NDArray[np.uint8]
 
 _FINER = 1.15
 """The raster is this much finer than the finest frame: bilinear sampling then keeps what a lens would keep."""

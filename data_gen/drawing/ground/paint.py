@@ -9,12 +9,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import FloatArray, Picture
 from gis.camera import GroundCamera
 
-Picture = NDArray[np.float32]
 """(h, w, 3) blue, green, red in 0 to 255, or (h, w) for a single layer."""
 Colour = tuple[float, float, float]
 

@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from data_gen.drawing.ground.buildings import at_height
 from data_gen.drawing.ground.mosaic import Raster
-from data_gen.drawing.ground.paint import GroundPainter, Picture, cover_of
+from data_gen.drawing.ground.paint import GroundPainter, cover_of
 from data_gen.drawing.occlusion.occluders import Occluder, shadow_on_ground
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.sprite_painter import blend
 from data_gen.drawing.traffic.vehicle_models import height_m
 from data_gen.drawing.view import CameraView, Rectangle, corners_m
-from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.simulation.states import ByteArray, FloatArray, Picture, VehicleStates
 
-ByteArray = NDArray[np.uint8]
 Layer = tuple[Rectangle, ByteArray]
 
 _SHADE = 0.5
