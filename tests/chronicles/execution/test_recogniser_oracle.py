@@ -7,10 +7,12 @@ from chronicles.events import Occurrence
 from tests.chronicles.execution.case_runner import FAR_US, check_case, disagreements, make_case
 
 CASES_A_BLOCK = 100
-BLOCKS = 15
+BLOCKS, KEPT = 15, 4  # the others run with `make test-slow`
 
 
-@pytest.mark.parametrize("block", range(BLOCKS))
+@pytest.mark.parametrize(
+    "block", [*range(KEPT), *(pytest.param(block, marks=pytest.mark.slow) for block in range(KEPT, BLOCKS))]
+)
 def test_executors_find_exactly_what_the_oracle_finds(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     if block % 2:
         # Forget whatever can be forgotten after every event: nothing of it may be needed again.
