@@ -12,11 +12,9 @@ import shapely
 
 from data_gen.degrade import Degradation, PlannedFrame, plan_frames
 from data_gen.drawing.cameras import CameraKind, CameraPath, camera_path
-from data_gen.drawing.ground.junction_marks import junction_marks, parking_bays
-from data_gen.drawing.ground.markings import road_markings
-from data_gen.drawing.occlusion.occluders import OccluderKind, occluder_kinds
-from data_gen.drawing.render import SceneRenderer, World, make_world
-from data_gen.drawing.sensor import NOISE_SIGMA
+from data_gen.drawing.ground.markings import junction_marks, parking_bays, road_markings
+from data_gen.drawing.occluders import OccluderKind, occluder_kinds
+from data_gen.drawing.render import NOISE_SIGMA, SceneRenderer, World, make_world
 from data_gen.drawing.sun import Weather, check_weather
 from data_gen.drawing.thermal import ThermalRenderer, thermal_path
 from data_gen.drawing.video import VideoWriter
@@ -26,9 +24,8 @@ from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
 from data_gen.simulation.states import VehicleStates
 from data_gen.site_file import write_site
-from data_gen.truth.clip import clip_events
+from data_gen.truth.clip import clip_events, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
-from data_gen.truth.rows import write_truth
 from gis.camera_pose import write_camera_track
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net

@@ -24,9 +24,8 @@ from data_gen.trajectories import (
     rows_of_states,
     write_tracks,
 )
-from data_gen.truth.clip import clip_events
+from data_gen.truth.clip import clip_events, visible_centres, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
-from data_gen.truth.rows import visible_centres, write_truth
 from gis.sumo_net import read_sumo_net
 
 _NO_OPTIONS: Mapping[str, str] = MappingProxyType({})

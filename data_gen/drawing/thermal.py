@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_gen.drawing.cameras import CameraPath
-from data_gen.drawing.ground.buildings import at_height
 from data_gen.drawing.ground.paint import cover_of, lay_over
-from data_gen.drawing.occlusion.overlay import Overlay
+from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.render import GroundPicture, World
 from data_gen.drawing.traffic.vehicle_models import height_m
-from data_gen.drawing.view import CameraView, Rectangle, camera_over, corners_m
+from data_gen.drawing.view import CameraView, Rectangle, at_height, camera_over, corners_m
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray, Picture, VehicleStates
 from gis.camera_pose import CameraPose, CameraTrack

@@ -15,9 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from data_gen.scenario import Attempts
-from data_gen.simulation.bodies import FrontStates
 from data_gen.simulation.demand import Departure
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import FloatArray, FrontStates
 
 _GAP_M = (5.0, 30.0)
 """Between the bumpers as the attempt starts."""

@@ -10,9 +10,8 @@ import numpy as np
 import shapely
 
 from data_gen.scenario import Flow, ParkingStrip, Scenario
-from data_gen.simulation.bodies import FrontStates
 from data_gen.simulation.demand import Departure, draw_vehicle
-from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.simulation.states import FloatArray, FrontStates, VehicleStates
 
 _PULLING_UP_M = 25.0
 """Before and after its place a stopping vehicle draws to the side over this distance."""

@@ -33,3 +33,17 @@ class VehicleStates:
     width_m: FloatArray
     appearance: IntArray
     """Seed of each vehicle's looks."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrontStates:
+    """The front bumpers of all n vehicles at one step, as SUMO moves them."""
+
+    t_us: int
+    ids: tuple[str, ...]
+    lanes: tuple[str, ...]
+    front_m: FloatArray
+    """(n, 2)."""
+    lane_heading_rad: FloatArray
+    """SUMO's own angle; it jumps where a lane change starts."""
+    speed_mps: FloatArray

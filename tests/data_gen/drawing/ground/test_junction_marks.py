@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from data_gen.drawing.ground.junction_marks import junction_marks, parking_bays
+from data_gen.drawing.ground.markings import junction_marks, parking_bays
 from data_gen.scenario import shipped_network
 from gis.lanes import Lane
 from gis.sumo_net import read_sumo_net

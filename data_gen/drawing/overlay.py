@@ -11,14 +11,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from data_gen.drawing.ground.buildings import at_height
-from data_gen.drawing.ground.mosaic import Raster
 from data_gen.drawing.ground.paint import GroundPainter, cover_of
-from data_gen.drawing.occlusion.occluders import Occluder, shadow_on_ground
+from data_gen.drawing.occluders import Occluder, shadow_on_ground
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.traffic.sprite_painter import blend
+from data_gen.drawing.traffic.sprites import blend
 from data_gen.drawing.traffic.vehicle_models import height_m
-from data_gen.drawing.view import CameraView, Rectangle, corners_m
+from data_gen.drawing.view import CameraView, Raster, Rectangle, at_height, corners_m
 from data_gen.simulation.states import ByteArray, FloatArray, Picture, VehicleStates
 
 Layer = tuple[Rectangle, ByteArray]
