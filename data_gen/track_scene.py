@@ -2,18 +2,17 @@
 
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
-from data_gen.drawing.view import CameraView, camera_over
+from data_gen.drawing.view import camera_over
 from data_gen.errors import DataGenError
 from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
-from data_gen.simulation.states import BoolArray, VehicleStates
 from data_gen.site_file import write_site_without_camera
 from data_gen.trajectories import (
     NoisyTracks,
@@ -24,7 +23,7 @@ from data_gen.trajectories import (
     rows_of_states,
     write_tracks,
 )
-from data_gen.truth.clip import clip_events, visible_centres, write_truth
+from data_gen.truth.clip import clip_events, visible_masks, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
 from gis.sumo_net import read_sumo_net
 
@@ -91,7 +90,7 @@ def make_track_scene(
     states = simulate(plan, seed=seed, rng=traffic_rng, duration_us=duration_us, step_us=step_us)
     network = read_sumo_net(plan.network_file)
     views = (camera_over(plan.view, _VIEW_SIZE_PX),) * len(states) if in_view else None
-    rows = rows_of_states(states, _seen(states, views), every=every)
+    rows = rows_of_states(states, visible_masks(states, views), every=every)
     events = clip_events(states, network, views)
     out_dir.mkdir(parents=True, exist_ok=True)
     network_file = out_dir / "network.net.xml"
@@ -174,9 +173,3 @@ def _steps(rate_hz: int) -> tuple[int, int]:
         parts for parts in range(math.ceil(period_ms * 1000 / _LONGEST_STEP_US), 1001) if not period_ms % parts
     )
     return period_ms * 1000 // every, every
-
-
-def _seen(states: Sequence[VehicleStates], views: Sequence[CameraView] | None) -> list[BoolArray]:
-    if views is None:
-        return [np.ones(len(step.ids), dtype=np.bool_) for step in states]
-    return [visible_centres(step, view) for step, view in zip(states, views, strict=True)]

@@ -21,7 +21,7 @@ from data_gen.scenario import Scenario
 from data_gen.simulation.attempts import add_attempts
 from data_gen.simulation.demand import Departure, draw_departures, routes_xml
 from data_gen.simulation.roadside import append_parked, draw_to_the_side
-from data_gen.simulation.states import FloatArray, FrontStates, VehicleStates
+from data_gen.simulation.states import FloatArray, FrontStates, VehicleStates, states_of
 
 _LARGEST_SEED = 2**31 - 1
 
@@ -251,18 +251,7 @@ def _dragged(
         ],
         dtype=np.float64,
     ).reshape(-1, 3)
-    return VehicleStates(
-        t_us=step.t_us,
-        ids=step.ids,
-        classes=tuple(item.kind.vehicle_class for item in known),
-        lanes=step.lanes,
-        centre_m=poses[:, :2],
-        heading_rad=poses[:, 2],
-        speed_mps=step.speed_mps,
-        length_m=np.array([item.length_m for item in known], dtype=np.float64),
-        width_m=np.array([item.width_m for item in known], dtype=np.float64),
-        appearance=np.array([item.appearance for item in known], dtype=np.int64),
-    )
+    return states_of(known, t_us=step.t_us, lanes=step.lanes, poses=poses, speed_mps=step.speed_mps)
 
 
 def _drag(

@@ -8,7 +8,7 @@ import numpy as np
 
 from data_gen.drawing.overlay import Overlay, hidden_shares
 from data_gen.drawing.view import CameraView
-from data_gen.simulation.states import BoolArray, VehicleStates
+from data_gen.simulation.states import BoolArray, Cells, VehicleStates
 from data_gen.truth.alone import find_solitary
 from data_gen.truth.cut_in import find_cut_ins
 from data_gen.truth.event import TruthEvent, in_order
@@ -97,12 +97,17 @@ def seen_centres(
     -------
     (steps, vehicles), columns as in `motion.ids`; False where a vehicle is absent.
     """
-    column = {vehicle_id: place for place, vehicle_id in enumerate(motion.ids)}
-    seen = np.zeros(motion.road.shape, dtype=np.bool_)
-    for row, step in enumerate(states):
-        columns = [column[vehicle_id] for vehicle_id in step.ids]
-        seen[row, columns] = True if views is None else visible_centres(step, views[row], overlay)
-    return seen
+    visible = np.concatenate(visible_masks(states, views, overlay))
+    return Cells(states, motion.ids).spread(visible, False)
+
+
+def visible_masks(
+    states: Sequence[VehicleStates], views: Sequence[CameraView] | None, overlay: Overlay | None = None
+) -> list[BoolArray]:
+    """Tell for each step which of its vehicles are in view and not hidden; parameters are those of `clip_events`."""
+    if views is None:
+        return [np.ones(len(step.ids), dtype=np.bool_) for step in states]
+    return [visible_centres(step, view, overlay) for step, view in zip(states, views, strict=True)]
 
 
 def write_truth(
