@@ -109,7 +109,7 @@ def _events(motion: Motion, visible: BoolArray, run: PairRun, overlap: _Overlap)
     steps = slice(run.first_step + overlap.start, run.first_step + overlap.end)
     # A run that ends inside the overlap has no step after it: the core ends with the last step seen.
     end_step = min(steps.stop, run.first_step + len(run.gap_m) - 1)
-    core_us = (int(motion.t_us[steps.start]), int(motion.t_us[end_step]))
+    core_us = motion.span_us(steps.start, end_step)
     seen = visible[rows_around(motion.t_us, *core_us), :][:, [actor, other]]
     if not seen.any():
         return
@@ -118,16 +118,8 @@ def _events(motion: Motion, visible: BoolArray, run: PairRun, overlap: _Overlap)
     leave_us, return_us = _manoeuvre(motion, actor, other, steps.start)
     for event_type, unclear in _types(motion, (actor, other), overlap, steps):
         reasons = [*cut_short, *reasons_out_of_view(seen, ROLES[event_type], "core"), *unclear, *nearly]
-        yield TruthEvent(
-            type=event_type,
-            vehicles=(motion.ids[actor], motion.ids[other]),
-            start_us=core_us[0],
-            end_us=core_us[1],
-            countable=not reasons,
-            why_not_countable="; ".join(reasons) or None,
-            manoeuvre_start_us=leave_us,
-            manoeuvre_end_us=return_us,
-        )
+        told = motion.event(event_type, (actor, other), core_us, reasons)
+        yield replace(told, manoeuvre_start_us=leave_us, manoeuvre_end_us=return_us)
 
 
 def _nearly_none(overlap: _Overlap) -> list[str]:
@@ -206,7 +198,7 @@ def find_junction_passes(tables: TruthTables) -> Iterator[TruthEvent]:
     `aborted_overtake` as well.
     """
     overlaps: dict[tuple[int, int], dict[int, float]] = {}
-    for step in range(len(tables.motion.t_us)):
+    for step in range(len(tables.t_us)):
         for a, b, gap_m in _overlapping(tables, step):
             overlaps.setdefault((a, b), {})[step] = gap_m
     for pair, gaps_m in sorted(overlaps.items()):
@@ -219,7 +211,7 @@ def find_junction_passes(tables: TruthTables) -> Iterator[TruthEvent]:
 
 
 def _on_one_road(tables: TruthTables, pair: tuple[int, int], steps: slice) -> BoolArray:
-    road = tables.motion.road[steps, :][:, list(pair)]
+    road = tables.road[steps, :][:, list(pair)]
     return np.asarray((road[:, 0] == road[:, 1]) & (road[:, 0] >= 0), dtype=np.bool_)
 
 
@@ -234,7 +226,7 @@ def _overlapping(tables: TruthTables, step: int) -> Iterator[tuple[int, int, flo
     east_m, north_m = x_m[first] - x_m[second], y_m[first] - y_m[second]
     gap_m: FloatArray = east_m * np.cos(mean_rad) + north_m * np.sin(mean_rad)
     aside_m = np.abs(north_m * np.cos(mean_rad) - east_m * np.sin(mean_rad))
-    length_m = tables.motion.length_m[here]
+    length_m = tables.length_m[here]
     overlap = np.abs(gap_m) <= (length_m[first] + length_m[second]) / 2 + _LONGER_M
     overlap &= (aside_m < _BESIDE_M) & (np.cos(turn_rad) > _SAME_HEADING_COS)
     for row in np.flatnonzero(overlap).tolist():
@@ -245,22 +237,13 @@ def _border_events(
     tables: TruthTables, pair: tuple[int, int], steps: tuple[int, int], *, is_road_near: bool
 ) -> Iterator[TruthEvent]:
     """Make a pass of the overlap if the one who gains ever moves; all that it may be if a part of it is on one road."""
-    motion = tables.motion
     rows = slice(*steps)
     # Loosely, the overlap may begin while both still stand at a light.
-    fastest_mps = motion.speed_mps[rows, :][:, list(pair)].max(axis=0)
-    names = motion.ids[pair[0]], motion.ids[pair[1]]
-    pass_ = TruthEvent(
-        type="pass",
-        vehicles=names,
-        start_us=int(motion.t_us[steps[0]]),
-        end_us=int(motion.t_us[min(steps[1], len(motion.t_us) - 1)]),
-        countable=False,
-        why_not_countable=_REASON,
-    )
+    fastest_mps = tables.speed_mps[rows, :][:, list(pair)].max(axis=0)
+    pass_ = tables.event("pass", pair, tables.span_us(*steps), [_REASON])
     if fastest_mps[0] > SLOWEST_MPS:
         yield pass_
     if is_road_near and fastest_mps.min() > SLOWEST_MPS:
         yield replace(pass_, type="overtake")
         yield replace(pass_, type="aborted_overtake")
-        yield replace(pass_, type="aborted_overtake", vehicles=names[::-1])
+        yield replace(pass_, type="aborted_overtake", vehicles=pass_.vehicles[::-1])
