@@ -8,7 +8,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-import shapely
 
 from data_gen.degrade import Degradation, PlannedFrame, plan_frames
 from data_gen.drawing.cameras import CameraKind, CameraPath, camera_path
@@ -181,16 +180,7 @@ def plan_world(
 ) -> World:
     """Plan the world of a scenario, marks and parking bays included; the other parameters are those of `make_world`."""
     lanes = {lane.id: lane for lane in network.lanes}
-    bays: list[shapely.Geometry] = [
-        parking_bays(
-            lanes[strip.lane],
-            first_m=strip.first_m,
-            last_m=strip.last_m,
-            right_m=strip.right_m,
-            width_m=strip.kind.width_m[1],
-        )
-        for strip in plan.parking
-    ]
+    bays = [parking_bays(lanes[strip.lane], strip) for strip in plan.parking]
     marks = (*road_markings(network), *junction_marks(network, plan.network_file))
     return make_world(network, path, rng, marks=marks, bays=bays, weather=weather, occluders=occluders)
 

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from shapely import affinity
 
-from data_gen.drawing.ground.paint import Colour
+from data_gen.drawing.ground.paint import Colour, placed
 from data_gen.drawing.ground.scenery import draw_tree
 from data_gen.drawing.sun import Sun
 from data_gen.errors import DataGenError
@@ -142,8 +142,7 @@ class _Crossing:
         self._middle_m = place_m + (low_m + high_m) / 2 * left
 
     def placed(self, shape: shapely.Geometry, turn_rad: float = 0.0) -> shapely.Geometry:
-        turned = affinity.rotate(shape, self.heading_rad + turn_rad, origin=(0, 0), use_radians=True)
-        return affinity.translate(turned, float(self._middle_m[0]), float(self._middle_m[1]))
+        return placed(shape, self._middle_m, self.heading_rad + turn_rad)
 
     def point_m(self, along_m: float, left_m: float) -> FloatArray:
         return np.asarray(shapely.get_coordinates(self.placed(shapely.Point(along_m, left_m)))[0], dtype=np.float64)

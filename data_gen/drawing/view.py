@@ -4,6 +4,7 @@ Of the ground that a moving camera sees all is painted once, seen from above, an
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -17,6 +18,9 @@ from gis.camera_pose import CameraPose
 _FINER = 1.15
 """The raster is this much finer than the finest frame: bilinear sampling then keeps what a lens would keep."""
 _LARGEST_PX = 24_000_000
+
+Bounds = tuple[float, float, float, float]
+"""West, south, east, north."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +64,12 @@ class CameraView:
         return np.asarray(self.contains(points_m.reshape(-1, 2)).reshape(-1, 5).any(axis=1), dtype=np.bool_)
 
 
+def views_of(poses: Sequence[CameraPose], size_px: tuple[int, int]) -> tuple[CameraView, ...]:
+    """Give what a camera sees from each pose: the very same view from the same pose."""
+    seen = {pose: CameraView(pose.camera(*size_px), size_px, pose) for pose in dict.fromkeys(poses)}
+    return tuple(seen[pose] for pose in poses)
+
+
 def camera_over(view: View, size_px: tuple[int, int]) -> CameraView:
     """Hang a camera that looks straight down over a view, north up.
 
@@ -87,6 +97,12 @@ def camera_over(view: View, size_px: tuple[int, int]) -> CameraView:
         [0.0, 0.0, 1.0],
     ]
     return CameraView(GroundCamera.from_homography(ground_from_pixel), size_px)
+
+
+def widened(bounds_m: Bounds, by_m: float) -> Bounds:
+    """Move the west, south, east and north ends of some ground outwards."""
+    west_m, south_m, east_m, north_m = bounds_m
+    return west_m - by_m, south_m - by_m, east_m + by_m, north_m + by_m
 
 
 def corners_m(states: VehicleStates) -> FloatArray:
@@ -163,7 +179,7 @@ class Raster:
         pixels.
     """
 
-    def __init__(self, reach_m: tuple[float, float, float, float], pixel_m: float) -> None:
+    def __init__(self, reach_m: Bounds, pixel_m: float) -> None:
         west_m, south_m, east_m, north_m = reach_m
         area_m2 = (east_m - west_m) * (north_m - south_m)
         self.pixel_m = max(pixel_m / _FINER, math.sqrt(area_m2 / _LARGEST_PX))
@@ -212,13 +228,10 @@ class Raster:
         The part and its picture, 0 where the raster ends; None if all of it is out of the image.
         """
         matrix = plane_to_pixels(view, height_m) @ self.camera.ground_from_pixel
-        width_px, height_px = self.size_px
-        corners = matrix @ np.array([[0, width_px, width_px, 0], [0, 0, height_px, height_px], [1.0, 1, 1, 1]])
-        part = rectangle_around((corners[:2] / corners[2]).T, view.size_px)
-        if part is None:
+        if (found := warp_into(matrix, self.size_px, view.size_px)) is None:
             return None
-        matrix[:2] -= np.outer((part.left, part.top), matrix[2])
-        return part, np.asarray(cv2.warpPerspective(picture, matrix, part.size_px), dtype=np.uint8)
+        part, to_part = found
+        return part, np.asarray(cv2.warpPerspective(picture, to_part, part.size_px), dtype=np.uint8)
 
 
 def plane_to_pixels(view: CameraView, height_m: float) -> FloatArray:
@@ -243,6 +256,38 @@ def at_height(points_m: FloatArray, height_m: float, view: CameraView) -> FloatA
     """Map points of a level plane into the image: (n, 2) metres to (n, 2) pixels."""
     mapped = np.column_stack((points_m, np.ones(len(points_m)))) @ plane_to_pixels(view, height_m).T
     return np.asarray(mapped[:, :2] / mapped[:, 2:], dtype=np.float64)
+
+
+def silhouette_px(outline_m: FloatArray, up_m: float, view: CameraView) -> FloatArray:
+    """Outline an upright prism as the camera sees it: (n, 2) pixels from the (k, 2) metres of its foot."""
+    return hull_of(np.vstack((at_height(outline_m, 0.0, view), at_height(outline_m, up_m, view))))
+
+
+def hull_of(points: FloatArray) -> FloatArray:
+    """Give the corners of the convex hull of points, (n, 2)."""
+    return cv2.convexHull(points.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+
+
+def warp_into(
+    to_pixel: FloatArray, source_px: tuple[int, int], size_px: tuple[int, int]
+) -> tuple[Rectangle, FloatArray] | None:
+    """Find the part of an image that a warped picture covers.
+
+    Parameters
+    ----------
+    to_pixel : (3, 3), from the picture's pixels to the image's.
+    source_px, size_px : width and height of picture and image.
+
+    Returns
+    -------
+    The part, and the map into the part's own pixels; None if all of it is out of the image.
+    """
+    width, height = source_px
+    corners = to_pixel @ np.array([[0, width, width, 0], [0, 0, height, height], [1.0, 1, 1, 1]])
+    part = rectangle_around((corners[:2] / corners[2]).T, size_px)
+    if part is None:
+        return None
+    return part, to_pixel - np.outer((part.left, part.top, 0.0), to_pixel[2])
 
 
 def plane_camera(view: CameraView, height_m: float) -> GroundCamera:

@@ -13,11 +13,11 @@ import shapely
 from numpy.typing import NDArray
 from shapely.ops import substring
 
-from data_gen.drawing.ground.paint import Colour, GroundPainter, cover_of, lay_over
+from data_gen.drawing.ground.paint import GroundPainter, fill, lay_over, scaled
 from data_gen.drawing.ground.scenery import Building, Parcel, Scenery, Tree, shadow_of
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView, at_height, plane_camera
-from data_gen.simulation.states import FloatArray, Picture
+from data_gen.simulation.states import Picture
 from gis.lanes import Lane
 from gis.polyline import offset
 from gis.road_network import RoadNetwork
@@ -40,7 +40,7 @@ _CROWN_HEIGHT_M = 3.5
 _SHADOW_COLOUR = (38.0, 44.0, 34.0)
 _WHEEL_TRACK_M = 0.85
 _WHEEL_TRACK_WIDTH_M = 0.6
-_WALL_COLOUR = np.array((150.0, 160.0, 166.0))
+_WALL_COLOUR = (150.0, 160.0, 166.0)
 
 
 def paint_ground(
@@ -215,10 +215,9 @@ def paint_buildings(
         if painter.view.distance(item.outline) < 30:
             if view.pose is not None:
                 _paint_walls(picture, item, view, sun)
-            colour = np.array(item.colour)
             for outline, factor in ((item.outline, 0.85), (item.sunny_half, 1.12)):
                 roof_px = at_height(np.asarray(outline.exterior.coords), item.height_m, view)
-                _fill(picture, roof_px, _scaled(colour, factor), view)
+                fill(picture, roof_px, scaled(item.colour, factor))
 
 
 def hides_ground(item: Building, ground: shapely.Geometry, view: CameraView) -> bool:
@@ -251,15 +250,4 @@ def _paint_walls(picture: Picture, item: Building, view: CameraView, sun: Sun) -
         if outward @ (view.pose.place_m[:2] - start_m) > 0:
             foot_px = at_height(np.array([start_m, end_m]), 0.0, view)
             top_px = at_height(np.array([end_m, start_m]), item.height_m, view)
-            _fill(picture, np.vstack((foot_px, top_px)), _scaled(_WALL_COLOUR, sun.wall_light(outward)), view)
-
-
-def _fill(picture: Picture, outline_px: FloatArray, colour: Colour, view: CameraView) -> None:
-    patch = cover_of([outline_px], view.size_px)
-    if patch is not None:
-        lay_over(picture[patch.window], patch.cover, colour)
-
-
-def _scaled(colour: FloatArray, factor: float) -> Colour:
-    blue, green, red = np.minimum(colour * factor, 255.0).tolist()
-    return blue, green, red
+            fill(picture, np.vstack((foot_px, top_px)), scaled(_WALL_COLOUR, sun.wall_light(outward)))

@@ -12,9 +12,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import shapely
-from shapely import affinity
 from shapely.ops import substring
 
+from data_gen.drawing.ground.paint import placed
+from data_gen.scenario import ParkingStrip
 from data_gen.simulation.states import FloatArray
 from gis.lanes import Lane
 from gis.polyline import offset
@@ -144,10 +145,10 @@ def _line_marks(lane: Lane, kind: str) -> Iterator[shapely.Geometry]:
     end_m, heading_rad = _end(lane, _SETBACK_M)
     half_m = lane.width_m / 2 - 0.15
     if kind == "stop":
-        yield _placed(shapely.box(-_STOP_LINE_M, -half_m, 0.0, half_m), end_m, heading_rad)
+        yield placed(shapely.box(-_STOP_LINE_M, -half_m, 0.0, half_m), end_m, heading_rad)
     else:
         for right_m in np.arange(-half_m, half_m - _GIVE_WAY_DASH_M + 1e-9, _GIVE_WAY_DASH_M + _GIVE_WAY_GAP_M):
-            yield _placed(shapely.box(-_GIVE_WAY_M, right_m, 0.0, right_m + _GIVE_WAY_DASH_M), end_m, heading_rad)
+            yield placed(shapely.box(-_GIVE_WAY_M, right_m, 0.0, right_m + _GIVE_WAY_DASH_M), end_m, heading_rad)
 
 
 def _arrows(lane: Lane, turns: frozenset[str]) -> Iterator[shapely.Geometry]:
@@ -155,7 +156,7 @@ def _arrows(lane: Lane, turns: frozenset[str]) -> Iterator[shapely.Geometry]:
         return
     for back_m in _ARROW_PLACES_M:
         place_m, heading_rad = _end(lane, back_m)
-        yield _placed(shapely.union_all(list(_arrow_parts(turns))), place_m, heading_rad)
+        yield placed(shapely.union_all(list(_arrow_parts(turns))), place_m, heading_rad)
 
 
 def _arrow_parts(turns: frozenset[str]) -> Iterator[shapely.Geometry]:
@@ -189,7 +190,7 @@ def _zebra(line_m: FloatArray, width_m: float) -> Iterator[shapely.Geometry]:
     for along_m in np.arange(_ZEBRA_GAP_M / 2, line.length - _ZEBRA_BAR_M, _ZEBRA_BAR_M + _ZEBRA_GAP_M):
         point = line.interpolate(along_m)
         bar = shapely.box(0.0, -width_m / 2, _ZEBRA_BAR_M, width_m / 2)
-        yield _placed(bar, np.array([point.x, point.y]), heading_rad)
+        yield placed(bar, np.array([point.x, point.y]), heading_rad)
 
 
 def _end(lane: Lane, back_m: float) -> tuple[FloatArray, float]:
@@ -199,28 +200,22 @@ def _end(lane: Lane, back_m: float) -> tuple[FloatArray, float]:
     return np.array([here.x, here.y]), math.atan2(here.y - before.y, here.x - before.x)
 
 
-def _placed(shape: shapely.Geometry, place_m: FloatArray, heading_rad: float) -> shapely.Geometry:
-    turned = affinity.rotate(shape, heading_rad, origin=(0, 0), use_radians=True)
-    return affinity.translate(turned, float(place_m[0]), float(place_m[1]))
-
-
-def parking_bays(lane: Lane, *, first_m: float, last_m: float, right_m: float, width_m: float) -> shapely.Geometry:
-    """Give the strip beside a lane in which cars park, from the lane's border outwards.
+def parking_bays(lane: Lane, strip: ParkingStrip) -> shapely.Geometry:
+    """Give the ground beside a lane on which cars park, from the lane's border outwards.
 
     Parameters
     ----------
     lane : beside which they stand.
-    first_m, last_m : along its centre line.
-    right_m : from there to the middle of the parked cars.
-    width_m : of a parked car.
+    strip : where along it, and how wide the cars are.
 
     Returns
     -------
-    The strip.
+    The ground.
     """
-    part = substring(shapely.LineString(lane.centre_line_m), first_m, last_m)
+    part = substring(shapely.LineString(lane.centre_line_m), strip.first_m, strip.last_m)
+    right_m, width_m = strip.right_m, strip.kind.width_m[1]
     outer_m = abs(right_m) + width_m / 2 + 0.3
     inner_m = min(lane.width_m / 2, abs(right_m))
     middle_m = math.copysign((inner_m + outer_m) / 2, right_m)
-    strip = shapely.LineString(offset(np.asarray(part.coords), -middle_m))
-    return strip.buffer((outer_m - inner_m) / 2, cap_style="flat")
+    middle = shapely.LineString(offset(np.asarray(part.coords), -middle_m))
+    return middle.buffer((outer_m - inner_m) / 2, cap_style="flat")

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.ground.paint import Colour, Patch, cover_of
+from data_gen.drawing.ground.paint import Colour, cover_of, coverage_of, fill, lay_over
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import Part, VehicleLooks, height_m, vehicle_parts
-from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
+from data_gen.drawing.view import CameraView, Rectangle, hull_of, warp_into
 from data_gen.simulation.states import FloatArray, VehicleStates
 
 _HEADING_STEP_RAD = math.radians(2)
@@ -98,15 +98,12 @@ class SpritePainter:
 
     def _draw_one(self, canvas: NDArray[np.uint8], sprite: Sprite, pixel_from_vehicle: FloatArray) -> Rectangle | None:
         to_pixel = pixel_from_vehicle @ sprite.vehicle_from_sprite
-        height, width = sprite.bgra.shape[:2]
-        corners = to_pixel @ np.array([[0, width, width, 0], [0, 0, height, height], [1.0, 1, 1, 1]])
-        part = rectangle_around((corners[:2] / corners[2]).T, self._size_px)
-        if part is None:
+        height_px, width_px = sprite.bgra.shape[:2]
+        if (found := warp_into(to_pixel, (width_px, height_px), self._size_px)) is None:
             return None
-        # Into the rectangle's own pixels.
-        to_pixel[:2] -= np.outer((part.left, part.top), to_pixel[2])
+        part, to_part = found
         # A camera straight above maps straight lines to parallel ones: no division pixel by pixel.
-        layer = cv2.warpAffine(sprite.bgra, to_pixel[:2] / to_pixel[2, 2], part.size_px, flags=cv2.INTER_LINEAR)
+        layer = cv2.warpAffine(sprite.bgra, to_part[:2] / to_part[2, 2], part.size_px, flags=cv2.INTER_LINEAR)
         blend(canvas[part.window], np.asarray(layer, dtype=np.uint8))
         return part
 
@@ -206,8 +203,7 @@ def shadow_m(part: Part, sun: Sun, heading_rad: float) -> FloatArray:
         # A vehicle's skirts hide the light under it: the shadow starts at the ground.
         for outline_m, up_m in ((part.base_m, 0.0), (part.top_m, part.top_height_m))
     )
-    hull = cv2.convexHull(np.vstack((low_m, high_m)).astype(np.float32))
-    return hull.reshape(-1, 2).astype(np.float64)
+    return hull_of(np.vstack((low_m, high_m)))
 
 
 class _Canvas:
@@ -226,18 +222,15 @@ class _Canvas:
         self._picture = np.zeros((2 * half_y + 1, 2 * half_x + 1, 4), dtype=np.float32)
 
     def fill(self, outline_m: FloatArray, colour: Colour) -> None:
-        self._lay(self._coverage(outline_m), colour)
+        fill(self._picture, self._to_pixels(outline_m), (*colour, 255.0))
 
     def cast_shadow(self, outlines_m: list[FloatArray]) -> None:
         """Lay one soft shadow of all outlines together."""
-        total = np.zeros(self._picture.shape[:2], dtype=np.float32)
-        for outline_m in outlines_m:
-            patch = self._coverage(outline_m)
-            if patch is not None:
-                total[patch.window] = np.maximum(total[patch.window], patch.cover)
+        height_px, width_px = self._picture.shape[:2]
+        size_px = width_px, height_px
+        total = coverage_of((cover_of([self._to_pixels(outline_m)], size_px) for outline_m in outlines_m), size_px)
         soft = cv2.GaussianBlur(total, (0, 0), PENUMBRA_M / self._pixel_m)
-        whole = slice(0, total.shape[0]), slice(0, total.shape[1])
-        self._lay(Patch(whole, soft * np.float32(SHADOW_STRENGTH)), SHADOW_COLOUR)
+        lay_over(self._picture, soft * np.float32(SHADOW_STRENGTH), (*SHADOW_COLOUR, 255.0))
 
     def sprite(self) -> Sprite:
         """Return what was painted, averaged over the area of an image pixel."""
@@ -251,14 +244,5 @@ class _Canvas:
             vehicle_from_sprite=np.array([[size_m, 0, -half_x * size_m], [0, -size_m, half_y * size_m], [0, 0, 1.0]]),
         )
 
-    def _lay(self, patch: Patch | None, colour: Colour) -> None:
-        if patch is not None:
-            opaque = np.array((*colour, 255.0), dtype=np.float32)
-            below = self._picture[patch.window]
-            below += patch.cover[:, :, None] * (opaque - below)
-
-    def _coverage(self, outline_m: FloatArray) -> Patch | None:
-        half_x, half_y = self._half_px
-        height_px, width_px = self._picture.shape[:2]
-        sprite_px = outline_m / (self._pixel_m, -self._pixel_m) + (half_x, half_y)
-        return cover_of([sprite_px], (width_px, height_px))
+    def _to_pixels(self, outline_m: FloatArray) -> FloatArray:
+        return np.asarray(outline_m / (self._pixel_m, -self._pixel_m) + self._half_px, dtype=np.float64)
