@@ -5,15 +5,14 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 from data_gen.drawing.view import camera_over
 from data_gen.errors import DataGenError
-from data_gen.scenarios.catalogue import scenario_named
+from data_gen.scenarios.catalogue import NO_OPTIONS, scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
-from data_gen.site_file import write_site_without_camera
+from data_gen.site_file import write_site
 from data_gen.trajectories import (
     NoisyTracks,
     TrackFaults,
@@ -27,7 +26,6 @@ from data_gen.truth.clip import clip_events, visible_masks, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
 from gis.sumo_net import read_sumo_net
 
-_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
 _PERFECT = TrackFaults()
 _LONGEST_STEP_US = 100_000
 _VIEW_SIZE_PX = (1280, 720)
@@ -55,7 +53,7 @@ def make_track_scene(
     out_dir: Path,
     rate_hz: int = 10,
     in_view: bool = False,
-    options: Mapping[str, str] = _NO_OPTIONS,
+    options: Mapping[str, str] = NO_OPTIONS,
 ) -> TrackScene:
     """Simulate a scenario and write its truth.
 
@@ -98,7 +96,7 @@ def make_track_scene(
     write_truth(out_dir / "truth.csv", states, network, views)
     write_truth_events(out_dir / "truth_events.jsonl", events)
     # Last: a folder with a site file is complete.
-    write_site_without_camera(out_dir / "site.toml", name=f"{scenario} seed {seed}", network=network_file)
+    write_site(out_dir / "site.toml", name=f"{scenario} seed {seed}", network=network_file)
     return TrackScene(scenario, seed, rows, events, out_dir)
 
 
@@ -153,7 +151,7 @@ def write_folder_tracks(
         for name in names[:3]:
             shutil.copyfile(folder / name, file.parent / name)
         network = file.parent / "network.net.xml"
-        write_site_without_camera(file.parent / "site.toml", name=f"tracks of {folder.name}", network=network)
+        write_site(file.parent / "site.toml", name=f"tracks of {folder.name}", network=network)
     write_tracks(file, tracks)
     return tracks
 

@@ -4,7 +4,7 @@ An occluder is a set of level shapes at one height over the ground, and the shad
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -157,17 +157,16 @@ def _bridge(crossing: _Crossing, rng: np.random.Generator) -> Occluder:
         return crossing.placed(shapely.box(low_m, -reach_m + ends_m, high_m, reach_m - ends_m), skew_rad)
 
     rails = shapely.union(laid(-half_m, -half_m + 0.5), laid(half_m - 0.5, half_m))
-    line = [crossing.placed(shapely.box(-0.1, start_m, 0.1, start_m + 3.0), skew_rad) for start_m in _dashes(reach_m)]
+    line = [
+        crossing.placed(shapely.box(-0.1, start_m, 0.1, start_m + 3.0), skew_rad)
+        for start_m in np.arange(-reach_m + 2.0, reach_m - 5.0, 9.0)
+    ]
     layers = (
         (laid(-half_m, half_m), _DECK_COLOUR, 0.03),
         (shapely.union_all(line), (206.0, 208.0, 208.0), 0.0),
         (rails, _RAIL_COLOUR, 0.02),
     )
     return Occluder("bridge", _BRIDGE_HEIGHT_M, layers)
-
-
-def _dashes(reach_m: float) -> Iterator[float]:
-    yield from np.arange(-reach_m + 2.0, reach_m - 5.0, 9.0).tolist()
 
 
 def _gantry(crossing: _Crossing, rng: np.random.Generator) -> Occluder:

@@ -43,10 +43,10 @@ SCENARIOS: Mapping[str, CatalogueEntry] = MappingProxyType(
 )
 """Scenarios by name."""
 
-_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
+NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
 
 
-def scenario_named(name: str, options: Mapping[str, str] = _NO_OPTIONS) -> Scenario:
+def scenario_named(name: str, options: Mapping[str, str] = NO_OPTIONS) -> Scenario:
     """Find a scenario by its name.
 
     Parameters

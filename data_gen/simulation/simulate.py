@@ -10,7 +10,6 @@ lane change starts. A body does not: `drag_bodies` lets the front bumper drag it
 import math
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import libsumo
@@ -38,6 +37,9 @@ _ONLY_AS_TOLD = 0b11_0000_0000
 
 _AS_SUMO_LIKES = 0b110_0101_0101
 """SUMO's usual lane change mode."""
+Run = tuple[tuple[FrontStates, ...], Mapping[str, FloatArray]]
+"""The steps, and the centre line (k, 2) of each lane along which something is parked or stops."""
+
 _REAR_AXLE = 0.8
 """Rear axle's distance behind the front bumper, as a part of the vehicle's length."""
 
@@ -73,13 +75,15 @@ def simulate(
         route_file = Path(folder) / "traffic.rou.xml"
         route_file.write_text(routes_xml(departures), encoding="utf-8")
         times_us = range(-(scenario.warm_up_us // step_us) * step_us, end_us, step_us)
-        run = run_sumo(scenario, route_file, seed=seed, rng=lane_rng, times_us=times_us, first_kept_us=-SETTLING_US)
+        fronts, lane_lines_m = run_sumo(
+            scenario, route_file, seed=seed, rng=lane_rng, times_us=times_us, first_kept_us=-SETTLING_US
+        )
     vehicles = {departure.id: departure for departure in departures}
-    steps = draw_to_the_side(run.steps, vehicles, run.lane_lines_m)
+    steps = draw_to_the_side(fronts, vehicles, lane_lines_m)
     if scenario.attempts is not None:
         steps = add_attempts(steps, vehicles, scenario.attempts, attempt_rng)
     moving = drag_bodies([step for step in steps if step.t_us < duration_us], vehicles)
-    return append_parked([item for item in moving if item.t_us >= 0], scenario, run.lane_lines_m, parking_rng)
+    return append_parked([item for item in moving if item.t_us >= 0], scenario, lane_lines_m, parking_rng)
 
 
 def check_seed(seed: int) -> None:
@@ -96,15 +100,6 @@ def _check_times(duration_us: int, step_us: int) -> None:
         raise DataGenError(f"step: expected whole milliseconds from 1 to 100, got {step_us!r} us")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SumoRun:
-    """What a simulation gave."""
-
-    steps: tuple[FrontStates, ...]
-    lane_lines_m: Mapping[str, FloatArray]
-    """Centre line (k, 2) of each lane along which something is parked or stops."""
-
-
 def run_sumo(
     scenario: Scenario,
     route_file: Path,
@@ -113,7 +108,7 @@ def run_sumo(
     rng: np.random.Generator,
     times_us: range,
     first_kept_us: int,
-) -> SumoRun:
+) -> Run:
     """Run SUMO over a scenario.
 
     Parameters
@@ -162,7 +157,7 @@ def _command(scenario: Scenario, route_file: Path, seed: int, step_us: int) -> l
     ]
 
 
-def _run(scenario: Scenario, rng: np.random.Generator, times_us: range, first_kept_us: int) -> SumoRun:
+def _run(scenario: Scenario, rng: np.random.Generator, times_us: range, first_kept_us: int) -> Run:
     for light, program in scenario.light_programs:
         libsumo.trafficlight.setProgram(light, program)
     lanes = {stop.lane for stop in scenario.stops} | {strip.lane for strip in scenario.parking}
@@ -177,7 +172,7 @@ def _run(scenario: Scenario, rng: np.random.Generator, times_us: range, first_ke
             _keep_lanes(scenario.solid_line_m, kept_on)
         if t_us >= first_kept_us:
             steps.append(_read(t_us))
-    return SumoRun(tuple(steps), lines_m)
+    return tuple(steps), lines_m
 
 
 def _change_lanes(chance: float, rng: np.random.Generator) -> None:

@@ -97,9 +97,7 @@ def _short_gaps(tables: TruthTables) -> dict[tuple[int, int, int], BoolArray]:
             )
             for row in np.flatnonzero(short[:, LOOSE]).tolist():
                 key = number, int(pairs.follower[row]), int(pairs.leader[row])
-                if key not in found:
-                    found[key] = np.zeros((steps, 3), dtype=np.bool_)
-                found[key][step] = short[row]
+                found.setdefault(key, np.zeros((steps, 3), dtype=np.bool_))[step] = short[row]
     return found
 
 

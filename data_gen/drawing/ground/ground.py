@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.ops import substring
 
-from data_gen.drawing.ground.paint import GroundPainter, fill, lay_over, scaled
+from data_gen.drawing.ground.paint import GroundPainter, fill, ground_at, lay_over, scaled
 from data_gen.drawing.ground.scenery import Building, Parcel, Scenery, Tree, shadow_of
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView, at_height, plane_camera
@@ -102,7 +102,9 @@ def _paint_parcel(picture: Picture, painter: GroundPainter, parcel: Parcel) -> N
         if parcel.furrow_strength == 0:
             lay_over(picture[patch.window], patch.cover, parcel.colour)
             continue
-        east_m, north_m = painter.ground_of_pixels(patch.window)
+        rows, columns = (np.arange(part.start, part.stop, dtype=np.float64) for part in patch.window)
+        ground_m = ground_at(painter.camera, columns, rows).astype(np.float32)
+        east_m, north_m = ground_m[:, :, 0], ground_m[:, :, 1]
         across_m = east_m * np.float32(np.cos(parcel.furrow_rad)) + north_m * np.float32(np.sin(parcel.furrow_rad))
         furrows = np.float32(parcel.furrow_strength) * np.sin(across_m * np.float32(np.pi * 2 / parcel.furrow_m))
         lay_over(picture[patch.window], patch.cover, colour * (1 + furrows[:, :, None]))

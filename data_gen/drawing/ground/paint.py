@@ -111,12 +111,11 @@ class GroundPainter:
         """Draw noise whose largest blotches measure so much in the middle of the view; see `fractal_noise`."""
         return fractal_noise(rng, self.size_px, largest_px=largest_m / self.metres_per_pixel, octaves=octaves)
 
-    def ground_of_pixels(self, window: tuple[slice, slice]) -> tuple[Picture, Picture]:
-        """Give the ground position of each pixel centre in a window: east and north, each of its shape, in metres."""
-        rows, columns = (np.arange(part.start, part.stop, dtype=np.float64) for part in window)
-        x_px, y_px = np.meshgrid(columns, rows)
-        ground_m = self.camera.to_ground(np.column_stack((x_px.ravel(), y_px.ravel()))).astype(np.float32)
-        return ground_m[:, 0].reshape(x_px.shape), ground_m[:, 1].reshape(x_px.shape)
+
+def ground_at(camera: GroundCamera, columns: FloatArray, rows: FloatArray) -> FloatArray:
+    """Give the ground under a grid of pixels, (rows, columns, 2) metres."""
+    x_px, y_px = np.meshgrid(columns, rows)
+    return camera.to_ground(np.column_stack((x_px.ravel(), y_px.ravel()))).reshape(*x_px.shape, 2)
 
 
 def cover_of(rings_px: list[FloatArray], size_px: tuple[int, int]) -> Patch | None:
