@@ -7,6 +7,7 @@ before it under a new time stamp. Truth is not touched; it has rows for every si
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,7 @@ def parse_degradation(text: str) -> Degradation:
     ...
     data_gen.errors.DataGenError: degrade, drop: expected a number from 0 to 0.9, got '2'
     """
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}  # whole numbers or not, as the readers of the names say
     gaps: list[tuple[int, int]] = []
     for item in filter(None, (part.strip() for part in text.split(","))):
         name, _, value = item.partition("=")
@@ -74,15 +75,7 @@ def parse_degradation(text: str) -> Degradation:
             raise DataGenError(f"degrade, {name}: expected it once, got it again as {value!r}")
         else:
             values[name] = _READERS[name](name, value)
-    return Degradation(
-        noise=values.get("noise", 0.0),
-        drop=values.get("drop", 0.0),
-        duplicate=values.get("duplicate", 0.0),
-        every=int(values.get("every", 1)),
-        vfr=int(values.get("vfr", 1)),
-        gaps_us=tuple(sorted(gaps)),
-        crf=int(values.get("crf", USUAL_CRF)),
-    )
+    return Degradation(gaps_us=tuple(sorted(gaps)), **values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +141,7 @@ def _within(low: float, high: float, *, is_whole: bool = False) -> Callable[[str
 
     def read(name: str, value: str) -> float:
         try:
-            number = float(int(value) if is_whole else value)
+            number = int(value) if is_whole else float(value)
         except ValueError:
             number = float("nan")
         if not low <= number <= high:

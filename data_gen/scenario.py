@@ -7,6 +7,7 @@ folder beside it; simulation, truth and drawing read nothing else.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Literal
 
 from data_gen.errors import DataGenError
@@ -14,6 +15,18 @@ from data_gen.errors import DataGenError
 _FLAGS: tuple[str, ...] = ("0", "1")
 
 VehicleClass = Literal["car", "van", "truck", "bus", "motorcycle"]
+Driver = tuple[tuple[str, str], ...]
+_Range = tuple[float, float]
+_MODELS: Mapping[VehicleClass, tuple[_Range, _Range, Mapping[str, str]]] = MappingProxyType(
+    {
+        "car": ((3.9, 4.9), (1.7, 1.9), {}),
+        "van": ((5.0, 6.4), (1.95, 2.1), {"accel": "2.2"}),
+        "truck": ((8.0, 11.5), (2.4, 2.55), {"accel": "1.2", "decel": "4"}),
+        "bus": ((11.5, 12.2), (2.5, 2.55), {"accel": "1.2", "decel": "4"}),
+        "motorcycle": ((2.0, 2.3), (0.75, 0.9), {"accel": "4"}),
+    }
+)
+"""Length, width and usual driver of each class."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +40,7 @@ class VehicleKind:
     length_m: tuple[float, float]
     """Smallest and largest; drawn uniformly for each vehicle."""
     width_m: tuple[float, float]
-    driver: tuple[tuple[str, str], ...]
+    driver: Driver
     """SUMO `vType` attributes, name and value, such as ("maxSpeed", "11")."""
 
 
@@ -45,7 +58,7 @@ class Flow:
     """No two vehicles of the flow depart closer together; what is left of the mean gap is exponential."""
     platoon: int = 1
     """Vehicles that depart together, 2.5 s apart; the flow's first kind leads, so let it be the slow one."""
-    depart: tuple[tuple[str, str], ...] = (("departSpeed", "desired"), ("departLane", "best"))
+    depart: Driver = (("departSpeed", "desired"), ("departLane", "best"))
     """SUMO `trip` attributes, name and value."""
 
 
@@ -143,6 +156,10 @@ class ScenarioOption:
     """Allowed values, the default first; a flag unless said otherwise."""
 
 
+DEMAND = ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high"))
+"""An option of several scenarios."""
+
+
 @dataclass(frozen=True, slots=True)
 class OptionValues:
     """The checked options of one scenario, defaults filled in."""
@@ -200,3 +217,33 @@ def _known_text(known: Sequence[ScenarioOption]) -> str:
     if not known:
         return "no options"
     return "options out of " + ", ".join(f"{option.name}={'|'.join(option.values)}" for option in known)
+
+
+def kind_of(vehicle_class: VehicleClass, share: float, driver: Driver = (), *, name: str | None = None) -> VehicleKind:
+    """Describe vehicles of a class.
+
+    Parameters
+    ----------
+    vehicle_class : gives sizes, those of common European models, and usual driving; buses and trucks are rigid ones.
+    share : their part of the traffic.
+    driver : SUMO attributes, laid over the usual ones; SUMO takes none twice.
+    name : of the kind; that of the class unless told.
+
+    Returns
+    -------
+    The kind.
+
+    Examples
+    --------
+    >>> kind_of("van", 0.1, (("maxSpeed", "20"),)).driver
+    (('accel', '2.2'), ('maxSpeed', '20'))
+    """
+    length_m, width_m, usual = _MODELS[vehicle_class]
+    return VehicleKind(
+        name or vehicle_class, vehicle_class, share, length_m, width_m, tuple({**usual, **dict(driver)}.items())
+    )
+
+
+def mix(shares: Mapping[VehicleClass, float], driver: Driver) -> tuple[VehicleKind, ...]:
+    """Describe traffic of several classes that drive alike, by the part of each; see `kind_of`."""
+    return tuple(kind_of(vehicle_class, share, driver) for vehicle_class, share in shares.items())

@@ -5,37 +5,31 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
-import shapely
 
 from data_gen.degrade import Degradation, PlannedFrame, plan_frames
 from data_gen.drawing.cameras import CameraKind, CameraPath, camera_path
-from data_gen.drawing.ground.junction_marks import junction_marks, parking_bays
-from data_gen.drawing.ground.markings import road_markings
-from data_gen.drawing.occlusion.occluders import OccluderKind, occluder_kinds
-from data_gen.drawing.render import SceneRenderer, World, make_world
-from data_gen.drawing.sensor import NOISE_SIGMA
+from data_gen.drawing.ground.markings import junction_marks, parking_bays, road_markings
+from data_gen.drawing.occluders import OccluderKind, occluder_kinds
+from data_gen.drawing.render import NOISE_SIGMA, SceneRenderer, World, make_world
 from data_gen.drawing.sun import Weather, check_weather
 from data_gen.drawing.thermal import ThermalRenderer, thermal_path
 from data_gen.drawing.video import VideoWriter
 from data_gen.errors import DataGenError
 from data_gen.scenario import Scenario
-from data_gen.scenarios.catalogue import scenario_named
+from data_gen.scenarios.catalogue import NO_OPTIONS, scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
 from data_gen.simulation.states import VehicleStates
 from data_gen.site_file import write_site
-from data_gen.truth.clip import clip_events
+from data_gen.truth.clip import clip_events, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
-from data_gen.truth.rows import write_truth
 from gis.camera_pose import write_camera_track
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
 
 Progress = Callable[[int, int], None]
 
-_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
 _NO_FAULTS = Degradation()
 _LARGEST_PX = 8192  # the ground is painted once in floats, which is gigabytes beyond
 
@@ -73,7 +67,7 @@ def generate(
     weather: Weather = "sunny",
     occluders: Sequence[str] = (),
     degradation: Degradation = _NO_FAULTS,
-    options: Mapping[str, str] = _NO_OPTIONS,
+    options: Mapping[str, str] = NO_OPTIONS,
     progress: Progress | None = None,
 ) -> GeneratedScene:
     """Make a scene: the same arguments give the same bytes.
@@ -132,7 +126,13 @@ def generate(
     scene = _scene(out_dir, len(frames), clip_events(states, network, path.views, world.overlay))
     _write_truth(scene, plan, states, world, path)
     side = thermal_path(path, plan.view, (_even(width_px / 2), _even(height_px / 2))) if thermal else None
-    _film(scene, _Film(world, path, side, frames, degradation, rate_hz), states, rngs, progress)
+    noise_sigma = float(np.hypot(NOISE_SIGMA, degradation.noise))
+    films: list[tuple[Path, CameraPath, SceneRenderer | ThermalRenderer]] = [
+        (scene.video, path, SceneRenderer(world, path, rngs.picture, noise_sigma=noise_sigma))
+    ]
+    if side is not None:
+        films.append((scene.thermal, side, ThermalRenderer(world, side, rngs.thermal)))
+    _film(films, frames, states, rate_hz=rate_hz, crf=degradation.crf, progress=progress)
     # Last: a folder with a site file is complete.
     write_site(
         scene.site,
@@ -161,18 +161,6 @@ class _Sources:
         return cls(*np.random.default_rng(np.random.SeedSequence(seed)).spawn(6))
 
 
-@dataclass(frozen=True, slots=True)
-class _Film:
-    """What is filmed, from where, and which frames reach the file."""
-
-    world: World
-    path: CameraPath
-    thermal: CameraPath | None
-    frames: tuple[PlannedFrame, ...]
-    degradation: Degradation
-    rate_hz: int
-
-
 def plan_world(
     plan: Scenario,
     network: RoadNetwork,
@@ -184,16 +172,7 @@ def plan_world(
 ) -> World:
     """Plan the world of a scenario, marks and parking bays included; the other parameters are those of `make_world`."""
     lanes = {lane.id: lane for lane in network.lanes}
-    bays: list[shapely.Geometry] = [
-        parking_bays(
-            lanes[strip.lane],
-            first_m=strip.first_m,
-            last_m=strip.last_m,
-            right_m=strip.right_m,
-            width_m=strip.kind.width_m[1],
-        )
-        for strip in plan.parking
-    ]
+    bays = [parking_bays(lanes[strip.lane], strip) for strip in plan.parking]
     marks = (*road_markings(network), *junction_marks(network, plan.network_file))
     return make_world(network, path, rng, marks=marks, bays=bays, weather=weather, occluders=occluders)
 
@@ -213,30 +192,24 @@ def _write_truth(
 
 
 def _film(
-    scene: GeneratedScene,
-    film: _Film,
+    films: Sequence[tuple[Path, CameraPath, SceneRenderer | ThermalRenderer]],
+    frames: Sequence[PlannedFrame],
     states: Sequence[VehicleStates],
-    rngs: _Sources,
+    *,
+    rate_hz: int,
+    crf: int,
     progress: Progress | None,
 ) -> None:
-    faults = film.degradation
-    noise_sigma = float(np.hypot(NOISE_SIGMA, faults.noise))
-    drawers: list[tuple[SceneRenderer | ThermalRenderer, VideoWriter]] = []
+    """Film what reaches the files, all of them at once: each with its camera and who draws it."""
     with ExitStack() as stack:
-
-        def opened(file: Path, path: CameraPath) -> VideoWriter:
-            return stack.enter_context(VideoWriter(file, path.views[0].size_px, film.rate_hz, crf=faults.crf))
-
-        colour = SceneRenderer(film.world, film.path, rngs.picture, noise_sigma=noise_sigma)
-        drawers.append((colour, opened(scene.video, film.path)))
-        if film.thermal is not None:
-            warm = ThermalRenderer(film.world, film.thermal, rngs.thermal)
-            drawers.append((warm, opened(scene.thermal, film.thermal)))
-        for done, frame in enumerate(film.frames, start=1):
-            for drawer, video in drawers:
+        videos = [
+            stack.enter_context(VideoWriter(file, path.views[0].size_px, rate_hz, crf=crf)) for file, path, _ in films
+        ]
+        for done, frame in enumerate(frames, start=1):
+            for (_, _, drawer), video in zip(films, videos, strict=True):
                 video.write(drawer.frame(states[frame.shows], frame.shows), frame.number)
             if progress is not None:
-                progress(done, len(film.frames))
+                progress(done, len(frames))
 
 
 def _step_us(rate_hz: int) -> int:

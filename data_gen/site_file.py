@@ -17,9 +17,6 @@ origin_lon_deg = 15.6
 [network]
 sumo = "{network}"
 """
-_CAMERA = """
-[camera]
-{camera}"""
 _COMMENT = "# Ground metres (east, north, 1) from pixels (right, down, 1), row by row"
 
 
@@ -28,9 +25,9 @@ def write_site(
     *,
     name: str,
     network: Path,
-    path: CameraPath,
-    poses: Path | None,
-    thermal: tuple[Path, CameraPath] | None,
+    path: CameraPath | None = None,
+    poses: Path | None = None,
+    thermal: tuple[Path, CameraPath] | None = None,
 ) -> None:
     """Write the site file of a scene.
 
@@ -39,33 +36,18 @@ def write_site(
     file : to write.
     name : of the scene.
     network, poses : files beside it; poses are told only if they are given.
-    path : of the colour camera; a moving one is described by its first frame.
+    path : of the colour camera; a moving one is described by its first frame. Trajectories need no camera.
     thermal : video and path of the thermal camera, if there is one.
     """
-    lines = ["moving = true"] if path.is_moving else []
-    if poses is not None:
-        lines.append(f'poses = "{poses.name}"')
-    camera = "\n".join([*lines, _homography(path), ""])
+    text = _SITE.format(name=json.dumps(name), network=network.name)
+    if path is not None:
+        moving = "moving = true\n" if path.is_moving else ""
+        told = "" if poses is None else f'poses = "{poses.name}"\n'
+        text += f"\n[camera]\n{moving}{told}{_homography(path)}\n"
     if thermal is not None:
         video, thermal_path = thermal
-        camera += f'\n[camera.thermal]\nvideo = "{video.name}"\n{_homography(thermal_path)}\n'
-    file.write_text(_site(name, network) + _CAMERA.format(camera=camera), encoding="utf-8")
-
-
-def write_site_without_camera(file: Path, *, name: str, network: Path) -> None:
-    """Write the site file of trajectories, which need no camera.
-
-    Parameters
-    ----------
-    file : to write.
-    name : of the scene.
-    network : file beside it.
-    """
-    file.write_text(_site(name, network), encoding="utf-8")
-
-
-def _site(name: str, network: Path) -> str:
-    return _SITE.format(name=json.dumps(name), network=network.name)
+        text += f'\n[camera.thermal]\nvideo = "{video.name}"\n{_homography(thermal_path)}\n'
+    file.write_text(text, encoding="utf-8")
 
 
 def _homography(path: CameraPath) -> str:

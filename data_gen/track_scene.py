@@ -2,19 +2,17 @@
 
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
-from data_gen.drawing.view import CameraView, camera_over
+from data_gen.drawing.view import camera_over
 from data_gen.errors import DataGenError
-from data_gen.scenarios.catalogue import scenario_named
+from data_gen.scenarios.catalogue import NO_OPTIONS, scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
-from data_gen.simulation.states import BoolArray, VehicleStates
-from data_gen.site_file import write_site_without_camera
+from data_gen.site_file import write_site
 from data_gen.trajectories import (
     NoisyTracks,
     TrackFaults,
@@ -24,12 +22,10 @@ from data_gen.trajectories import (
     rows_of_states,
     write_tracks,
 )
-from data_gen.truth.clip import clip_events
+from data_gen.truth.clip import clip_events, visible_masks, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
-from data_gen.truth.rows import visible_centres, write_truth
 from gis.sumo_net import read_sumo_net
 
-_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
 _PERFECT = TrackFaults()
 _LONGEST_STEP_US = 100_000
 _VIEW_SIZE_PX = (1280, 720)
@@ -57,7 +53,7 @@ def make_track_scene(
     out_dir: Path,
     rate_hz: int = 10,
     in_view: bool = False,
-    options: Mapping[str, str] = _NO_OPTIONS,
+    options: Mapping[str, str] = NO_OPTIONS,
 ) -> TrackScene:
     """Simulate a scenario and write its truth.
 
@@ -92,7 +88,7 @@ def make_track_scene(
     states = simulate(plan, seed=seed, rng=traffic_rng, duration_us=duration_us, step_us=step_us)
     network = read_sumo_net(plan.network_file)
     views = (camera_over(plan.view, _VIEW_SIZE_PX),) * len(states) if in_view else None
-    rows = rows_of_states(states, _seen(states, views), every=every)
+    rows = rows_of_states(states, visible_masks(states, views), every=every)
     events = clip_events(states, network, views)
     out_dir.mkdir(parents=True, exist_ok=True)
     network_file = out_dir / "network.net.xml"
@@ -100,7 +96,7 @@ def make_track_scene(
     write_truth(out_dir / "truth.csv", states, network, views)
     write_truth_events(out_dir / "truth_events.jsonl", events)
     # Last: a folder with a site file is complete.
-    write_site_without_camera(out_dir / "site.toml", name=f"{scenario} seed {seed}", network=network_file)
+    write_site(out_dir / "site.toml", name=f"{scenario} seed {seed}", network=network_file)
     return TrackScene(scenario, seed, rows, events, out_dir)
 
 
@@ -155,7 +151,7 @@ def write_folder_tracks(
         for name in names[:3]:
             shutil.copyfile(folder / name, file.parent / name)
         network = file.parent / "network.net.xml"
-        write_site_without_camera(file.parent / "site.toml", name=f"tracks of {folder.name}", network=network)
+        write_site(file.parent / "site.toml", name=f"tracks of {folder.name}", network=network)
     write_tracks(file, tracks)
     return tracks
 
@@ -175,9 +171,3 @@ def _steps(rate_hz: int) -> tuple[int, int]:
         parts for parts in range(math.ceil(period_ms * 1000 / _LONGEST_STEP_US), 1001) if not period_ms % parts
     )
     return period_ms * 1000 // every, every
-
-
-def _seen(states: Sequence[VehicleStates], views: Sequence[CameraView] | None) -> list[BoolArray]:
-    if views is None:
-        return [np.ones(len(step.ids), dtype=np.bool_) for step in states]
-    return [visible_centres(step, view) for step, view in zip(states, views, strict=True)]

@@ -11,7 +11,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from data_gen.drawing.view import CameraView, camera_over
+from data_gen.drawing.view import Bounds, CameraView, camera_over, views_of, widened
 from data_gen.errors import DataGenError
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray, IntArray
@@ -44,7 +44,7 @@ class CameraPath:
     """Poses; None for the camera straight above, which stands infinitely high."""
     blur_px: FloatArray
     """(frames, 2): how far the image moves right and down during the exposure, by vibration."""
-    reach_m: tuple[float, float, float, float]
+    reach_m: Bounds
     """West, south, east, north of all ground that the camera may ever see, however long it flies."""
     finest_pixel_m: float
     """Ground under the smallest pixel that may ever occur in the middle of the image."""
@@ -82,7 +82,7 @@ def camera_path(
     if kind == "vertical":
         return _fixed(kind, camera_over(view, size_px), t_us)
     if kind == "oblique":
-        return _fixed(kind, _posed(_oblique_pose(view, size_px, rng), size_px), t_us)
+        return _fixed(kind, views_of([_oblique_pose(view, size_px, rng)], size_px)[0], t_us)
     if kind == "uav":
         return _flight(view, size_px, t_us, rng)
     raise DataGenError(f"camera: expected one of {', '.join(get_args(CameraKind))}, got {kind!r}")
@@ -98,10 +98,6 @@ def _fixed(kind: CameraKind, seen: CameraView, t_us: IntArray) -> CameraPath:
         reach_m=_bounds([outline_m]),
         finest_pixel_m=float(seen.camera.metres_per_pixel(outline_m).min()),
     )
-
-
-def _posed(pose: CameraPose, size_px: tuple[int, int]) -> CameraView:
-    return CameraView(pose.camera(*size_px), size_px, pose)
 
 
 def _oblique_pose(view: View, size_px: tuple[int, int], rng: np.random.Generator) -> CameraPose:
@@ -186,10 +182,9 @@ def _flight(view: View, size_px: tuple[int, int], t_us: IntArray, rng: np.random
     )
     poses = tuple(CameraPose(*row) for row in np.column_stack(columns).tolist())
     moved_px = np.column_stack([shake.slope(t_us) * focal_px * _EXPOSURE_S for shake in reversed(shakes)])
-    views = tuple(_posed(pose, size_px) for pose in poses)
     return CameraPath(
         kind="uav",
-        views=views,
+        views=views_of(poses, size_px),
         track=CameraTrack(t_us, poses),
         blur_px=moved_px,
         reach_m=_reach(hover, bounds, size_px),
@@ -197,7 +192,7 @@ def _flight(view: View, size_px: tuple[int, int], t_us: IntArray, rng: np.random
     )
 
 
-def _reach(hover: CameraPose, bounds: _Bounds, size_px: tuple[int, int]) -> tuple[float, float, float, float]:
+def _reach(hover: CameraPose, bounds: _Bounds, size_px: tuple[int, int]) -> Bounds:
     widest_px = hover.focal_px * (1 - bounds.zoom)
     height_m = hover.height_m + bounds.drift_m
     outlines_m = [
@@ -206,13 +201,12 @@ def _reach(hover: CameraPose, bounds: _Bounds, size_px: tuple[int, int]) -> tupl
         .view_outline(*size_px)
         for turn_rad in np.linspace(-bounds.yaw_rad, bounds.yaw_rad, 7)
     ]
-    west_m, south_m, east_m, north_m = _bounds(outlines_m)
     # Tilts move the far corners a little more than the middle; vibration moves all by a few pixels.
     stray_m = bounds.drift_m + 2 * height_m * bounds.tilt_rad + 5.0
-    return west_m - stray_m, south_m - stray_m, east_m + stray_m, north_m + stray_m
+    return widened(_bounds(outlines_m), stray_m)
 
 
-def _bounds(outlines_m: Sequence[FloatArray]) -> tuple[float, float, float, float]:
+def _bounds(outlines_m: Sequence[FloatArray]) -> Bounds:
     points_m = np.concatenate(outlines_m)
     west_m, south_m = points_m.min(axis=0).tolist()
     east_m, north_m = points_m.max(axis=0).tolist()

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.drawing.ground.paint import fractal_noise
+from data_gen.drawing.ground.paint import fractal_noise, ground_at
 from data_gen.drawing.view import CameraView
 from data_gen.errors import DataGenError
 from data_gen.simulation.states import FloatArray
@@ -131,10 +131,9 @@ class Clouds:
         width_px, height_px = view.size_px
         columns = np.linspace(0, width_px - 1, width_px // _STEP_PX + 2)
         rows = np.linspace(0, height_px - 1, height_px // _STEP_PX + 2)
-        x_px, y_px = np.meshgrid(columns, rows)
-        ground_m = view.camera.to_ground(np.column_stack((x_px.ravel(), y_px.ravel())))
+        ground_m = ground_at(view.camera, columns, rows)
         cells = np.nan_to_num(ground_m - self._wind_mps * (t_us / 1e6)) / _CELL_M % len(self._tile)
-        maps = cells.astype(np.float32).reshape(*x_px.shape, 2)
+        maps = cells.astype(np.float32)
         coarse = cv2.remap(self._tile, maps[:, :, 0], maps[:, :, 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
         fine = cv2.resize(coarse, (width_px, height_px), interpolation=cv2.INTER_LINEAR)
         return np.asarray(fine, dtype=np.uint8)

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_gen.drawing.cameras import CameraPath
-from data_gen.drawing.ground.buildings import at_height
-from data_gen.drawing.ground.paint import cover_of, lay_over
-from data_gen.drawing.occlusion.overlay import Overlay
+from data_gen.drawing.ground.paint import fill, lay_over
+from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.render import GroundPicture, World
 from data_gen.drawing.traffic.vehicle_models import height_m
-from data_gen.drawing.view import CameraView, Rectangle, camera_over, corners_m
+from data_gen.drawing.view import CameraView, Rectangle, camera_over, corners_m, silhouette_px, views_of, widened
 from data_gen.scenario import View
-from data_gen.simulation.states import FloatArray, Picture, VehicleStates
+from data_gen.simulation.states import Picture, VehicleStates
 from gis.camera_pose import CameraPose, CameraTrack
 
 _WIDER = 1.06
@@ -53,22 +52,16 @@ def thermal_path(path: CameraPath, view: View, size_px: tuple[int, int]) -> Came
         seen = camera_over(View((east_m, north_m), view.width_m * _WIDER), size_px)
         views: tuple[CameraView, ...] = (seen,) * len(path.views)
         track = None
-    elif path.is_moving:
-        poses = tuple(_beside(pose, pixel_ratio) for pose in path.track.poses)
-        views = tuple(CameraView(pose.camera(*size_px), size_px, pose) for pose in poses)
-        track = CameraTrack(path.track.t_us, poses)
     else:
-        pose = _beside(path.track.poses[0], pixel_ratio)
-        views = (CameraView(pose.camera(*size_px), size_px, pose),) * len(path.views)
-        track = CameraTrack(path.track.t_us, (pose,) * len(path.views))
-    spread_m = 0.06 * (path.reach_m[2] - path.reach_m[0])
-    west_m, south_m, east_m, north_m = path.reach_m
+        poses = tuple(_beside(pose, pixel_ratio) for pose in path.track.poses)
+        views = views_of(poses, size_px)
+        track = CameraTrack(path.track.t_us, poses)
     return CameraPath(
         kind=path.kind,
         views=views,
         track=track,
         blur_px=path.blur_px / pixel_ratio,
-        reach_m=(west_m - spread_m, south_m - spread_m, east_m + spread_m, north_m + spread_m),
+        reach_m=widened(path.reach_m, 0.06 * (path.reach_m[2] - path.reach_m[0])),
         finest_pixel_m=path.finest_pixel_m * pixel_ratio,
     )
 
@@ -112,7 +105,7 @@ class ThermalRenderer:
         whole = Rectangle(0, 0, width_px, height_px)
         if not self._overlay.is_empty:
             hidden = self._overlay.opacity(whole, view).astype(np.float32)
-            lay_over(warmth[:, :, None], hidden, np.full((1, 1, 1), _OCCLUDER, dtype=np.float32))
+            lay_over(warmth[:, :, None], hidden, (_OCCLUDER,))
         seen = cv2.GaussianBlur(warmth, (0, 0), _BLUR_PX)
         noise = np.float32(_NOISE_SIGMA) * self._rng.standard_normal(seen.shape, dtype=np.float32)
         picture = np.full((height_px * 3 // 2, width_px), 128, dtype=np.uint8)
@@ -150,11 +143,4 @@ def _draw_warm(warmth: Picture, states: VehicleStates, row: int, view: CameraVie
     )
     whole = np.array([rear_right, front_right, front_left, rear_left])
     for outline_m, value in ((whole, body), (engine, body + _ENGINE_HOTTER)):
-        patch = cover_of([_silhouette_px(outline_m, height_m(states.classes[row]), view)], view.size_px)
-        if patch is not None:
-            lay_over(warmth[:, :, None][patch.window], patch.cover, np.full((1, 1, 1), value, dtype=np.float32))
-
-
-def _silhouette_px(outline_m: FloatArray, up_m: float, view: CameraView) -> FloatArray:
-    points_px = np.vstack((at_height(outline_m, 0.0, view), at_height(outline_m, up_m, view)))
-    return cv2.convexHull(points_px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+        fill(warmth[:, :, None], silhouette_px(outline_m, height_m(states.classes[row]), view), (value,))

@@ -5,12 +5,16 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from data_gen.errors import DataGenError
-from data_gen.scenario import OptionValues, Scenario, ScenarioOption, read_options
-from data_gen.scenarios.hard_negatives import following_only, lane_change_only, meeting_only, parked_car
-from data_gen.scenarios.junction import JUNCTION_OPTIONS, junction
+from data_gen.scenario import DEMAND, OptionValues, Scenario, ScenarioOption, read_options
+from data_gen.scenarios.hard_negatives import (
+    following_only,
+    lane_change_only,
+    meeting_only,
+    parked_car,
+    queue_passing,
+)
+from data_gen.scenarios.junctions import JUNCTION_OPTIONS, junction, roundabout
 from data_gen.scenarios.motorway import MOTORWAY_OPTIONS, motorway
-from data_gen.scenarios.queue_passing import queue_passing
-from data_gen.scenarios.roundabout import ROUNDABOUT_OPTIONS, roundabout
 from data_gen.scenarios.rural_overtaking import RURAL_OPTIONS, rural_overtaking
 from data_gen.scenarios.urban_grid import URBAN_OPTIONS, urban_grid
 
@@ -28,7 +32,7 @@ SCENARIOS: Mapping[str, CatalogueEntry] = MappingProxyType(
         "rural_overtaking": CatalogueEntry(rural_overtaking, RURAL_OPTIONS),
         "junction": CatalogueEntry(junction, JUNCTION_OPTIONS),
         "motorway": CatalogueEntry(motorway, MOTORWAY_OPTIONS),
-        "roundabout": CatalogueEntry(roundabout, ROUNDABOUT_OPTIONS),
+        "roundabout": CatalogueEntry(roundabout, (DEMAND,)),
         "urban_grid": CatalogueEntry(urban_grid, URBAN_OPTIONS),
         "following_only": CatalogueEntry(following_only),
         "meeting_only": CatalogueEntry(meeting_only),
@@ -39,10 +43,10 @@ SCENARIOS: Mapping[str, CatalogueEntry] = MappingProxyType(
 )
 """Scenarios by name."""
 
-_NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
+NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
 
 
-def scenario_named(name: str, options: Mapping[str, str] = _NO_OPTIONS) -> Scenario:
+def scenario_named(name: str, options: Mapping[str, str] = NO_OPTIONS) -> Scenario:
     """Find a scenario by its name.
 
     Parameters

@@ -5,16 +5,30 @@ drivers who take their time, and some who are in a hurry. `lcKeepRight` makes th
 as they must; drivers in a hurry (`lcAssertive`) take small gaps, so cut-ins occur.
 """
 
-from data_gen.scenario import Flow, OptionValues, Scenario, ScenarioOption, VehicleKind, View, shipped_network
-from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
+from data_gen.scenario import (
+    DEMAND,
+    Driver,
+    Flow,
+    OptionValues,
+    Scenario,
+    ScenarioOption,
+    View,
+    kind_of,
+    shipped_network,
+)
 
 MOTORWAY_NETWORK = shipped_network("motorway")
+MOTORWAY_VIEW = View(centre_m=(900.0, 148.0), width_m=400.0)
 MOTORWAY_OPTIONS = (
     ScenarioOption("carriageways", "how many of them carry traffic", ("2", "1")),
-    ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high")),
+    DEMAND,
 )
 _RATES_HZ = {"low": 0.2, "normal": 0.4, "high": 0.6}
 _KEEP_RIGHT = (("lcKeepRight", "8"), ("sigma", "0.3"))
+_HURRY = (
+    *(("maxSpeed", "42"), ("speedFactor", "normc(1.2,0.05,1.1,1.3)"), ("lcAssertive", "1.5"), ("tau", "0.8")),
+    *_KEEP_RIGHT,
+)
 
 
 def motorway(options: OptionValues) -> Scenario:
@@ -33,26 +47,22 @@ def motorway(options: OptionValues) -> Scenario:
     return Scenario(
         name="motorway",
         network_file=MOTORWAY_NETWORK,
-        kinds=_kinds(),
+        kinds=(
+            kind_of("car", 0.3, _cruise("28", "normc(0.9,0.06,0.75,1.05)"), name="calm car"),
+            kind_of("car", 0.32, _cruise("36", "normc(1.02,0.06,0.9,1.15)")),
+            kind_of("car", 0.12, _HURRY, name="hurried car"),
+            kind_of("van", 0.08, _cruise("31", "normc(0.95,0.06,0.8,1.1)")),
+            kind_of("truck", 0.13, _cruise("24", "normc(0.8,0.03,0.7,0.9)")),
+            kind_of("bus", 0.02, _cruise("27", "0.88")),
+            kind_of("motorcycle", 0.03, _HURRY),
+        ),
         flows=tuple(Flow(edge, edge, rate_hz, shortest_gap_s=0.8) for edge in edges),
-        view=View(centre_m=(900.0, 148.0), width_m=400.0),
+        view=MOTORWAY_VIEW,
         # A truck needs 77 s from end to end.
         warm_up_us=90_000_000,
         simulator_options=("--lanechange.duration", "3"),
     )
 
 
-def _kinds() -> tuple[VehicleKind, ...]:
-    return (
-        car(0.3, (("maxSpeed", "28"), ("speedFactor", "normc(0.9,0.06,0.75,1.05)"), *_KEEP_RIGHT), name="calm car"),
-        car(0.32, (("maxSpeed", "36"), ("speedFactor", "normc(1.02,0.06,0.9,1.15)"), *_KEEP_RIGHT)),
-        car(0.12, (*_hurry(), *_KEEP_RIGHT), name="hurried car"),
-        van(0.08, (("maxSpeed", "31"), ("speedFactor", "normc(0.95,0.06,0.8,1.1)"), *_KEEP_RIGHT)),
-        truck(0.13, (("maxSpeed", "24"), ("speedFactor", "normc(0.8,0.03,0.7,0.9)"), *_KEEP_RIGHT)),
-        bus(0.02, (("maxSpeed", "27"), ("speedFactor", "0.88"), *_KEEP_RIGHT)),
-        motorcycle(0.03, (*_hurry(), *_KEEP_RIGHT)),
-    )
-
-
-def _hurry() -> tuple[tuple[str, str], ...]:
-    return (("maxSpeed", "42"), ("speedFactor", "normc(1.2,0.05,1.1,1.3)"), ("lcAssertive", "1.5"), ("tau", "0.8"))
+def _cruise(fastest_mps: str, speed_factor: str) -> Driver:
+    return (("maxSpeed", fastest_mps), ("speedFactor", speed_factor), *_KEEP_RIGHT)

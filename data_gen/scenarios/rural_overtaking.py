@@ -11,7 +11,17 @@ overtakes together and the hardest braking anywhere):
 * `lanechange.duration` spreads the lane change over 2.5 s; without it vehicles jump 3.5 m sideways between frames.
 """
 
-from data_gen.scenario import Attempts, Flow, OptionValues, Scenario, ScenarioOption, VehicleKind, View, shipped_network
+from data_gen.scenario import (
+    Attempts,
+    Driver,
+    Flow,
+    OptionValues,
+    Scenario,
+    ScenarioOption,
+    VehicleKind,
+    View,
+    shipped_network,
+)
 
 RURAL_NETWORK = shipped_network("rural_overtaking")
 RURAL_OPTIONS = (
@@ -20,10 +30,24 @@ RURAL_OPTIONS = (
     ScenarioOption("platoons", "a slow vehicle and three behind it depart together"),
 )
 _OVERTAKING_DRIVER = (("lcOpposite", "1"), ("lcSpeedGain", "3"), ("lcAssertive", "1"), ("lcKeepRight", "30"))
-_CAR_LENGTH_M = (4.1, 4.9)
-_CAR_WIDTH_M = (1.75, 1.9)
-_HESITANT = "hesitant car"
 _LANE_M = 3.5
+
+
+def _car(name: str, share: float, driver: Driver) -> VehicleKind:
+    return VehicleKind(name, "car", share, (4.1, 4.9), (1.75, 1.9), driver)
+
+
+_SLOW_CAR = _car("slow car", 0.2, (("maxSpeed", "11"), ("accel", "3"), ("tau", "2"), *_OVERTAKING_DRIVER))
+_TRUCK_DRIVER = (("maxSpeed", "13"), ("accel", "1.2"), *_OVERTAKING_DRIVER)
+_TRUCK = VehicleKind("truck", "truck", 0.1, (9.0, 11.0), (2.45, 2.55), _TRUCK_DRIVER)
+_HESITANT_CAR = _car("hesitant car", 0.4, (("maxSpeed", "25"), ("accel", "3"), ("sigma", "0.2"), ("lcOpposite", "0")))
+"""Who never overtakes in SUMO; its attempts are added afterwards."""
+_PATIENT_CAR = _car(
+    "patient car",
+    1.0,
+    (("maxSpeed", "20"), ("speedFactor", "1"), ("speedDev", "0"), ("sigma", "0.2"), ("lcOpposite", "0")),
+)
+"""The oncoming traffic that leaves no gap: all alike, and none overtakes."""
 
 
 def rural_overtaking(options: OptionValues) -> Scenario:
@@ -47,7 +71,7 @@ def rural_overtaking(options: OptionValues) -> Scenario:
         # A slow car needs 164 s from end to end.
         warm_up_us=160_000_000,
         simulator_options=("--lanechange.duration", "2.5"),
-        attempts=Attempts(_HESITANT, shift_m=_LANE_M, pause_us=12_000_000) if aborted else None,
+        attempts=Attempts(_HESITANT_CAR.name, shift_m=_LANE_M, pause_us=12_000_000) if aborted else None,
     )
 
 
@@ -55,68 +79,10 @@ def _flows(options: OptionValues) -> tuple[Flow, ...]:
     eastbound = Flow("eastbound", "eastbound", 0.18, platoon=4 if options.flag("platoons") else 1)
     if options.flag("blocked"):
         # A car every 4 s, never much more: nobody finds a gap of the 15 s that an overtake needs.
-        return eastbound, Flow("westbound", "westbound", 0.25, kinds=(_patient_car(),), shortest_gap_s=3.0)
+        return eastbound, Flow("westbound", "westbound", 0.25, kinds=(_PATIENT_CAR,), shortest_gap_s=3.0)
     return eastbound, Flow("westbound", "westbound", 0.05 if options.flag("aborted") else 0.025)
 
 
 def _kinds(*, aborted: bool) -> tuple[VehicleKind, ...]:
-    if not aborted:
-        return (_slow_car(), _fast_car(0.7), _truck())
-    return (_slow_car(), _fast_car(0.3), _truck(), _hesitant_car(0.4))
-
-
-def _slow_car() -> VehicleKind:
-    return VehicleKind(
-        name="slow car",
-        vehicle_class="car",
-        share=0.2,
-        length_m=_CAR_LENGTH_M,
-        width_m=_CAR_WIDTH_M,
-        driver=(("maxSpeed", "11"), ("accel", "3"), ("tau", "2"), *_OVERTAKING_DRIVER),
-    )
-
-
-def _fast_car(share: float) -> VehicleKind:
-    return VehicleKind(
-        name="fast car",
-        vehicle_class="car",
-        share=share,
-        length_m=_CAR_LENGTH_M,
-        width_m=_CAR_WIDTH_M,
-        driver=(("maxSpeed", "27"), ("accel", "3"), *_OVERTAKING_DRIVER),
-    )
-
-
-def _hesitant_car(share: float) -> VehicleKind:
-    """Describe who never overtakes in SUMO; its attempts are added afterwards."""
-    return VehicleKind(
-        name=_HESITANT,
-        vehicle_class="car",
-        share=share,
-        length_m=_CAR_LENGTH_M,
-        width_m=_CAR_WIDTH_M,
-        driver=(("maxSpeed", "25"), ("accel", "3"), ("sigma", "0.2"), ("lcOpposite", "0")),
-    )
-
-
-def _patient_car() -> VehicleKind:
-    """Describe the oncoming traffic that leaves no gap: all alike, and none overtakes."""
-    return VehicleKind(
-        name="patient car",
-        vehicle_class="car",
-        share=1.0,
-        length_m=_CAR_LENGTH_M,
-        width_m=_CAR_WIDTH_M,
-        driver=(("maxSpeed", "20"), ("speedFactor", "1"), ("speedDev", "0"), ("sigma", "0.2"), ("lcOpposite", "0")),
-    )
-
-
-def _truck() -> VehicleKind:
-    return VehicleKind(
-        name="truck",
-        vehicle_class="truck",
-        share=0.1,
-        length_m=(9.0, 11.0),
-        width_m=(2.45, 2.55),
-        driver=(("maxSpeed", "13"), ("accel", "1.2"), *_OVERTAKING_DRIVER),
-    )
+    fast = _car("fast car", 0.3 if aborted else 0.7, (("maxSpeed", "27"), ("accel", "3"), *_OVERTAKING_DRIVER))
+    return (_SLOW_CAR, fast, _TRUCK, _HESITANT_CAR) if aborted else (_SLOW_CAR, fast, _TRUCK)

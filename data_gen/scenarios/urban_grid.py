@@ -4,13 +4,20 @@ Two streets cross three lanes, 90 by 70 m apart, one lane of 3.4 m each way; the
 others the streets go first. Cars are parked beside the streets and the lanes, off the carriageway.
 """
 
-from data_gen.scenario import Flow, OptionValues, ParkingStrip, Scenario, ScenarioOption, View, shipped_network
-from data_gen.scenarios.kinds import bus, car, motorcycle, truck, van
-
-URBAN_OPTIONS = (
-    ScenarioOption("demand", "how much traffic there is", ("normal", "low", "high")),
-    ScenarioOption("parked", "parked cars beside the streets", ("1", "0")),
+from data_gen.scenario import (
+    DEMAND,
+    Flow,
+    OptionValues,
+    ParkingStrip,
+    Scenario,
+    ScenarioOption,
+    View,
+    kind_of,
+    mix,
+    shipped_network,
 )
+
+URBAN_OPTIONS = (DEMAND, ScenarioOption("parked", "parked cars beside the streets", ("1", "0")))
 _DEMAND = {"low": 0.5, "normal": 1.0, "high": 1.3}
 _DRIVER = (("speedFactor", "normc(0.9,0.08,0.7,1.05)"), ("sigma", "0.3"))
 _THROUGH_HZ, _SIDE_HZ, _TURN_HZ = 0.06, 0.025, 0.012
@@ -37,13 +44,7 @@ def urban_grid(options: OptionValues) -> Scenario:
     return Scenario(
         name="urban_grid",
         network_file=shipped_network("urban_grid"),
-        kinds=(
-            car(0.8, _DRIVER),
-            van(0.12, _DRIVER),
-            truck(0.02, _DRIVER),
-            bus(0.02, _DRIVER),
-            motorcycle(0.04, _DRIVER),
-        ),
+        kinds=mix({"car": 0.8, "van": 0.12, "truck": 0.02, "bus": 0.02, "motorcycle": 0.04}, _DRIVER),
         flows=(*_through_flows(factor), *_turning_flows(factor)),
         view=View(centre_m=(0.0, 0.0), width_m=240.0),
         warm_up_us=120_000_000,
@@ -64,7 +65,7 @@ def _through_flows(factor: float) -> tuple[Flow, ...]:
 
 def _turning_flows(factor: float) -> tuple[Flow, ...]:
     """Turn from the streets into the lanes; buses and trucks do not, the corners are too tight for them."""
-    kinds = (car(0.83, _DRIVER), van(0.12, _DRIVER), motorcycle(0.05, _DRIVER))
+    kinds = mix({"car": 0.83, "van": 0.12, "motorcycle": 0.05}, _DRIVER)
     return tuple(
         Flow(_inward(street), _outward(lane), _TURN_HZ * factor, kinds=kinds, shortest_gap_s=1.5)
         for street in (*_WEST, *_EAST)
@@ -91,7 +92,7 @@ def _parking() -> tuple[ParkingStrip, ...]:
             first_m=_CLEAR_OF_JUNCTION_M,
             last_m=length_m - _CLEAR_OF_JUNCTION_M,
             right_m=_KERB_M,
-            kind=car(1.0),
+            kind=kind_of("car", 1.0),
             filled=0.6,
         )
         for edge, length_m in blocks

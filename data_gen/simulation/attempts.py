@@ -15,9 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from data_gen.scenario import Attempts
-from data_gen.simulation.bodies import FrontStates
 from data_gen.simulation.demand import Departure
-from data_gen.simulation.states import FloatArray
+from data_gen.simulation.states import Cells, FloatArray, FrontStates
 
 _GAP_M = (5.0, 30.0)
 """Between the bumpers as the attempt starts."""
@@ -103,25 +102,17 @@ def add_attempts(
 
 
 def _tabulate(steps: Sequence[FrontStates], ids: Sequence[str], vehicles: Mapping[str, Departure]) -> _Tables:
-    column = {name: place for place, name in enumerate(ids)}
+    cells = Cells(steps, ids)
     lane_numbers = {lane: number for number, lane in enumerate(sorted({lane for step in steps for lane in step.lanes}))}
-    shape = (len(steps), len(ids))
-    tables = _Tables(
+    return _Tables(
         step_s=(steps[1].t_us - steps[0].t_us) / 1e6,
-        front_m=np.full((*shape, 2), np.nan),
-        heading_rad=np.full(shape, np.nan),
-        speed_mps=np.full(shape, np.nan),
-        lane=np.full(shape, -1.0),
+        front_m=cells.numbers(np.concatenate([step.front_m for step in steps])),
+        heading_rad=cells.numbers(np.concatenate([step.lane_heading_rad for step in steps])),
+        speed_mps=cells.numbers(np.concatenate([step.speed_mps for step in steps])),
+        lane=cells.spread(np.array([float(lane_numbers[lane]) for step in steps for lane in step.lanes]), -1),
         length_m=np.array([vehicles[name].length_m for name in ids]),
         width_m=np.array([vehicles[name].width_m for name in ids]),
     )
-    for row, step in enumerate(steps):
-        columns = [column[name] for name in step.ids]
-        tables.front_m[row, columns] = step.front_m
-        tables.heading_rad[row, columns] = step.lane_heading_rad
-        tables.speed_mps[row, columns] = step.speed_mps
-        tables.lane[row, columns] = [lane_numbers[lane] for lane in step.lanes]
-    return tables
 
 
 def _followers(tables: _Tables, row: int, ready: np.ndarray) -> Iterator[tuple[int, int, float]]:

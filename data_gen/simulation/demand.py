@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from xml.sax.saxutils import quoteattr
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -90,29 +90,21 @@ def routes_xml(departures: tuple[Departure, ...]) -> str:
     -------
     XML text; each vehicle has a type of its own, since sizes differ.
     """
-    lines = ["<routes>"]
+    routes = ElementTree.Element("routes")
     for item in departures:
-        lines.append(
-            f'<vType id="type_{item.id}" length="{item.length_m:.2f}" width="{item.width_m:.2f}" '
-            f"{_attributes(item.kind.driver)}/>"
-            f'<trip id="{item.id}" type="type_{item.id}" depart="{item.depart_us / _SECOND_US:.3f}" '
-            f"from={quoteattr(item.flow.from_edge)} to={quoteattr(item.flow.to_edge)} "
-            f"{_attributes(item.flow.depart)}>{_stop_xml(item.stop)}</trip>"
-        )
-    lines.append("</routes>")
-    return "\n".join(lines)
+        kind, flow, stop = f"type_{item.id}", item.flow, item.stop
+        size = {"length": f"{item.length_m:.2f}", "width": f"{item.width_m:.2f}"}
+        ElementTree.SubElement(routes, "vType", {"id": kind, **size, **dict(item.kind.driver)})
+        way = {"depart": _seconds(item.depart_us), "from": flow.from_edge, "to": flow.to_edge}
+        trip = ElementTree.SubElement(routes, "trip", {"id": item.id, "type": kind, **way, **dict(flow.depart)})
+        if stop is not None:
+            place = {"lane": stop.lane, "endPos": f"{stop.front_m:.2f}"}
+            ElementTree.SubElement(trip, "stop", {**place, "duration": _seconds(stop.stand_us)})
+    return ElementTree.tostring(routes, encoding="unicode")
 
 
-def _attributes(pairs: Sequence[tuple[str, str]]) -> str:
-    return " ".join(f"{name}={quoteattr(value)}" for name, value in pairs)
-
-
-def _stop_xml(stop: RoadsideStop | None) -> str:
-    if stop is None:
-        return ""
-    return (
-        f'<stop lane={quoteattr(stop.lane)} endPos="{stop.front_m:.2f}" duration="{stop.stand_us / _SECOND_US:.3f}"/>'
-    )
+def _seconds(time_us: int) -> str:
+    return f"{time_us / _SECOND_US:.3f}"
 
 
 def _draw_flow(

@@ -10,9 +10,8 @@ import numpy as np
 import shapely
 
 from data_gen.scenario import Flow, ParkingStrip, Scenario
-from data_gen.simulation.bodies import FrontStates
 from data_gen.simulation.demand import Departure, draw_vehicle
-from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.simulation.states import FloatArray, FrontStates, VehicleStates, states_of
 
 _PULLING_UP_M = 25.0
 """Before and after its place a stopping vehicle draws to the side over this distance."""
@@ -82,32 +81,14 @@ def append_parked(
     ]
     if not drawn:
         return tuple(states)
-    parked = [replace(item, id=f"parked{number}") for number, (item, _, _) in enumerate(drawn, start=1)]
-    centre_m = np.array([place_m for _, place_m, _ in drawn])
-    heading_rad = np.array([heading for _, _, heading in drawn])
-    lanes = tuple("" for _ in parked)
-    return tuple(_with_parked(item, parked, lanes, centre_m, heading_rad) for item in states)
-
-
-def _with_parked(
-    states: VehicleStates,
-    parked: Sequence[Departure],
-    lanes: tuple[str, ...],
-    centre_m: FloatArray,
-    heading_rad: FloatArray,
-) -> VehicleStates:
-    return VehicleStates(
-        t_us=states.t_us,
-        ids=(*states.ids, *(item.id for item in parked)),
-        classes=(*states.classes, *(item.kind.vehicle_class for item in parked)),
-        lanes=(*states.lanes, *lanes),
-        centre_m=np.concatenate((states.centre_m, centre_m)),
-        heading_rad=np.concatenate((states.heading_rad, heading_rad)),
-        speed_mps=np.concatenate((states.speed_mps, np.zeros(len(parked)))),
-        length_m=np.concatenate((states.length_m, [item.length_m for item in parked])),
-        width_m=np.concatenate((states.width_m, [item.width_m for item in parked])),
-        appearance=np.concatenate((states.appearance, [item.appearance for item in parked])),
+    parked = states_of(
+        [replace(item, id=f"parked{number}") for number, (item, _, _) in enumerate(drawn, start=1)],
+        t_us=0,
+        lanes=("",) * len(drawn),
+        poses=np.array([(*place_m, heading_rad) for _, place_m, heading_rad in drawn]),
+        speed_mps=np.zeros(len(drawn)),
     )
+    return tuple(item.joined(parked) for item in states)
 
 
 def _draw_parked(

@@ -8,7 +8,6 @@ beside nobody who goes its way (overlapping along the road, less than 8 m apart 
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -37,63 +36,57 @@ def find_solitary(tables: TruthTables) -> Iterator[TruthEvent]:
     ------
     Events.
     """
-    for vehicle in range(len(tables.motion.ids)):
+    for vehicle in range(len(tables.ids)):
         yield from _wrong_ways(tables, vehicle)
         yield from _stops_and_goes(tables, vehicle)
 
 
 def _wrong_ways(tables: TruthTables, vehicle: int) -> Iterator[TruthEvent]:
-    motion = tables.motion
-    lane_way = np.array([lane.direction for lane in tables.network.lanes] + [0])
-    lane = motion.lane[:, vehicle]
-    against = (lane >= 0) & (lane_way[lane] != motion.direction[:, vehicle]) & tables.seen[:, vehicle]
-    for start, end in stretches(against):
-        start_us = int(motion.t_us[start])
-        last_us = int(motion.t_us[min(end, len(motion.t_us) - 1)])
-        core = slice(start, int(np.searchsorted(motion.t_us, start_us + WRONG_WAY_US)))
-        if last_us - start_us < WRONG_WAY_US - _NEARLY_US or motion.speed_mps[core, vehicle].min() <= STANDING_MPS:
+    for start, end in stretches(tables.is_against_lane(slice(None), vehicle) & tables.seen[:, vehicle]):
+        start_us, last_us = tables.span_us(start, end)
+        core_us = start_us, start_us + WRONG_WAY_US
+        core = slice(start, int(np.searchsorted(tables.t_us, core_us[1])))
+        if last_us - start_us < WRONG_WAY_US - _NEARLY_US or tables.speed_mps[core, vehicle].min() <= STANDING_MPS:
             continue
         nearest_m = _least_overlap_m(tables, vehicle, core)
         if nearest_m <= 0.0:
             continue
-        reasons = reasons_cut_by_clip(motion.t_us, start_us, start_us + WRONG_WAY_US)
+        reasons = reasons_cut_by_clip(tables.t_us, *core_us)
         if last_us - start_us < WRONG_WAY_US + _NEARLY_US:
             reasons.append("it lasts about 12 s, which is what decides")
         if nearest_m <= _NEARLY_BESIDE_M:
             reasons.append("the car is nearly beside another one")
-        yield _event(tables, "wrong_way", vehicle, (start_us, start_us + WRONG_WAY_US), reasons)
+        yield tables.event("wrong_way", [vehicle], core_us, reasons)
 
 
 def _least_overlap_m(tables: TruthTables, vehicle: int, steps: slice) -> float:
     """Measure how far the vehicle stays from being beside somebody, along the road; 0 or less if it ever is."""
-    motion = tables.motion
-    same = (motion.road[steps] == motion.road[steps, vehicle][:, None]) & (
-        motion.direction[steps] == motion.direction[steps, vehicle][:, None]
+    same = (tables.road[steps] == tables.road[steps, vehicle][:, None]) & (
+        tables.direction[steps] == tables.direction[steps, vehicle][:, None]
     )
     same[:, vehicle] = False
     with np.errstate(invalid="ignore"):
         near = np.abs(tables.across_m[steps] - tables.across_m[steps, vehicle][:, None]) < _BESIDE_M
-        gap_m = np.abs(motion.along_m[steps] - motion.along_m[steps, vehicle][:, None])
-    free_m: FloatArray = gap_m - (motion.length_m + motion.length_m[vehicle]) / 2
+        gap_m = np.abs(tables.along_m[steps] - tables.along_m[steps, vehicle][:, None])
+    free_m: FloatArray = gap_m - (tables.length_m + tables.length_m[vehicle]) / 2
     return float(np.where(same & near, free_m, np.inf).min(initial=np.inf))
 
 
 def _stops_and_goes(tables: TruthTables, vehicle: int) -> Iterator[TruthEvent]:
-    motion = tables.motion
-    road = motion.road[:, vehicle]
+    road = tables.road[:, vehicle]
     for number in np.unique(road[road >= 0]).tolist():
         for start, end in stretches((road == number) & tables.seen[:, vehicle]):
-            t_us, speed_mps = motion.t_us[start:end], motion.speed_mps[start:end, vehicle]
+            t_us, speed_mps = tables.t_us[start:end], tables.speed_mps[start:end, vehicle]
             stops_us, *others_us = (stop_times_us(t_us, speed_mps, margin_mps) for margin_mps in _MARGINS_MPS)
             unclear = any(len(other_us) != len(stops_us) for other_us in others_us)
             place = ("road", tables.network.roads[number].id)
             for nth, core_us in enumerate(_triples(stops_us)):
-                reasons = reasons_cut_by_clip(motion.t_us, *core_us)
+                reasons = reasons_cut_by_clip(tables.t_us, *core_us)
                 if unclear:
                     reasons.append(f"the car is at about {STANDING_MPS:g} m/s")
                 if nth:
                     reasons.append("stop-and-go that goes on may be told in other pieces")
-                yield replace(_event(tables, "stop_and_go", vehicle, core_us, reasons), places=(place,))
+                yield tables.event("stop_and_go", [vehicle], core_us, reasons, places=(place,))
 
 
 def stop_times_us(t_us: IntArray, speed_mps: FloatArray, margin_mps: float) -> list[int]:
@@ -136,20 +129,3 @@ def _triples(stops_us: list[int]) -> Iterator[tuple[int, int]]:
             place += 2
         else:
             place += 1
-
-
-def _event(
-    tables: TruthTables,
-    event_type: str,
-    vehicle: int,
-    core_us: tuple[int, int],
-    reasons: list[str],
-) -> TruthEvent:
-    return TruthEvent(
-        type=event_type,
-        vehicles=(tables.motion.ids[vehicle],),
-        start_us=core_us[0],
-        end_us=core_us[1],
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-    )

@@ -1,25 +1,33 @@
-"""What happened in a clip? All truth events that can be told from the simulator's state."""
+"""What happened in a clip, and where was everybody in view? All events, and the rows of `truth.csv`."""
 
+import csv
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
-from data_gen.drawing.occlusion.overlay import Overlay
+from data_gen.drawing.overlay import Overlay, hidden_shares
 from data_gen.drawing.view import CameraView
-from data_gen.simulation.states import BoolArray, VehicleStates
+from data_gen.simulation.states import BoolArray, Cells, VehicleStates
 from data_gen.truth.alone import find_solitary
 from data_gen.truth.cut_in import find_cut_ins
 from data_gen.truth.event import TruthEvent, in_order
-from data_gen.truth.events import find_events
+from data_gen.truth.events import find_events, find_junction_passes
 from data_gen.truth.following import find_following
-from data_gen.truth.junction_passes import find_junction_passes
 from data_gen.truth.motion import Motion, tabulate, truth_tables
 from data_gen.truth.near_miss import find_near_misses
 from data_gen.truth.queue_jump import find_queue_jumps
 from data_gen.truth.reckless import find_reckless
-from data_gen.truth.rows import visible_centres
 from data_gen.truth.turns import find_turns
 from gis.road_network import RoadNetwork
+
+COLUMNS = (
+    *("t_us", "id", "class", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m"),
+    *("road", "lane", "visible"),
+)
+
+HIDDEN_SHARE = 0.5
+"""A vehicle of which occluders hide more than this is not visible."""
 
 
 def clip_events(
@@ -89,9 +97,84 @@ def seen_centres(
     -------
     (steps, vehicles), columns as in `motion.ids`; False where a vehicle is absent.
     """
-    column = {vehicle_id: place for place, vehicle_id in enumerate(motion.ids)}
-    seen = np.zeros(motion.road.shape, dtype=np.bool_)
-    for row, step in enumerate(states):
-        columns = [column[vehicle_id] for vehicle_id in step.ids]
-        seen[row, columns] = True if views is None else visible_centres(step, views[row], overlay)
-    return seen
+    visible = np.concatenate(visible_masks(states, views, overlay))
+    return Cells(states, motion.ids).spread(visible, False)
+
+
+def visible_masks(
+    states: Sequence[VehicleStates], views: Sequence[CameraView] | None, overlay: Overlay | None = None
+) -> list[BoolArray]:
+    """Tell for each step which of its vehicles are in view and not hidden; parameters are those of `clip_events`."""
+    if views is None:
+        return [np.ones(len(step.ids), dtype=np.bool_) for step in states]
+    return [visible_centres(step, view, overlay) for step, view in zip(states, views, strict=True)]
+
+
+def write_truth(
+    path: Path,
+    states: Sequence[VehicleStates],
+    network: RoadNetwork,
+    views: Sequence[CameraView] | None,
+    overlay: Overlay | None = None,
+) -> None:
+    """Write one row for each vehicle in view at each step.
+
+    Parameters
+    ----------
+    path : the file; columns as in `COLUMNS`. x, y is the centre of the body, road and lane are those under it (empty
+        off the road), `visible` is 1 if the centre is in the image and at most half of the body is hidden by an
+        occluder, else 0.
+    states : in order of time.
+    network : gives road and lane.
+    views : one a step, decide what is in view; None if everything is seen everywhere.
+    overlay : the occluders; none without.
+    """
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for number, step in enumerate(states):
+            view = None if views is None else views[number]
+            writer.writerows(_rows(step, network, view, overlay))
+
+
+def visible_centres(step: VehicleStates, view: CameraView, overlay: Overlay | None = None) -> BoolArray:
+    """Tell which vehicles have their centre in the image and at most half of the body hidden.
+
+    Parameters
+    ----------
+    step : n vehicles.
+    view : the camera.
+    overlay : the occluders; none without.
+
+    Returns
+    -------
+    (n,).
+    """
+    visible = view.contains(step.centre_m)
+    if overlay is not None and not overlay.is_empty:
+        visible[visible] = hidden_shares(step, np.flatnonzero(visible), view, overlay) <= HIDDEN_SHARE
+    return visible
+
+
+def _rows(
+    step: VehicleStates, network: RoadNetwork, view: CameraView | None, overlay: Overlay | None
+) -> Iterator[tuple[object, ...]]:
+    positions = network.locate(step.centre_m)
+    everybody = np.ones(len(step.ids), dtype=np.bool_)
+    visible = everybody if view is None else visible_centres(step, view, overlay)
+    for row in np.flatnonzero(everybody if view is None else view.touches(step)):
+        road, lane = positions.road[row], positions.lane[row]
+        yield (
+            step.t_us,
+            step.ids[row],
+            step.classes[row],
+            f"{step.centre_m[row, 0]:.3f}",
+            f"{step.centre_m[row, 1]:.3f}",
+            f"{step.heading_rad[row]:.5f}",
+            f"{step.speed_mps[row]:.3f}",
+            f"{step.length_m[row]:.2f}",
+            f"{step.width_m[row]:.2f}",
+            network.roads[road].id if road >= 0 else "",
+            network.lanes[lane].id if lane >= 0 else "",
+            int(visible[row]),
+        )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_gen.simulation.states import FloatArray
-from data_gen.truth.event import MARGIN_US, ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
+from data_gen.truth.event import MARGIN_US, TruthEvent
 from data_gen.truth.motion import TruthTables
 
 SHORT_S = 1.0
@@ -41,7 +41,7 @@ def find_cut_ins(tables: TruthTables) -> Iterator[TruthEvent]:
     ------
     Events without duration.
     """
-    for cutter in range(len(tables.motion.ids)):
+    for cutter in range(len(tables.ids)):
         for change in _lane_changes(tables, cutter):
             car = _next_behind(tables, change)
             if car is not None and (event := _event(tables, change, car)) is not None:
@@ -49,20 +49,18 @@ def find_cut_ins(tables: TruthTables) -> Iterator[TruthEvent]:
 
 
 def _lane_changes(tables: TruthTables, cutter: int) -> Iterator[_Change]:
-    motion = tables.motion
-    lane, road, direction = motion.lane[:, cutter], motion.road[:, cutter], motion.direction[:, cutter]
+    lane, road, direction = tables.lane[:, cutter], tables.road[:, cutter], tables.direction[:, cutter]
     changed = (lane[1:] != lane[:-1]) & (lane[1:] >= 0) & (lane[:-1] >= 0) & (road[1:] == road[:-1])
     for step in (np.flatnonzero(changed) + 1).tolist():
-        stays = slice(step, int(np.searchsorted(motion.t_us, motion.t_us[step] + _STAYS_US)))
+        stays = slice(step, int(np.searchsorted(tables.t_us, tables.t_us[step] + _STAYS_US)))
         if tables.network.lanes[lane[step]].direction == direction[step] and (lane[stays] == lane[step]).all():
             yield _Change(cutter, step, int(lane[step]))
 
 
 def _next_behind(tables: TruthTables, change: _Change) -> int | None:
-    motion = tables.motion
-    gap_m = motion.along_m[change.step, change.cutter] - motion.along_m[change.step]
-    same = (motion.lane[change.step] == change.lane) & (motion.direction[change.step] != 0)
-    same &= motion.direction[change.step] == motion.direction[change.step, change.cutter]
+    gap_m = tables.along_m[change.step, change.cutter] - tables.along_m[change.step]
+    same = (tables.lane[change.step] == change.lane) & (tables.direction[change.step] != 0)
+    same &= tables.direction[change.step] == tables.direction[change.step, change.cutter]
     with np.errstate(invalid="ignore"):
         behind = np.flatnonzero(same & (gap_m > 0))
     return int(behind[np.argmin(gap_m[behind])]) if len(behind) else None
@@ -87,46 +85,34 @@ def _event(tables: TruthTables, change: _Change, car: int) -> TruthEvent | None:
     gap = _gap(tables, change, car)
     if gap is None or gap.shortest_s >= SHORT_S + _NEARLY_S or gap.speed_mps.max() < LEAST_MPS - _NEARLY_MPS:
         return None
-    motion, t_us = tables.motion, tables.motion.t_us
-    at_us = int(t_us[change.step])
+    at_us = int(tables.t_us[change.step])
+    vehicles = change.cutter, car
     # Until the gap may have become short.
-    seen = tables.seen[rows_around(t_us, at_us, at_us + _AFTER_US - MARGIN_US), :][:, [change.cutter, car]]
-    if not seen.any():
+    core_us = at_us, at_us + _AFTER_US - MARGIN_US
+    if not tables.seen_around(vehicles, core_us).any():
         return None
-    reasons = [
-        *reasons_cut_by_clip(t_us, at_us, at_us + _AFTER_US - MARGIN_US),
-        *reasons_out_of_view(seen, ROLES["cut_in"]),
-        *_unclear(tables, change, car, gap),
-    ]
-    return TruthEvent(
-        type="cut_in",
-        vehicles=(motion.ids[change.cutter], motion.ids[car]),
-        start_us=at_us,
-        end_us=at_us,
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-        places=(("lane", tables.network.lanes[change.lane].id),),
-    )
+    reasons = [*tables.doubts_of_view("cut_in", vehicles, core_us), *_unclear(tables, change, car, gap)]
+    lane = tables.network.lanes[change.lane].id
+    return tables.event("cut_in", vehicles, (at_us, at_us), reasons, places=(("lane", lane),))
 
 
 def _gap(tables: TruthTables, change: _Change, car: int) -> _Gap | None:
     """Measure from 1 s before to 2 s after the change; None if the two never overlap sideways."""
-    motion = tables.motion
     rows = _rows(tables, change, _BEFORE_US, _AFTER_US)
-    half_m = (motion.length_m[change.cutter] + motion.length_m[car]) / 2
+    half_m = (tables.length_m[change.cutter] + tables.length_m[car]) / 2
     apart_m = np.abs(tables.across_m[rows, change.cutter] - tables.across_m[rows, car])
     sideways_m: FloatArray = (tables.width_m[change.cutter] + tables.width_m[car]) / 2 - apart_m
     overlap = sideways_m > 0
-    overlap &= motion.road[rows, change.cutter] == motion.road[rows, car]
+    overlap &= tables.road[rows, change.cutter] == tables.road[rows, car]
     if not overlap.any():
         return None
-    bumper_m = motion.along_m[rows, change.cutter] - motion.along_m[rows, car] - half_m
-    return _Gap(bumper_m[overlap], motion.speed_mps[rows, car][overlap], sideways_m[overlap])
+    bumper_m = tables.along_m[rows, change.cutter] - tables.along_m[rows, car] - half_m
+    return _Gap(bumper_m[overlap], tables.speed_mps[rows, car][overlap], sideways_m[overlap])
 
 
 def _rows(tables: TruthTables, change: _Change, before_us: int, after_us: int) -> slice:
-    at_us = int(tables.motion.t_us[change.step])
-    first, last = np.searchsorted(tables.motion.t_us, (at_us - before_us, at_us + after_us)).tolist()
+    at_us = int(tables.t_us[change.step])
+    first, last = np.searchsorted(tables.t_us, (at_us - before_us, at_us + after_us)).tolist()
     return slice(first, last)
 
 
@@ -142,6 +128,6 @@ def _unclear(tables: TruthTables, change: _Change, car: int, gap: _Gap) -> list[
     if gap.bumper_m.min() < _NEARLY_M:
         reasons.append("the cutter is hardly ahead of the car")
     rows = _rows(tables, change, _BEFORE_US + _DWELL_US, _STAYS_US + _DWELL_US)
-    if (tables.motion.lane[rows, car] != change.lane).any():
+    if (tables.lane[rows, car] != change.lane).any():
         reasons.append("the car changes lanes as well")
     return reasons

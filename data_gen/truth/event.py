@@ -55,14 +55,18 @@ class TruthEvent:
     start_us: int
     """Core interval, half-open; start and end are equal for an event without duration."""
     end_us: int
-    countable: bool
-    why_not_countable: str | None
+    why_not_countable: str | None = None
     manoeuvre_start_us: int | None = None
     """When the actor's centre left the other's lane; None if that was before the clip or never."""
     manoeuvre_end_us: int | None = None
     """When it was back in that lane; None if that is after the clip or never."""
     places: tuple[tuple[str, str], ...] = ()
     """Roles of roads, lanes and junctions, as ("junction", "centre")."""
+
+    @property
+    def countable(self) -> bool:
+        """Tell whether nothing speaks against asking an observer for it."""
+        return self.why_not_countable is None
 
     @property
     def actor(self) -> str:

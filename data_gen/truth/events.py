@@ -10,10 +10,16 @@ An event is countable only if both centres are in view from 1 s before to 1 s af
 within 0.5 m/s of the one that decides and no distance within 1 m. The others are kept with the reason: finding them is
 no mistake and missing them neither. What happened wholly out of view is left out, and so is a pair that comes together
 or parts while side by side.
+
+In junctions no road says what is ahead. A driver who goes straight on past one who waits to turn left passes him, if
+one likes; along which line the two are compared is a matter of taste there, and so is the time: such passes are kept as
+events that do not count. Two vehicles of about the same heading are compared along the mean of their headings, loosely:
+they overlap while the gap is at most half the sum of the lengths and 1 m, less than 9 m apart sideways.
 """
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +27,7 @@ from numpy.typing import NDArray
 
 from data_gen.simulation.states import BoolArray, FloatArray
 from data_gen.truth.event import MARGIN_US, ROLES, TruthEvent, in_order, reasons_out_of_view, rows_around
-from data_gen.truth.motion import Motion, PairRun, pair_runs
+from data_gen.truth.motion import Motion, PairRun, TruthTables, pair_runs, stretches
 
 __all__ = ["ROLES", "TruthEvent", "find_events"]
 
@@ -30,6 +36,11 @@ NEARLY_MPS = 0.5
 """A speed that comes so near to the one that decides leaves open what an observer calls it."""
 NEARLY_M = 1.0
 """So does an overlap, or a distance after it, that is shorter."""
+SLOWEST_MPS = 1.5
+_SAME_HEADING_COS = math.cos(math.radians(50.0))
+_BESIDE_M, _LONGER_M = 9.0, 1.0
+_REACH_M = 30.0
+_REASON = "it is in a junction, where no road says who is ahead"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +109,7 @@ def _events(motion: Motion, visible: BoolArray, run: PairRun, overlap: _Overlap)
     steps = slice(run.first_step + overlap.start, run.first_step + overlap.end)
     # A run that ends inside the overlap has no step after it: the core ends with the last step seen.
     end_step = min(steps.stop, run.first_step + len(run.gap_m) - 1)
-    core_us = (int(motion.t_us[steps.start]), int(motion.t_us[end_step]))
+    core_us = motion.span_us(steps.start, end_step)
     seen = visible[rows_around(motion.t_us, *core_us), :][:, [actor, other]]
     if not seen.any():
         return
@@ -107,16 +118,8 @@ def _events(motion: Motion, visible: BoolArray, run: PairRun, overlap: _Overlap)
     leave_us, return_us = _manoeuvre(motion, actor, other, steps.start)
     for event_type, unclear in _types(motion, (actor, other), overlap, steps):
         reasons = [*cut_short, *reasons_out_of_view(seen, ROLES[event_type], "core"), *unclear, *nearly]
-        yield TruthEvent(
-            type=event_type,
-            vehicles=(motion.ids[actor], motion.ids[other]),
-            start_us=core_us[0],
-            end_us=core_us[1],
-            countable=not reasons,
-            why_not_countable="; ".join(reasons) or None,
-            manoeuvre_start_us=leave_us,
-            manoeuvre_end_us=return_us,
-        )
+        told = motion.event(event_type, (actor, other), core_us, reasons)
+        yield replace(told, manoeuvre_start_us=leave_us, manoeuvre_end_us=return_us)
 
 
 def _nearly_none(overlap: _Overlap) -> list[str]:
@@ -180,3 +183,67 @@ def _manoeuvre(motion: Motion, actor: int, other: int, start: int) -> tuple[int 
     leave_us = int(motion.t_us[before[-1] + 1]) if len(before) else None
     return_us = int(motion.t_us[start + after[0]]) if len(after) else None
     return leave_us, return_us
+
+
+def find_junction_passes(tables: TruthTables) -> Iterator[TruthEvent]:
+    """Find every overlap of two vehicles of which one is off the roads meanwhile, or on another road.
+
+    Parameters
+    ----------
+    tables : of the clip.
+
+    Yields
+    ------
+    Events of type `pass` that do not count; where a part of the overlap is on one road, `overtake` and
+    `aborted_overtake` as well.
+    """
+    overlaps: dict[tuple[int, int], dict[int, float]] = {}
+    for step in range(len(tables.t_us)):
+        for a, b, gap_m in _overlapping(tables, step):
+            overlaps.setdefault((a, b), {})[step] = gap_m
+    for pair, gaps_m in sorted(overlaps.items()):
+        steps = np.array(list(gaps_m))
+        for first, end in stretches(np.isin(np.arange(steps[-1] + 1), steps)):
+            together = _on_one_road(tables, pair, slice(max(first - 1, 0), end + 1))
+            if not together.all():
+                passer, passed = pair if gaps_m[end - 1] > gaps_m[first] else pair[::-1]
+                yield from _border_events(tables, (passer, passed), (first, end), is_road_near=bool(together.any()))
+
+
+def _on_one_road(tables: TruthTables, pair: tuple[int, int], steps: slice) -> BoolArray:
+    road = tables.road[steps, :][:, list(pair)]
+    return np.asarray((road[:, 0] == road[:, 1]) & (road[:, 0] >= 0), dtype=np.bool_)
+
+
+def _overlapping(tables: TruthTables, step: int) -> Iterator[tuple[int, int, float]]:
+    """Give pairs a < b that overlap: their columns, and the gap from b to a."""
+    here = np.flatnonzero(tables.seen[step])
+    x_m, y_m, heading_rad = (table[step, here] for table in (tables.x_m, tables.y_m, tables.heading_rad))
+    apart_m = np.hypot(x_m[:, None] - x_m[None, :], y_m[:, None] - y_m[None, :])
+    first, second = np.nonzero(np.triu(apart_m < _REACH_M, k=1))
+    turn_rad = heading_rad[first] - heading_rad[second]
+    mean_rad = heading_rad[second] + np.arctan2(np.sin(turn_rad), np.cos(turn_rad)) / 2
+    east_m, north_m = x_m[first] - x_m[second], y_m[first] - y_m[second]
+    gap_m: FloatArray = east_m * np.cos(mean_rad) + north_m * np.sin(mean_rad)
+    aside_m = np.abs(north_m * np.cos(mean_rad) - east_m * np.sin(mean_rad))
+    length_m = tables.length_m[here]
+    overlap = np.abs(gap_m) <= (length_m[first] + length_m[second]) / 2 + _LONGER_M
+    overlap &= (aside_m < _BESIDE_M) & (np.cos(turn_rad) > _SAME_HEADING_COS)
+    for row in np.flatnonzero(overlap).tolist():
+        yield int(here[first[row]]), int(here[second[row]]), float(gap_m[row])
+
+
+def _border_events(
+    tables: TruthTables, pair: tuple[int, int], steps: tuple[int, int], *, is_road_near: bool
+) -> Iterator[TruthEvent]:
+    """Make a pass of the overlap if the one who gains ever moves; all that it may be if a part of it is on one road."""
+    rows = slice(*steps)
+    # Loosely, the overlap may begin while both still stand at a light.
+    fastest_mps = tables.speed_mps[rows, :][:, list(pair)].max(axis=0)
+    pass_ = tables.event("pass", pair, tables.span_us(*steps), [_REASON])
+    if fastest_mps[0] > SLOWEST_MPS:
+        yield pass_
+    if is_road_near and fastest_mps.min() > SLOWEST_MPS:
+        yield replace(pass_, type="overtake")
+        yield replace(pass_, type="aborted_overtake")
+        yield replace(pass_, type="aborted_overtake", vehicles=pass_.vehicles[::-1])

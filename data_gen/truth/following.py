@@ -18,11 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.simulation.states import BoolArray, FloatArray, IntArray
+from data_gen.simulation.states import BoolArray, FloatArray
 from data_gen.truth.event import TruthEvent, reasons_cut_by_clip
-from data_gen.truth.motion import TruthTables, stretches
+from data_gen.truth.motion import LOOSE, NOMINAL, STRICT, TruthTables, stretches
 
-NOMINAL, STRICT, LOOSE = 0, 1, 2
 SAME_HEADING_COS = math.cos(math.radians(50.0))
 _NEARLY_US = 1_000_000
 _SLOWER_MPS = 0.5
@@ -82,11 +81,11 @@ def find_following(tables: TruthTables) -> Iterator[TruthEvent]:
 
 def _short_gaps(tables: TruthTables) -> dict[tuple[int, int, int], BoolArray]:
     """By rule, follower and leader: (steps, 3), where the rule's gap and speed hold; only pairs that ever do."""
-    steps = len(tables.motion.t_us)
+    steps = len(tables.t_us)
     found: dict[tuple[int, int, int], BoolArray] = {}
     for step in range(steps):
         pairs = next_ahead(tables, step)
-        speed_mps = tables.motion.speed_mps[step, pairs.follower]
+        speed_mps = tables.speed_mps[step, pairs.follower]
         for number, rule in enumerate(RULES):
             short = np.column_stack(
                 [
@@ -98,9 +97,7 @@ def _short_gaps(tables: TruthTables) -> dict[tuple[int, int, int], BoolArray]:
             )
             for row in np.flatnonzero(short[:, LOOSE]).tolist():
                 key = number, int(pairs.follower[row]), int(pairs.leader[row])
-                if key not in found:
-                    found[key] = np.zeros((steps, 3), dtype=np.bool_)
-                found[key][step] = short[row]
+                found.setdefault(key, np.zeros((steps, 3), dtype=np.bool_))[step] = short[row]
     return found
 
 
@@ -117,13 +114,12 @@ def next_ahead(tables: TruthTables, step: int) -> NextAhead:
     Pairs that are at least loosely so.
     """
     here = np.flatnonzero(tables.present[step] & _around_seen(tables, step))
-    motion = tables.motion
-    length_m = motion.length_m[here]
+    length_m = tables.length_m[here]
     half_m = (length_m[:, None] + length_m[None, :]) / 2
-    on_road = (motion.road[step, here] >= 0) & (motion.direction[step, here] != 0)
-    way = np.where(on_road, 2 * motion.road[step, here] + (motion.direction[step, here] > 0), -1)
+    on_road = (tables.road[step, here] >= 0) & (tables.direction[step, here] != 0)
+    way = np.where(on_road, 2 * tables.road[step, here] + (tables.direction[step, here] > 0), -1)
     one_way = (way[:, None] == way[None, :]) & on_road[:, None]
-    along_m = motion.along_m[step, here]
+    along_m = tables.along_m[step, here]
     bumper_m = along_m[None, :] - along_m[:, None] - half_m
     levels = _levels_on_road(tables, step, here, one_way, np.where(bumper_m > -half_m / 4, bumper_m, np.inf))
     off_m, off = _over_junction(tables, step, here, half_m, one_way)
@@ -137,7 +133,7 @@ def _levels_on_road(
     tables: TruthTables, step: int, here: NDArray[np.intp], one_way: BoolArray, ahead_m: FloatArray
 ) -> BoolArray:
     """Say who is nominally, strictly and loosely next on one road; `ahead_m` is endless for who is not ahead."""
-    across_m, width_m, lane = tables.across_m[step, here], tables.width_m[here], tables.motion.lane[step, here]
+    across_m, width_m, lane = tables.across_m[step, here], tables.width_m[here], tables.lane[step, here]
     apart_m = np.abs(across_m[None, :] - across_m[:, None])
     overlap = one_way & (apart_m < (width_m[:, None] + width_m[None, :]) / 2)
     one_lane = one_way & (lane[:, None] == lane[None, :]) & (lane[:, None] >= 0)
@@ -184,43 +180,22 @@ def _over_junction(
 
 def _events(tables: TruthTables, rule: GapRule, follower: int, leader: int, levels: BoolArray) -> Iterator[TruthEvent]:
     both = tables.seen[:, follower] & tables.seen[:, leader]
-    t_us = tables.motion.t_us
+    t_us = tables.t_us
     for start, end in stretches(levels[:, LOOSE]):
         in_view = np.flatnonzero(both[start:end])
         if not len(in_view):
             continue
         first, last = start + int(in_view[0]), start + int(in_view[-1]) + 1
-        loose_us = int(t_us[first]), int(t_us[min(last, len(t_us) - 1)])
+        loose_us = tables.span_us(first, last)
         if loose_us[1] - loose_us[0] < _BORDER_SHARE * rule.least_us:
             continue
         reasons = reasons_cut_by_clip(t_us, *loose_us)
         if len(in_view) < last - first:
             reasons.append("one of the two is hidden meanwhile")
-        core_us = _agreed(t_us, levels[first:last], first, loose_us)
+        core_us = tables.agreed_us(levels[first:last], first, within_us=_NEARLY_US)
         if core_us is None:
             reasons.append("the time gap, the speed or the lane is near to what decides")
         elif core_us[1] - core_us[0] < 1.1 * rule.least_us:
             reasons.append(f"it lasts about {rule.least_us / 1e6:g} s, which is what decides")
-        start_us, end_us = core_us if core_us is not None and not reasons else loose_us
-        yield TruthEvent(
-            type=rule.type,
-            vehicles=(tables.motion.ids[follower], tables.motion.ids[leader]),
-            start_us=start_us,
-            end_us=end_us,
-            countable=not reasons,
-            why_not_countable="; ".join(reasons) or None,
-        )
-
-
-def _agreed(t_us: IntArray, levels: BoolArray, first: int, loose_us: tuple[int, int]) -> tuple[int, int] | None:
-    """Give the nominal interval if the strict one is whole and about as long as the loose one."""
-    strict = list(stretches(levels[:, STRICT]))
-    nominal = list(stretches(levels[:, NOMINAL]))
-    if len(strict) != 1 or len(nominal) != 1:
-        return None
-    strict_us, nominal_us = (
-        tuple(int(t_us[min(first + place, len(t_us) - 1)]) for place in found) for found in (strict[0], nominal[0])
-    )
-    if any(abs(one - other) > _NEARLY_US for one, other in zip(strict_us, loose_us, strict=True)):
-        return None
-    return nominal_us[0], nominal_us[1]
+        told_us = core_us if core_us is not None and not reasons else loose_us
+        yield tables.event(rule.type, (follower, leader), told_us, reasons)

@@ -1,16 +1,16 @@
 """Where was every vehicle at every step, seen from roads, lanes and junctions? Tables over all steps of a clip."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from data_gen.simulation.states import BoolArray, FloatArray, IndexArray, IntArray, VehicleStates
+from data_gen.simulation.states import BoolArray, Cells, FloatArray, IndexArray, IntArray, VehicleStates
+from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
 from gis.road_network import RoadNetwork
 
-_Cell = TypeVar("_Cell", bound=np.generic)
+NOMINAL, STRICT, LOOSE = 0, 1, 2
+"""Columns of a condition that is asked three times: as it stands, strictly and loosely."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +31,23 @@ class Motion:
     length_m: FloatArray
     """(vehicles,)."""
 
+    def span_us(self, start: int, end: int) -> tuple[int, int]:
+        """Give the interval of steps from `start` to before `end`, as far as the clip goes."""
+        return int(self.t_us[start]), int(self.t_us[min(end, len(self.t_us) - 1)])
+
+    def event(
+        self,
+        event_type: str,
+        vehicles: Sequence[int],
+        core_us: tuple[int, int],
+        reasons: Iterable[str],
+        *,
+        places: tuple[tuple[str, str], ...] = (),
+    ) -> TruthEvent:
+        """Make an event of columns of the tables; `reasons` say why it does not count, if any do."""
+        ids = tuple(self.ids[vehicle] for vehicle in vehicles)
+        return TruthEvent(event_type, ids, *core_us, "; ".join(reasons) or None, places=places)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PairRun:
@@ -46,10 +63,9 @@ class PairRun:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TruthTables:
-    """What the truth of events is derived from: tables of (steps, vehicles), and the network."""
+class TruthTables(Motion):
+    """What the truth of events is derived from: more tables of (steps, vehicles), and the network."""
 
-    motion: Motion
     network: RoadNetwork
     seen: BoolArray
     """In view and not hidden; False where absent."""
@@ -66,33 +82,45 @@ class TruthTables:
     width_m: FloatArray
     """(vehicles,)."""
 
+    def seen_around(self, vehicles: Sequence[int], core_us: tuple[int, int]) -> BoolArray:
+        """Tell when vehicles are seen from 1 s before to 1 s after an interval: (steps, vehicles)."""
+        return self.seen[rows_around(self.t_us, *core_us), :][:, list(vehicles)]
 
-class _Cells:
-    """The cells of a table of (steps, vehicles) in which somebody is, in the order of the states."""
+    def doubts_of_view(self, event_type: str, vehicles: Sequence[int], core_us: tuple[int, int]) -> list[str]:
+        """Say where the clip or the view does not hold all from 1 s before to 1 s after an event."""
+        seen = self.seen_around(vehicles, core_us)
+        return [*reasons_cut_by_clip(self.t_us, *core_us), *reasons_out_of_view(seen, ROLES[event_type])]
 
-    def __init__(self, states: Sequence[VehicleStates], ids: Sequence[str]) -> None:
-        column = {vehicle_id: place for place, vehicle_id in enumerate(ids)}
-        self._shape = len(states), len(ids)
-        self._rows = np.concatenate([np.full(len(step.ids), number) for number, step in enumerate(states)])
-        self._columns = np.array([column[vehicle_id] for step in states for vehicle_id in step.ids], dtype=np.int64)
+    def is_against_lane(self, steps: slice, vehicle: int) -> BoolArray:
+        """Tell at which steps a vehicle drives against the direction of the lane under its centre."""
+        lane_way = np.array([lane.direction for lane in self.network.lanes] + [0])
+        lane = self.lane[steps, vehicle]
+        return np.asarray((lane >= 0) & (lane_way[lane] == -self.direction[steps, vehicle]), dtype=np.bool_)
 
-    def spread(self, values: NDArray[_Cell], empty: float) -> NDArray[_Cell]:
-        """Fill a table with values, and with `empty` where nobody is."""
-        filled = np.full(self._shape, empty, dtype=values.dtype)
-        filled[self._rows, self._columns] = values
-        return filled
+    def agreed_us(self, levels: BoolArray, first: int, *, within_us: int, least_us: int = 0) -> tuple[int, int] | None:
+        """Give when a condition holds nominally, if it holds for about as long strictly and loosely.
 
-    def numbers(self, values: FloatArray) -> FloatArray:
-        return self.spread(values, np.nan)
+        Parameters
+        ----------
+        levels : (steps, 3), where it holds nominally and strictly; loosely it does at all of them.
+        first : step of the clip at which they begin.
+        within_us : the strict interval starts and ends so near to the whole one.
+        least_us : the strict interval is at least so long.
 
-    def indices(self, values: IndexArray) -> IndexArray:
-        return self.spread(values, -1)
-
-    def by_vehicle(self, values: FloatArray) -> FloatArray:
-        """Give one value a vehicle, the last one that it had."""
-        filled = np.zeros(self._shape[1])
-        filled[self._columns] = values
-        return filled
+        Returns
+        -------
+        The interval; None if it or the strict one is not whole, or the strict one is too short.
+        """
+        found = [list(stretches(levels[:, level])) for level in (STRICT, NOMINAL)]
+        if any(len(one) != 1 for one in found):
+            return None
+        strict_us, nominal_us = (self.span_us(first + start, first + end) for [(start, end)] in found)
+        loose_us = self.span_us(first, first + len(levels))
+        if strict_us[1] - strict_us[0] < least_us:
+            return None
+        if any(abs(one - other) > within_us for one, other in zip(strict_us, loose_us, strict=True)):
+            return None
+        return nominal_us
 
 
 def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
@@ -108,7 +136,7 @@ def tabulate(states: Sequence[VehicleStates], network: RoadNetwork) -> Motion:
     The tables; vehicles in order of first appearance.
     """
     ids = tuple(dict.fromkeys(vehicle_id for step in states for vehicle_id in step.ids))
-    cells = _Cells(states, ids)
+    cells = Cells(states, ids)
     positions = network.locate(np.concatenate([step.centre_m for step in states]))
     heading_rad = np.concatenate([step.heading_rad for step in states])
     direction = np.where(np.cos(heading_rad - np.nan_to_num(positions.tangent_rad)) >= 0, 1, -1)
@@ -142,8 +170,7 @@ def pair_runs(motion: Motion) -> Iterator[PairRun]:
                 & (motion.road[:, a] == motion.road[:, b])
                 & (motion.direction[:, a] == motion.direction[:, b])
             )
-            edges = np.flatnonzero(np.diff(together.astype(np.int8), prepend=0, append=0))
-            for start, end in edges.reshape(-1, 2).tolist():
+            for start, end in stretches(together):
                 gap_m = motion.along_m[start:end, a] - motion.along_m[start:end, b]
                 yield PairRun(a, b, start, gap_m, float(motion.length_m[a] + motion.length_m[b]) / 2)
 
@@ -176,13 +203,13 @@ def truth_tables(states: Sequence[VehicleStates], network: RoadNetwork, seen: Bo
     >>> tables.across_m.tolist(), tables.front_lane.tolist(), tables.junction.tolist()
     ([[-1.75]], [[0]], [[-1]])
     """
-    cells = _Cells(states, motion.ids)
+    cells = Cells(states, motion.ids)
     centre_m = np.concatenate([step.centre_m for step in states])
     positions = network.locate(centre_m)
     lane_of = {lane.id: number for number, lane in enumerate(network.lanes)}
     front_lane = np.array([lane_of.get(lane, -1) for step in states for lane in step.lanes], dtype=np.int32)
     return TruthTables(
-        motion=motion,
+        **{field.name: getattr(motion, field.name) for field in fields(motion)},
         network=network,
         seen=seen,
         present=cells.spread(np.ones(len(centre_m), dtype=np.bool_), False),

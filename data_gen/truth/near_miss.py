@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_gen.simulation.states import BoolArray, FloatArray
-from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
-from data_gen.truth.motion import TruthTables, stretches
+from data_gen.truth.event import TruthEvent
+from data_gen.truth.motion import LOOSE, NOMINAL, STRICT, TruthTables, stretches
 
 CONTACT_S = 1.5
 BRAKING_MPS2 = 3.4
 LEAST_US = 200_000
-NOMINAL, STRICT, LOOSE = 0, 1, 2
 _LIMITS = {NOMINAL: (CONTACT_S, BRAKING_MPS2), STRICT: (1.2, 4.2), LOOSE: (1.8, 2.6)}
 _AGREED_US = 700_000
 _LONGEST_STEP_US = 100_000
@@ -59,7 +58,7 @@ def find_near_misses(tables: TruthTables) -> Iterator[TruthEvent]:
     Events; who of the two is named first says nothing.
     """
     danger: dict[tuple[int, int], BoolArray] = {}
-    steps = len(tables.motion.t_us)
+    steps = len(tables.t_us)
     for step in range(steps):
         for pair, levels in _dangers(tables, step):
             danger.setdefault(pair, np.zeros((steps, 3), dtype=np.bool_))[step] = levels
@@ -95,7 +94,7 @@ def _approaching(tables: TruthTables, step: int) -> tuple[IndexArray, IndexArray
     """List the pairs, the lower column first, that may touch in time at all."""
     here = np.flatnonzero(tables.present[step])
     x_m, y_m = tables.x_m[step, here], tables.y_m[step, here]
-    speed_mps, length_m = tables.motion.speed_mps[step, here], tables.motion.length_m[here]
+    speed_mps, length_m = tables.speed_mps[step, here], tables.length_m[here]
     seen = tables.seen[step, here]
     first, second = np.triu_indices(len(here), k=1)
     first, second = (places[seen[first] & seen[second]] for places in (first, second))
@@ -106,14 +105,14 @@ def _approaching(tables: TruthTables, step: int) -> tuple[IndexArray, IndexArray
 
 
 def _bodies(tables: TruthTables, step: int, columns: IndexArray) -> _Bodies:
-    heading_rad, speed_mps = tables.heading_rad[step, columns], tables.motion.speed_mps[step, columns]
+    heading_rad, speed_mps = tables.heading_rad[step, columns], tables.speed_mps[step, columns]
     return _Bodies(
         x_m=tables.x_m[step, columns],
         y_m=tables.y_m[step, columns],
         heading_rad=heading_rad,
         vx_mps=speed_mps * np.cos(heading_rad),
         vy_mps=speed_mps * np.sin(heading_rad),
-        length_m=tables.motion.length_m[columns],
+        length_m=tables.length_m[columns],
         width_m=tables.width_m[columns],
     )
 
@@ -148,14 +147,13 @@ def _along_road(
     tables: TruthTables, step: int, first: IndexArray, second: IndexArray
 ) -> tuple[tuple[FloatArray, FloatArray], BoolArray]:
     """Measure contact and closing speed along the common road, and say which pairs have one."""
-    motion = tables.motion
-    way_a, way_b = motion.direction[step, first], motion.direction[step, second]
-    on_road = (motion.road[step, first] == motion.road[step, second]) & (motion.road[step, first] >= 0)
+    way_a, way_b = tables.direction[step, first], tables.direction[step, second]
+    on_road = (tables.road[step, first] == tables.road[step, second]) & (tables.road[step, first] >= 0)
     # The tables count in driving direction; here both must count the same way.
-    apart_m = motion.along_m[step, second] * way_b - motion.along_m[step, first] * way_a
-    rate_mps = motion.speed_mps[step, second] * way_b - motion.speed_mps[step, first] * way_a
+    apart_m = tables.along_m[step, second] * way_b - tables.along_m[step, first] * way_a
+    rate_mps = tables.speed_mps[step, second] * way_b - tables.speed_mps[step, first] * way_a
     aside_m = np.abs(tables.across_m[step, second] * way_b - tables.across_m[step, first] * way_a)
-    half_m = (motion.length_m[first] + motion.length_m[second]) / 2
+    half_m = (tables.length_m[first] + tables.length_m[second]) / 2
     from_s, to_s = _while_within(apart_m, rate_mps, half_m)
     meets = (to_s > 0) & (aside_m < (tables.width_m[first] + tables.width_m[second]) / 2)
     contact = np.where(meets, np.maximum(from_s, 0.0), _NEVER_S)
@@ -164,37 +162,12 @@ def _along_road(
 
 def _event(tables: TruthTables, pair: tuple[int, int], levels: BoolArray, first: int) -> Iterator[TruthEvent]:
     """Tell of a stretch of loose danger; shorter ones than half of what is asked for are nothing."""
-    t_us = tables.motion.t_us
-    loose_us = int(t_us[first]), int(t_us[min(first + len(levels), len(t_us) - 1)])
+    loose_us = tables.span_us(first, first + len(levels))
     if loose_us[1] - loose_us[0] < LEAST_US // 2:
         return
-    core_us = _agreed(tables, levels, first, loose_us)
-    start_us, end_us = loose_us if core_us is None else core_us
-    seen = tables.seen[rows_around(t_us, start_us, end_us), :][:, list(pair)]
-    reasons = [*reasons_cut_by_clip(t_us, start_us, end_us), *reasons_out_of_view(seen, ROLES["near_miss"])]
+    core_us = tables.agreed_us(levels, first, within_us=_AGREED_US, least_us=LEAST_US + _LONGEST_STEP_US)
+    told_us = loose_us if core_us is None else core_us
+    reasons = tables.doubts_of_view("near_miss", pair, told_us)
     if core_us is None:
         reasons.append("the time to contact or the braking is near to what decides")
-    yield TruthEvent(
-        type="near_miss",
-        vehicles=(tables.motion.ids[pair[0]], tables.motion.ids[pair[1]]),
-        start_us=start_us,
-        end_us=end_us,
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-    )
-
-
-def _agreed(tables: TruthTables, levels: BoolArray, first: int, loose_us: tuple[int, int]) -> tuple[int, int] | None:
-    """Give the nominal interval if the strict one is whole, long enough and about as long as the loose one."""
-    t_us = tables.motion.t_us
-    found = [list(stretches(levels[:, level])) for level in (STRICT, NOMINAL)]
-    if any(len(one) != 1 for one in found):
-        return None
-    strict_us, nominal_us = (
-        (int(t_us[first + one[0][0]]), int(t_us[min(first + one[0][1], len(t_us) - 1)])) for one in found
-    )
-    if strict_us[1] - strict_us[0] < LEAST_US + _LONGEST_STEP_US:
-        return None
-    if any(abs(one - other) > _AGREED_US for one, other in zip(strict_us, loose_us, strict=True)):
-        return None
-    return nominal_us
+    yield tables.event("near_miss", pair, told_us, reasons)

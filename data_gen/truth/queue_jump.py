@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
+from data_gen.truth.event import TruthEvent
 from data_gen.truth.motion import TruthTables
 
 STANDING_MPS = 2.0
@@ -42,7 +42,7 @@ def find_queue_jumps(tables: TruthTables, passes: Iterable[TruthEvent]) -> Itera
     for event in passes:
         if event.type == "pass":
             of_passer.setdefault(event.actor, []).append(event)
-    column = {vehicle_id: place for place, vehicle_id in enumerate(tables.motion.ids)}
+    column = {vehicle_id: place for place, vehicle_id in enumerate(tables.ids)}
     for passer, own in of_passer.items():
         for number, (behind, ahead) in enumerate(pairwise(own)):
             nobody_until_us = own[number + 2].start_us if number + 2 < len(own) else None
@@ -58,36 +58,28 @@ def _jump(
     nobody_until_us: int | None,
 ) -> Iterator[TruthEvent]:
     """Tell of the queue jump that two passes in a row and the lane change after them are, if they are one."""
-    motion = tables.motion
     jumper, first, last = vehicles
-    at_last, at_first = (int(np.searchsorted(motion.t_us, one.start_us)) for one in (behind, ahead))
-    lane = int(motion.lane[at_last, last])
-    slowness_mps = max(float(motion.speed_mps[at_last, last]), float(motion.speed_mps[at_first, first]))
-    in_lane = lane >= 0 and (motion.lane[at_last : at_first + 1, [first, last]] == lane).all()
-    apart_m = float(motion.along_m[at_last, first] - motion.along_m[at_last, last])
-    free_m = apart_m - float(motion.length_m[first] + motion.length_m[last]) / 2
+    at_last, at_first = (int(np.searchsorted(tables.t_us, one.start_us)) for one in (behind, ahead))
+    lane = int(tables.lane[at_last, last])
+    slowness_mps = max(float(tables.speed_mps[at_last, last]), float(tables.speed_mps[at_first, first]))
+    in_lane = lane >= 0 and (tables.lane[at_last : at_first + 1, [first, last]] == lane).all()
+    apart_m = float(tables.along_m[at_last, first] - tables.along_m[at_last, last])
+    free_m = apart_m - float(tables.length_m[first] + tables.length_m[last]) / 2
     in_order = apart_m > 0.0 and free_m < QUEUE_M + _NEARLY_M
     if not in_lane or not in_order or slowness_mps > STANDING_MPS + _NEARLY_MPS:
         return
     step = _comes_into(tables, jumper, lane, ahead)
-    if step is None or (motion.lane[at_first : step + 1, first] != lane).any():
+    if step is None or (tables.lane[at_first : step + 1, first] != lane).any():
         return
-    end_us = int(motion.t_us[step])
+    end_us = int(tables.t_us[step])
     is_in_time = behind.start_us < ahead.start_us < end_us <= behind.start_us + WITHIN_US
     if not is_in_time or (nobody_until_us is not None and nobody_until_us < end_us - _NEARLY_US):
         return
     reasons = [*_reasons(tables, vehicles, (behind, ahead), end_us), *_doubts_of_queue(slowness_mps, free_m)]
     if nobody_until_us is not None and nobody_until_us < end_us + _NEARLY_US:
         reasons.append("the jumper is about to come beside another one")
-    yield TruthEvent(
-        type="queue_jump",
-        vehicles=tuple(motion.ids[vehicle] for vehicle in vehicles),
-        start_us=behind.start_us,
-        end_us=end_us,
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-        places=(("lane", tables.network.lanes[lane].id),),
-    )
+    place = "lane", tables.network.lanes[lane].id
+    yield tables.event("queue_jump", vehicles, (behind.start_us, end_us), reasons, places=(place,))
 
 
 def _doubts_of_queue(slowness_mps: float, free_m: float) -> Iterator[str]:
@@ -103,11 +95,8 @@ def _reasons(
 ) -> list[str]:
     """Say why the passes do not count, what is out of view, and whether the lane change is too early or too late."""
     behind, ahead = passes
-    t_us = tables.motion.t_us
     reasons = list(dict.fromkeys(one.why_not_countable for one in passes if one.why_not_countable))
-    seen = tables.seen[rows_around(t_us, behind.start_us, end_us), :][:, list(vehicles)]
-    reasons += reasons_cut_by_clip(t_us, behind.start_us, end_us)
-    reasons += reasons_out_of_view(seen, ROLES["queue_jump"])
+    reasons += tables.doubts_of_view("queue_jump", vehicles, (behind.start_us, end_us))
     if not ahead.end_us - BEFORE_US + _NEARLY_US < end_us < ahead.end_us + AFTER_US - _NEARLY_US:
         reasons.append("the time of the lane change is near to what decides")
     return reasons
@@ -115,7 +104,7 @@ def _reasons(
 
 def _comes_into(tables: TruthTables, jumper: int, lane: int, ahead: TruthEvent) -> int | None:
     """Find the step at which the jumper comes into the queue's lane, to stay; None if it does not in time."""
-    t_us, own = tables.motion.t_us, tables.motion.lane[:, jumper]
+    t_us, own = tables.t_us, tables.lane[:, jumper]
     start, end = np.searchsorted(t_us, (ahead.end_us - BEFORE_US, ahead.end_us + AFTER_US)).tolist()
     for step in range(max(start, 1), min(end, len(t_us))):
         stays = own[step : int(np.searchsorted(t_us, t_us[step] + _STAYS_US))]

@@ -12,8 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from data_gen.simulation.states import BoolArray
-from data_gen.truth.event import ROLES, TruthEvent, reasons_out_of_view, rows_around
+from data_gen.truth.event import ROLES, TruthEvent, reasons_out_of_view
 from data_gen.truth.motion import TruthTables
 
 MEET_S = 3.0
@@ -36,7 +35,7 @@ def find_reckless(tables: TruthTables, overlaps: Iterable[TruthEvent]) -> Iterat
     ------
     Events with the interval of the overtake.
     """
-    column = {vehicle_id: place for place, vehicle_id in enumerate(tables.motion.ids)}
+    column = {vehicle_id: place for place, vehicle_id in enumerate(tables.ids)}
     for event in overlaps:
         if event.type in ("overtake", "pass"):
             pair = column[event.actor], column[event.other]
@@ -46,14 +45,13 @@ def find_reckless(tables: TruthTables, overlaps: Iterable[TruthEvent]) -> Iterat
 
 
 def _before_oncoming(tables: TruthTables, event: TruthEvent, pair: tuple[int, int]) -> Iterator[TruthEvent]:
-    motion = tables.motion
-    step = int(np.searchsorted(motion.t_us, event.end_us))
-    if not _is_on_wrong_side(tables, pair[0], slice(step, step + 1)).all():
+    step = int(np.searchsorted(tables.t_us, event.end_us))
+    if not tables.is_against_lane(slice(step, step + 1), pair[0]).all():
         return
-    around = slice(*np.searchsorted(motion.t_us, (event.end_us - _BEFORE_US, event.end_us + _AFTER_US)).tolist())
-    clearly_wrong = bool(_is_on_wrong_side(tables, pair[0], around).all())
+    around = slice(*np.searchsorted(tables.t_us, (event.end_us - _BEFORE_US, event.end_us + _AFTER_US)).tolist())
+    clearly_wrong = bool(tables.is_against_lane(around, pair[0]).all())
     for danger, meet_s, free_m in _oncoming(tables, step, pair[0]):
-        seen = tables.seen[rows_around(motion.t_us, event.start_us, event.end_us), danger][:, None]
+        seen = tables.seen_around([danger], (event.start_us, event.end_us))
         if not seen.any():
             continue
         reasons = [event.why_not_countable] if event.why_not_countable else []
@@ -65,36 +63,26 @@ def _before_oncoming(tables: TruthTables, event: TruthEvent, pair: tuple[int, in
         yield replace(
             event,
             type="reckless_overtake",
-            vehicles=(*event.vehicles, motion.ids[danger]),
-            countable=not reasons,
+            vehicles=(*event.vehicles, tables.ids[danger]),
             why_not_countable="; ".join(reasons) or None,
         )
 
 
-def _is_on_wrong_side(tables: TruthTables, vehicle: int, steps: slice) -> BoolArray:
-    motion = tables.motion
-    lane_way = np.array([lane.direction for lane in tables.network.lanes] + [0])
-    lane = motion.lane[steps, vehicle]
-    return np.asarray((lane >= 0) & (lane_way[lane] == -motion.direction[steps, vehicle]), dtype=np.bool_)
-
-
 def _oncoming(tables: TruthTables, step: int, vehicle: int) -> Iterator[tuple[int, float, float]]:
     """Give who comes towards a vehicle on its road: column, seconds until they meet, metres between the bumpers."""
-    motion = tables.motion
-    ways = motion.direction[step]
-    there = (motion.road[step] == motion.road[step, vehicle]) & (ways == -ways[vehicle]) & (ways != 0)
+    ways = tables.direction[step]
+    there = (tables.road[step] == tables.road[step, vehicle]) & (ways == -ways[vehicle]) & (ways != 0)
     # In driving direction of the vehicle; the tables count in that of each.
-    ahead_m = -motion.along_m[step] - motion.along_m[step, vehicle]
+    ahead_m = -tables.along_m[step] - tables.along_m[step, vehicle]
     for other in np.flatnonzero(there).tolist():
-        free_m = float(ahead_m[other] - (motion.length_m[other] + motion.length_m[vehicle]) / 2)
-        closing_mps = float(motion.speed_mps[step, other] + motion.speed_mps[step, vehicle])
+        free_m = float(ahead_m[other] - (tables.length_m[other] + tables.length_m[vehicle]) / 2)
+        closing_mps = float(tables.speed_mps[step, other] + tables.speed_mps[step, vehicle])
         if free_m > 0.0 and free_m < min(FARTHEST_M, MEET_S * (1 + _NEARLY_SHARE) * closing_mps):
             yield other, free_m / closing_mps, free_m
 
 
 def _in_junction(tables: TruthTables, event: TruthEvent, pair: tuple[int, int]) -> Iterator[TruthEvent]:
-    motion = tables.motion
-    steps = slice(*np.searchsorted(motion.t_us, (event.start_us, event.end_us + 1)).tolist())
+    steps = slice(*np.searchsorted(tables.t_us, (event.start_us, event.end_us + 1)).tolist())
     inside = tables.junction[steps, pair[0]]
     inside = inside[inside >= 0]
     lanes = [_last_lane(tables, vehicle, steps.stop) for vehicle in pair]
@@ -103,7 +91,6 @@ def _in_junction(tables: TruthTables, event: TruthEvent, pair: tuple[int, int]) 
     yield replace(
         event,
         type="reckless_overtake",
-        countable=False,
         why_not_countable="it is in a junction, where no road says who is ahead",
         places=(("danger", tables.network.junctions[int(inside[0])].id),),
     )
@@ -111,9 +98,8 @@ def _in_junction(tables: TruthTables, event: TruthEvent, pair: tuple[int, int]) 
 
 def _last_lane(tables: TruthTables, vehicle: int, before: int) -> int:
     """Give the last lane under a vehicle's centre before it came into a junction, -1 without one."""
-    motion = tables.motion
-    first = int(np.searchsorted(motion.t_us, motion.t_us[min(before, len(motion.t_us)) - 1] - _LANE_BEFORE_US))
-    lane = motion.lane[first:before, vehicle]
+    first = int(np.searchsorted(tables.t_us, tables.t_us[min(before, len(tables.t_us)) - 1] - _LANE_BEFORE_US))
+    lane = tables.lane[first:before, vehicle]
     in_junction = np.flatnonzero(tables.junction[first:before, vehicle] >= 0)
     lane = lane[: in_junction[0]] if len(in_junction) else lane
     known = np.flatnonzero(lane >= 0)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from data_gen.truth.event import TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
+from data_gen.truth.event import TruthEvent
 from data_gen.truth.motion import TruthTables, stretches
 
 STRAIGHT_RAD = math.radians(45.0)
@@ -36,7 +36,7 @@ def find_turns(tables: TruthTables) -> Iterator[TruthEvent]:
     ------
     A `crossing` for each, and what kind of turn it is where both edges are known; two kinds if it is between them.
     """
-    for vehicle in range(len(tables.motion.ids)):
+    for vehicle in range(len(tables.ids)):
         junction = tables.junction[:, vehicle]
         for start, end in stretches(junction >= 0):
             if start > 0 and end < len(junction) and len(set(junction[start:end].tolist())) == 1:
@@ -44,24 +44,15 @@ def find_turns(tables: TruthTables) -> Iterator[TruthEvent]:
 
 
 def _ways(tables: TruthTables, vehicle: int, start: int, end: int) -> Iterator[TruthEvent]:
-    t_us, present = tables.motion.t_us, tables.present[:, vehicle]
-    core_us = int(t_us[start]), int(t_us[end])
-    seen = tables.seen[rows_around(t_us, *core_us), vehicle][:, None]
-    if not (present[start - 1] and present[end] and seen.any()):
+    core_us = tables.span_us(start, end)
+    is_there = tables.present[[start - 1, end], vehicle].all()
+    if not (is_there and tables.seen_around([vehicle], core_us).any()):
         return
-    reasons = [*reasons_cut_by_clip(t_us, *core_us), *reasons_out_of_view(seen, ("car",))]
+    reasons = tables.doubts_of_view("crossing", [vehicle], core_us)
     if core_us[1] - core_us[0] < SHORTEST_US:
         reasons.append("the car is in the junction for less than 0.5 s")
     junction = ("junction", tables.network.junctions[int(tables.junction[start, vehicle])].id)
-    crossing = TruthEvent(
-        type="crossing",
-        vehicles=(tables.motion.ids[vehicle],),
-        start_us=core_us[0],
-        end_us=core_us[1],
-        countable=not reasons,
-        why_not_countable="; ".join(reasons) or None,
-        places=(junction,),
-    )
+    crossing = tables.event("crossing", [vehicle], core_us, reasons, places=(junction,))
     yield crossing
     lanes = _lanes_around(tables, vehicle, start, end)
     if lanes is not None:
@@ -84,7 +75,6 @@ def _turns(crossing: TruthEvent, turn_rad: float, from_road: str, to_road: str) 
         yield replace(
             crossing,
             type=event_type,
-            countable=not reasons,
             why_not_countable="; ".join(reasons) or None,
             places=(*crossing.places, *roads),
         )
@@ -125,7 +115,7 @@ def _lanes_around(tables: TruthTables, vehicle: int, start: int, end: int) -> tu
 
 def _turn_rad(tables: TruthTables, vehicle: int, core_us: tuple[int, int]) -> float:
     """Add up how the heading changes, as far as the clip goes and the vehicle is there."""
-    t_us = tables.motion.t_us
+    t_us = tables.t_us
     first, last = np.searchsorted(t_us, (core_us[0] - _BEFORE_US, core_us[1] + _AFTER_US)).tolist()
     headings_rad = tables.heading_rad[first : last + 1, vehicle]
     unwrapped = np.unwrap(headings_rad[np.isfinite(headings_rad)])

@@ -13,7 +13,7 @@ from data_gen.degrade import parse_degradation
 from data_gen.drawing.cameras import CameraKind
 from data_gen.errors import DataGenError
 from data_gen.scene import GeneratedScene, generate
-from data_gen.truth.rows import COLUMNS
+from data_gen.truth.clip import COLUMNS
 from gis.camera import GroundCamera
 from gis.camera_pose import read_camera_track
 from gis.sumo_net import read_sumo_net

@@ -1,9 +1,11 @@
 """What does the ground look like when nobody is on it? Paints the scene behind the traffic, once.
 
-Road surface and markings come from the road network, the rest from the plan of the scenery.
+Road surface and markings come from the road network, the rest from the plan of the scenery. Of a building only the roof
+shows straight from above; a camera with a pose sees each wall whose outside is turned towards it.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -11,12 +13,10 @@ import shapely
 from numpy.typing import NDArray
 from shapely.ops import substring
 
-from data_gen.drawing.ground.buildings import paint_buildings
-from data_gen.drawing.ground.mosaic import plane_camera
-from data_gen.drawing.ground.paint import GroundPainter, lay_over
-from data_gen.drawing.ground.scenery import Parcel, Scenery, Tree, shadow_of
+from data_gen.drawing.ground.paint import GroundPainter, fill, ground_at, lay_over, scaled
+from data_gen.drawing.ground.scenery import Building, Parcel, Scenery, Tree, shadow_of
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.view import CameraView
+from data_gen.drawing.view import CameraView, at_height, plane_camera
 from data_gen.simulation.states import Picture
 from gis.lanes import Lane
 from gis.polyline import offset
@@ -40,6 +40,7 @@ _CROWN_HEIGHT_M = 3.5
 _SHADOW_COLOUR = (38.0, 44.0, 34.0)
 _WHEEL_TRACK_M = 0.85
 _WHEEL_TRACK_WIDTH_M = 0.6
+_WALL_COLOUR = (150.0, 160.0, 166.0)
 
 
 def paint_ground(
@@ -101,7 +102,9 @@ def _paint_parcel(picture: Picture, painter: GroundPainter, parcel: Parcel) -> N
         if parcel.furrow_strength == 0:
             lay_over(picture[patch.window], patch.cover, parcel.colour)
             continue
-        east_m, north_m = painter.ground_of_pixels(patch.window)
+        rows, columns = (np.arange(part.start, part.stop, dtype=np.float64) for part in patch.window)
+        ground_m = ground_at(painter.camera, columns, rows).astype(np.float32)
+        east_m, north_m = ground_m[:, :, 0], ground_m[:, :, 1]
         across_m = east_m * np.float32(np.cos(parcel.furrow_rad)) + north_m * np.float32(np.sin(parcel.furrow_rad))
         furrows = np.float32(parcel.furrow_strength) * np.sin(across_m * np.float32(np.pi * 2 / parcel.furrow_m))
         lay_over(picture[patch.window], patch.cover, colour * (1 + furrows[:, :, None]))
@@ -192,3 +195,61 @@ def _tip(tree: Tree, sun: Sun) -> shapely.Geometry:
 
 def _line(lane: Lane, left_m: float) -> shapely.LineString:
     return shapely.LineString(offset(lane.centre_line_m, left_m))
+
+
+def paint_buildings(
+    picture: Picture, painter: GroundPainter, buildings: Sequence[Building], view: CameraView, sun: Sun
+) -> None:
+    """Paint buildings with their shadows, the far ones first.
+
+    Parameters
+    ----------
+    picture : (h, w, 3), changed.
+    painter : of the view's image.
+    buildings : to paint.
+    view : the camera.
+    sun : casts the shadows and lights the walls.
+    """
+    if not sun.is_hidden:
+        painter.lay(picture, [shadow_of(item.outline, item.height_m, sun) for item in buildings], _SHADOW_COLOUR, 0.6)
+    eye_m = np.zeros(2) if view.pose is None else view.pose.place_m[:2]
+    for item in sorted(buildings, key=lambda item: -item.outline.distance(shapely.Point(eye_m))):
+        if painter.view.distance(item.outline) < 30:
+            if view.pose is not None:
+                _paint_walls(picture, item, view, sun)
+            for outline, factor in ((item.outline, 0.85), (item.sunny_half, 1.12)):
+                roof_px = at_height(np.asarray(outline.exterior.coords), item.height_m, view)
+                fill(picture, roof_px, scaled(item.colour, factor))
+
+
+def hides_ground(item: Building, ground: shapely.Geometry, view: CameraView) -> bool:
+    """Tell whether a building stands between a camera and some ground.
+
+    Parameters
+    ----------
+    item : the building.
+    ground : to be seen.
+    view : the camera; straight from above nothing hides more than its own foot.
+
+    Returns
+    -------
+    True if walls or roof cover a part of it.
+    """
+    foot_m = np.asarray(item.outline.exterior.coords)
+    # Where the lines of sight over the eaves come down behind the building.
+    behind_m = view.camera.to_ground(at_height(foot_m, item.height_m, view))
+    if not np.isfinite(behind_m).all():
+        return False
+    return bool(shapely.intersects(shapely.MultiPoint(np.vstack((foot_m, behind_m))).convex_hull, ground))
+
+
+def _paint_walls(picture: Picture, item: Building, view: CameraView, sun: Sun) -> None:
+    assert view.pose is not None
+    ring = np.asarray(shapely.geometry.polygon.orient(item.outline).exterior.coords)
+    for start_m, end_m in pairwise(ring):
+        # Counter-clockwise: outside is to the right of each wall.
+        outward = np.array([end_m[1] - start_m[1], start_m[0] - end_m[0]]) / np.hypot(*(end_m - start_m))
+        if outward @ (view.pose.place_m[:2] - start_m) > 0:
+            foot_px = at_height(np.array([start_m, end_m]), 0.0, view)
+            top_px = at_height(np.array([end_m, start_m]), item.height_m, view)
+            fill(picture, np.vstack((foot_px, top_px)), scaled(_WALL_COLOUR, sun.wall_light(outward)))

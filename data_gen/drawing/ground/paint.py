@@ -3,18 +3,22 @@
 Everything here runs once a scene, not once a frame, and works in float32, in the rectangle that a shape needs.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
 import shapely
+from shapely import affinity
 
 from data_gen.simulation.states import FloatArray, Picture
 from gis.camera import GroundCamera
 
-"""(h, w, 3) blue, green, red in 0 to 255, or (h, w) for a single layer."""
 Colour = tuple[float, float, float]
+"""Blue, green, red in 0 to 255."""
+
+_Shape = TypeVar("_Shape", bound=shapely.Geometry)
 
 _SUPERSAMPLING = 4
 _SHIFT_BITS = 4
@@ -60,11 +64,7 @@ class GroundPainter:
         -------
         (h, w) from 0 to 1; where shapes overlap they count once.
         """
-        width_px, height_px = self.size_px
-        total = np.zeros((height_px, width_px), dtype=np.float32)
-        for patch in self.patches(shapes):
-            total[patch.window] = np.maximum(total[patch.window], patch.cover)
-        return total
+        return coverage_of(self.patches(shapes), self.size_px)
 
     def patches(self, shapes: Iterable[shapely.Geometry]) -> Iterator[Patch]:
         """Give the covered parts of the image.
@@ -111,12 +111,11 @@ class GroundPainter:
         """Draw noise whose largest blotches measure so much in the middle of the view; see `fractal_noise`."""
         return fractal_noise(rng, self.size_px, largest_px=largest_m / self.metres_per_pixel, octaves=octaves)
 
-    def ground_of_pixels(self, window: tuple[slice, slice]) -> tuple[Picture, Picture]:
-        """Give the ground position of each pixel centre in a window: east and north, each of its shape, in metres."""
-        rows, columns = (np.arange(part.start, part.stop, dtype=np.float64) for part in window)
-        x_px, y_px = np.meshgrid(columns, rows)
-        ground_m = self.camera.to_ground(np.column_stack((x_px.ravel(), y_px.ravel()))).astype(np.float32)
-        return ground_m[:, 0].reshape(x_px.shape), ground_m[:, 1].reshape(x_px.shape)
+
+def ground_at(camera: GroundCamera, columns: FloatArray, rows: FloatArray) -> FloatArray:
+    """Give the ground under a grid of pixels, (rows, columns, 2) metres."""
+    x_px, y_px = np.meshgrid(columns, rows)
+    return camera.to_ground(np.column_stack((x_px.ravel(), y_px.ravel()))).reshape(*x_px.shape, 2)
 
 
 def cover_of(rings_px: list[FloatArray], size_px: tuple[int, int]) -> Patch | None:
@@ -145,14 +144,43 @@ def cover_of(rings_px: list[FloatArray], size_px: tuple[int, int]) -> Patch | No
     return Patch((slice(top, bottom), slice(left, right)), area.astype(np.float32) / np.float32(255))
 
 
-def lay_over(picture: Picture, alpha: Picture, colour: Picture | Colour) -> None:
+def coverage_of(patches: Iterable[Patch | None], size_px: tuple[int, int]) -> Picture:
+    """Lay patches out on one image, (h, w) from 0 to 1; where they overlap they count once."""
+    width_px, height_px = size_px
+    total = np.zeros((height_px, width_px), dtype=np.float32)
+    for patch in patches:
+        if patch is not None:
+            total[patch.window] = np.maximum(total[patch.window], patch.cover)
+    return total
+
+
+def fill(picture: Picture, outline_px: FloatArray, colour: Sequence[float]) -> None:
+    """Paint the inside of an outline, (n, 2) pixels, onto a picture, (h, w, k), in a colour of k channels."""
+    patch = cover_of([outline_px], (picture.shape[1], picture.shape[0]))
+    if patch is not None:
+        lay_over(picture[patch.window], patch.cover, colour)
+
+
+def scaled(colour: Colour, factor: float) -> Colour:
+    """Make a colour lighter or darker, at most white."""
+    blue, green, red = (min(255.0, part * factor) for part in colour)
+    return blue, green, red
+
+
+def placed(shape: _Shape, place_m: FloatArray, turn_rad: float) -> _Shape:
+    """Turn a shape about the origin and move that to a place."""
+    turned = affinity.rotate(shape, turn_rad, origin=(0, 0), use_radians=True)
+    return affinity.translate(turned, float(place_m[0]), float(place_m[1]))
+
+
+def lay_over(picture: Picture, alpha: Picture, colour: Picture | Sequence[float]) -> None:
     """Blend a colour, or another picture, into a picture in place.
 
     Parameters
     ----------
-    picture : (h, w, 3), changed.
+    picture : (h, w, k), changed.
     alpha : (h, w) from 0 (keep) to 1 (replace).
-    colour : one colour or (h, w, 3).
+    colour : one colour or (h, w, k).
     """
     picture += alpha[:, :, None] * (np.asarray(colour, dtype=np.float32) - picture)
 

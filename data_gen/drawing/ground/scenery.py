@@ -13,11 +13,10 @@ import shapely
 from shapely import affinity
 from shapely.ops import split
 
+from data_gen.drawing.ground.paint import Colour, placed
 from data_gen.drawing.sun import Sun
 from data_gen.simulation.states import FloatArray
 from gis.road_network import RoadNetwork
-
-Colour = tuple[float, float, float]
 
 _FIELD_COLOURS: tuple[Colour, ...] = (  # blue, green, red: corn, meadow, ripe corn, ploughed, stubble, clover
     (68.0, 118.0, 88.0),
@@ -209,13 +208,12 @@ def _building(
     place_m: FloatArray, size_m: tuple[float, float], turn_deg: float, height_m: float, rng: np.random.Generator
 ) -> Building:
     length_m, width_m = size_m
-    blue, green, red = _ROOF_COLOURS[rng.integers(len(_ROOF_COLOURS))]
-    return Building(
-        outline=_placed(shapely.box(-length_m / 2, -width_m / 2, length_m / 2, width_m / 2), place_m, turn_deg),
-        sunny_half=_placed(shapely.box(-length_m / 2, 0, length_m / 2, width_m / 2), place_m, turn_deg),
-        height_m=height_m,
-        colour=(blue, green, red),
+    colour = _ROOF_COLOURS[rng.integers(len(_ROOF_COLOURS))]
+    outline, sunny_half = (
+        placed(shapely.box(-length_m / 2, low_m, length_m / 2, width_m / 2), place_m, turn_deg * math.pi / 180)
+        for low_m in (-width_m / 2, 0)
     )
+    return Building(outline, sunny_half, height_m, colour)
 
 
 def _fitting(houses: Iterator[Building], keep_free: shapely.Geometry, sun: Sun) -> tuple[Building, ...]:
@@ -260,10 +258,3 @@ def shadow_of(shape: shapely.Geometry, height_m: float, sun: Sun) -> shapely.Geo
 def _random_point(region: shapely.Polygon, rng: np.random.Generator) -> FloatArray:
     west_m, south_m, east_m, north_m = region.bounds
     return np.array([rng.uniform(west_m, east_m), rng.uniform(south_m, north_m)])
-
-
-def _placed(shape: shapely.Polygon, place_m: FloatArray, turn_deg: float) -> shapely.Polygon:
-    turned = affinity.rotate(shape, turn_deg, origin=(0, 0))
-    placed = affinity.translate(turned, float(place_m[0]), float(place_m[1]))
-    assert isinstance(placed, shapely.Polygon)
-    return placed

@@ -13,9 +13,16 @@ from numpy.typing import NDArray
 
 from data_gen.drawing.ground.paint import Colour
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.traffic.sprite_painter import blend, looks_of, rows_near_image
+from data_gen.drawing.traffic.sprites import (
+    PENUMBRA_M,
+    SHADOW_COLOUR,
+    SHADOW_STRENGTH,
+    blend,
+    looks_of,
+    rows_near_image,
+    shadow_m,
+)
 from data_gen.drawing.traffic.vehicle_models import Part, VehicleLooks, vehicle_parts
-from data_gen.drawing.traffic.vehicles import PENUMBRA_M, SHADOW_COLOUR, SHADOW_STRENGTH, shadow_m
 from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
 from data_gen.simulation.states import FloatArray, VehicleStates
 

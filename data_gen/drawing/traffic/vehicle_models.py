@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.drawing.ground.paint import Colour
+from data_gen.drawing.ground.paint import Colour, scaled
 from data_gen.scenario import VehicleClass
 from data_gen.simulation.states import FloatArray
 
@@ -90,32 +90,32 @@ def _car(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     # An estate's roof runs to the back, a saloon has a boot.
     roof_rear = float(rng.choice((-0.40, -0.24)))
     whole = _rounded(length_m, width_m, 0.28)
-    yield Part(whole, _CLEARANCE_M, whole, _CAR_BONNET_M, _shade(paint, 0.9), _shade(paint, 0.98))
+    yield Part(whole, _CLEARANCE_M, whole, _CAR_BONNET_M, scaled(paint, 0.9), scaled(paint, 0.98))
     bonnet = trapezoid(0.24 * length_m, 0.44 * length_m, 0.36 * width_m, 0.30 * width_m)
-    yield Part(bonnet, _CAR_BONNET_M, bonnet, _CAR_BONNET_M, paint, _shade(paint, 1.03))
+    yield Part(bonnet, _CAR_BONNET_M, bonnet, _CAR_BONNET_M, paint, scaled(paint, 1.03))
     glass = trapezoid((roof_rear - 0.08) * length_m, 0.20 * length_m, 0.40 * width_m, 0.43 * width_m)
     roof = trapezoid(roof_rear * length_m, 0.08 * length_m, 0.36 * width_m, 0.37 * width_m)
-    yield Part(glass, _CAR_BONNET_M, roof, height_m("car"), _GLASS, _shade(paint, 1.06))
+    yield Part(glass, _CAR_BONNET_M, roof, height_m("car"), _GLASS, scaled(paint, 1.06))
 
 
 def _van(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     paint = (222.0, 224.0, 224.0) if rng.random() < 0.5 else _draw_paint(rng)
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
     whole = _rounded(looks.length_m, looks.width_m, 0.2)
-    yield Part(whole, _CLEARANCE_M, whole, _VAN_BONNET_M, _shade(paint, 0.9), _shade(paint, 0.98))
+    yield Part(whole, _CLEARANCE_M, whole, _VAN_BONNET_M, scaled(paint, 0.9), scaled(paint, 0.98))
     screen_m, roof_m = 0.30 * looks.length_m, 0.14 * looks.length_m
     hold = trapezoid(-half_m, roof_m, side_m, side_m)
     hold_roof = trapezoid(-half_m + 0.05, roof_m, side_m * 0.9, side_m * 0.9)
-    yield Part(hold, _VAN_BONNET_M, hold_roof, height_m("van"), _shade(paint, 0.92), _shade(paint, 1.05), 1, -1.0)
+    yield Part(hold, _VAN_BONNET_M, hold_roof, height_m("van"), scaled(paint, 0.92), scaled(paint, 1.05), 1, -1.0)
     cab = trapezoid(roof_m, screen_m, side_m, side_m * 0.94)
     cab_roof = trapezoid(roof_m, roof_m + 0.3, side_m * 0.9, side_m * 0.86)
     front_m = (roof_m + screen_m) / 2
-    yield Part(cab, _VAN_BONNET_M, cab_roof, height_m("van"), _GLASS, _shade(paint, 1.05), 1, front_m)
+    yield Part(cab, _VAN_BONNET_M, cab_roof, height_m("van"), _GLASS, scaled(paint, 1.05), 1, front_m)
 
 
 def _truck(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
-    tarpaulin = _shade(_TARPAULINS[rng.integers(len(_TARPAULINS))], float(rng.uniform(0.85, 1.1)))
+    tarpaulin = scaled(_TARPAULINS[rng.integers(len(_TARPAULINS))], float(rng.uniform(0.85, 1.1)))
     paint = _draw_paint(rng)
     whole = trapezoid(-half_m, half_m, side_m, side_m)
     yield Part(whole, 0.5, whole, 0.9, _CHASSIS, _CHASSIS)
@@ -126,23 +126,23 @@ def _truck(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     yield Part(cab, 0.9, roof, 2.9, paint, paint, 1, front_m)
     pane = trapezoid(half_m - 0.65, half_m - 0.15, side_m * 0.85, side_m * 0.8)
     yield Part(pane, 2.9, pane, 2.9, _GLASS, _GLASS, 1, front_m)
-    yield Part(box, 0.9, box, height_m("truck"), _shade(tarpaulin, 0.95), tarpaulin, 1, rear_m)
+    yield Part(box, 0.9, box, height_m("truck"), scaled(tarpaulin, 0.95), tarpaulin, 1, rear_m)
     middle = trapezoid(-half_m + 0.3, half_m - _CAB_M - 0.6, side_m * 0.8, side_m * 0.8)
     top_m = height_m("truck")
-    yield Part(middle, top_m, middle, top_m, tarpaulin, _shade(tarpaulin, 1.06), 1, rear_m)
+    yield Part(middle, top_m, middle, top_m, tarpaulin, scaled(tarpaulin, 1.06), 1, rear_m)
 
 
 def _bus(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
-    livery = _shade(_LIVERIES[rng.integers(len(_LIVERIES))], float(rng.uniform(0.85, 1.1)))
+    livery = scaled(_LIVERIES[rng.integers(len(_LIVERIES))], float(rng.uniform(0.85, 1.1)))
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
     whole = trapezoid(-half_m, half_m, side_m, side_m)
     yield Part(whole, 0.3, whole, 1.2, livery, livery)
     yield Part(whole, 1.2, whole, 2.5, _GLASS, _GLASS)
     roof = trapezoid(-half_m, half_m - 0.1, side_m, side_m)
     top_m = height_m("bus")
-    yield Part(whole, 2.5, roof, top_m, livery, _shade(livery, 1.04))
+    yield Part(whole, 2.5, roof, top_m, livery, scaled(livery, 1.04))
     hatch = trapezoid(-0.1 * looks.length_m, 0.12 * looks.length_m, side_m * 0.5, side_m * 0.5)
-    yield Part(hatch, top_m, hatch, top_m, livery, _shade(livery, 0.8))
+    yield Part(hatch, top_m, hatch, top_m, livery, scaled(livery, 0.8))
 
 
 def _motorcycle(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
@@ -161,12 +161,7 @@ def _motorcycle(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]
 def _draw_paint(rng: np.random.Generator) -> Colour:
     shares = np.array([share for share, _ in _PAINTS])
     _, colour = _PAINTS[rng.choice(len(_PAINTS), p=shares / shares.sum())]
-    return _shade(colour, float(rng.uniform(0.8, 1.2)))
-
-
-def _shade(colour: Colour, factor: float) -> Colour:
-    blue, green, red = (min(255.0, part * factor) for part in colour)
-    return blue, green, red
+    return scaled(colour, float(rng.uniform(0.8, 1.2)))
 
 
 def trapezoid(rear_m: float, front_m: float, half_rear_m: float, half_front_m: float) -> FloatArray:

@@ -9,7 +9,7 @@ from data_gen.drawing.cameras import camera_path
 from data_gen.drawing.ground.markings import road_markings
 from data_gen.drawing.render import SceneRenderer, make_world
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.traffic.sprite_painter import SpritePainter
+from data_gen.drawing.traffic.sprites import SpritePainter
 from data_gen.drawing.view import CameraView, camera_over
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray, VehicleStates

@@ -5,8 +5,8 @@ import pytest
 
 from data_gen.scenario import Attempts, Flow, VehicleKind
 from data_gen.simulation.attempts import add_attempts
-from data_gen.simulation.bodies import FrontStates
 from data_gen.simulation.demand import Departure
+from data_gen.simulation.states import FrontStates
 
 STEP_US = 100_000
 ATTEMPTS = Attempts("trying", shift_m=3.5, pause_us=60_000_000)

@@ -81,7 +81,7 @@ def test_a_clip_that_ends_meanwhile_leaves_it_out_of_the_count() -> None:
 
 def oracle(tables: TruthTables, gap_s: float, least_mps: float) -> dict[tuple[str, str], set[int]]:
     """Steps at which a pair is short of gap: each vehicle alone, looking through all others."""
-    motion = tables.motion
+    motion = tables
     found: dict[tuple[str, str], set[int]] = {}
     for step in range(len(motion.t_us)):
         for a, name in enumerate(motion.ids):

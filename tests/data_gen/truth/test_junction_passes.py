@@ -3,7 +3,7 @@
 import numpy as np
 
 from data_gen.truth.event import TruthEvent
-from data_gen.truth.junction_passes import find_junction_passes
+from data_gen.truth.events import find_junction_passes
 from tests.data_gen.truth_support import STEP_US, Drive, along, crossroads, tables_of
 
 STEPS = 120

@@ -18,7 +18,7 @@ def jumps(*queue_m: float, lane_at_s: float = 11.0, queue_mps: float = 0.0) -> l
     y_m = np.interp(TIME_S, [lane_at_s - 1.0, lane_at_s + 1.0], [3.5, 0.0])
     queue = {f"q{place}": along(x_m + queue_mps * TIME_S, 0.0) for place, x_m in enumerate(queue_m)}
     tables = tables_of({"j": along(JUMPER_M, y_m)} | queue, motorway())
-    return list(find_queue_jumps(tables, find_events(tables.motion, tables.seen)))
+    return list(find_queue_jumps(tables, find_events(tables, tables.seen)))
 
 
 def test_who_passes_two_that_wait_and_gets_in_before_them_jumps_the_queue() -> None:

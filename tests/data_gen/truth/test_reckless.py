@@ -41,7 +41,7 @@ def reckless(*, oncoming_in_s: float, out_to_s: float = OUT_TO_S) -> list[TruthE
         "c": along(oncoming_m, 1.75),
     }
     tables = tables_of(drives, two_way_road())
-    return list(find_reckless(tables, find_events(tables.motion, tables.seen)))
+    return list(find_reckless(tables, find_events(tables, tables.seen)))
 
 
 def test_an_overtake_two_seconds_before_an_oncoming_car_is_reckless() -> None:

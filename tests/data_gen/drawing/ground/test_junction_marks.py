@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from data_gen.drawing.ground.junction_marks import junction_marks, parking_bays
-from data_gen.scenario import shipped_network
+from data_gen.drawing.ground.markings import junction_marks, parking_bays
+from data_gen.scenario import ParkingStrip, kind_of, shipped_network
 from gis.lanes import Lane
 from gis.sumo_net import read_sumo_net
 
@@ -83,6 +83,7 @@ def test_the_signalised_junction_has_a_stop_line_in_each_lane_that_leads_to_it()
 
 def test_parked_cars_stand_on_paved_ground() -> None:
     lane = Lane("a", "a", 0, "a", +1, np.array([[0.0, 0.0], [100.0, 0.0]]), 3.0, 13.9)
-    bay = parking_bays(lane, first_m=10.0, last_m=30.0, right_m=2.7, width_m=1.9)
+    strip = ParkingStrip("a", 10.0, 30.0, right_m=2.7, kind=kind_of("car", 1.0), filled=1.0)
+    bay = parking_bays(lane, strip)
     assert bay.contains(shapely.box(12.0, -2.7 - 0.95, 16.0, -2.7 + 0.95))
     assert bay.bounds[3] == pytest.approx(-1.5)

@@ -4,7 +4,7 @@ An occluder is a set of level shapes at one height over the ground, and the shad
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from shapely import affinity
 
-from data_gen.drawing.ground.paint import Colour
+from data_gen.drawing.ground.paint import Colour, placed
 from data_gen.drawing.ground.scenery import draw_tree
 from data_gen.drawing.sun import Sun
 from data_gen.errors import DataGenError
@@ -142,8 +142,7 @@ class _Crossing:
         self._middle_m = place_m + (low_m + high_m) / 2 * left
 
     def placed(self, shape: shapely.Geometry, turn_rad: float = 0.0) -> shapely.Geometry:
-        turned = affinity.rotate(shape, self.heading_rad + turn_rad, origin=(0, 0), use_radians=True)
-        return affinity.translate(turned, float(self._middle_m[0]), float(self._middle_m[1]))
+        return placed(shape, self._middle_m, self.heading_rad + turn_rad)
 
     def point_m(self, along_m: float, left_m: float) -> FloatArray:
         return np.asarray(shapely.get_coordinates(self.placed(shapely.Point(along_m, left_m)))[0], dtype=np.float64)
@@ -158,17 +157,16 @@ def _bridge(crossing: _Crossing, rng: np.random.Generator) -> Occluder:
         return crossing.placed(shapely.box(low_m, -reach_m + ends_m, high_m, reach_m - ends_m), skew_rad)
 
     rails = shapely.union(laid(-half_m, -half_m + 0.5), laid(half_m - 0.5, half_m))
-    line = [crossing.placed(shapely.box(-0.1, start_m, 0.1, start_m + 3.0), skew_rad) for start_m in _dashes(reach_m)]
+    line = [
+        crossing.placed(shapely.box(-0.1, start_m, 0.1, start_m + 3.0), skew_rad)
+        for start_m in np.arange(-reach_m + 2.0, reach_m - 5.0, 9.0)
+    ]
     layers = (
         (laid(-half_m, half_m), _DECK_COLOUR, 0.03),
         (shapely.union_all(line), (206.0, 208.0, 208.0), 0.0),
         (rails, _RAIL_COLOUR, 0.02),
     )
     return Occluder("bridge", _BRIDGE_HEIGHT_M, layers)
-
-
-def _dashes(reach_m: float) -> Iterator[float]:
-    yield from np.arange(-reach_m + 2.0, reach_m - 5.0, 9.0).tolist()
 
 
 def _gantry(crossing: _Crossing, rng: np.random.Generator) -> Occluder:

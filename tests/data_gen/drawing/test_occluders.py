@@ -8,8 +8,8 @@ import pytest
 import shapely
 
 from data_gen.drawing.cameras import CameraKind, camera_path
-from data_gen.drawing.occlusion.occluders import Occluder, OccluderKind, plan_occluders
-from data_gen.drawing.occlusion.overlay import Overlay, hidden_shares
+from data_gen.drawing.occluders import Occluder, OccluderKind, plan_occluders
+from data_gen.drawing.overlay import Overlay, hidden_shares
 from data_gen.drawing.render import SceneRenderer, make_world
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView, Rectangle, camera_over

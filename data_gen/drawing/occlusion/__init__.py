@@ -1,1 +1,0 @@
-"""What hangs over the road, and what does it hide?"""
