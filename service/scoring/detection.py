@@ -13,7 +13,7 @@ import numpy as np
 
 from service.scoring.object_rows import ObjectRows
 from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, assign, box_pairs, ground_pairs
-from service.scoring.proportions import wilson_interval
+from service.scoring.proportions import share, wilson_interval
 from service.scoring.tracks import TrackScore, score_tracks
 
 REACH_M = 2.0
@@ -67,17 +67,17 @@ class DetectionScore:
     @property
     def precision(self) -> float | None:
         """Return right / (right + wrong); None when nothing was found."""
-        return _share(self.right, self.right + self.wrong)
+        return share(self.right, self.right + self.wrong)
 
     @property
     def recall(self) -> float | None:
         """Return right / (right + missed); None when there was nothing to find."""
-        return _share(self.right, self.right + self.missed)
+        return share(self.right, self.right + self.missed)
 
     @property
     def standing_recall(self) -> float | None:
         """Return the recall of standing vehicles; None when none stood."""
-        return _share(self.standing_right, self.standing_right + self.standing_missed)
+        return share(self.standing_right, self.standing_right + self.standing_missed)
 
     def as_record(self) -> dict[str, object]:
         """Return the figures as plain data, for JSON."""
@@ -181,7 +181,3 @@ def _is_at_border(border: ObjectRows, found: ObjectRows) -> BoolArray:
     )
     at_border[near.found_row[over_m <= REACH_M]] = True
     return at_border
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None

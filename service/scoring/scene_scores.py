@@ -13,8 +13,7 @@ from service.scoring.claims import MOT_SUFFIXES, Found, found_cars, found_object
 from service.scoring.detection import DetectionScore, Settled, score_detection, score_settled_tracks, settle
 from service.scoring.object_rows import ObjectRows, join_scenes
 from service.scoring.pairs import IntArray
-from service.scoring.scene_roads import keep_to_roads, load_scene_roads
-from service.scoring.scene_view import SceneView, load_scene_view
+from service.scoring.scene_view import SceneView, keep_to_roads, load_scene_roads, load_scene_view
 from service.scoring.tracks import TrackScore
 from service.scoring.truth_rows import TruthTable, load_truth_table
 from service.store.log import open_log
