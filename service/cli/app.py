@@ -158,13 +158,9 @@ def _program(
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""
     if version:
-        from importlib.metadata import PackageNotFoundError
-        from importlib.metadata import version as version_of
+        from service.records import software_version
 
-        try:
-            print(version_of("dyknow"))
-        except PackageNotFoundError:
-            print("0")
+        print(software_version())
         raise typer.Exit
 
 

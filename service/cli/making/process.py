@@ -2,6 +2,7 @@
 
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -74,7 +75,8 @@ def process(
         again=again,
     )
     if as_json:
-        summary = run(request, on_progress=_json_reporter())
+        told = _every(REPORT_EVERY_S, lambda now: print_json({"type": "progress", **_progress_record(now)}))
+        summary = run(request, on_progress=told)
         print_json(_summary_record(summary))
     else:
         with progress_bar(source.name) as on_progress:
@@ -130,90 +132,45 @@ def parse_columns(text: str | None) -> dict[str, str] | None:
     return {ours.strip(): theirs.strip() for ours, _, theirs in pairs}
 
 
-class progress_bar:  # noqa: N801 - used as a context manager, like contextlib's
+@contextmanager
+def progress_bar(title: str) -> "Iterator[Callable[[Progress], None]]":
     """Show a run's progress on a terminal, or a line a second elsewhere; yields the callback for the run."""
+    if not sys.stderr.isatty():
+        yield _every(REPORT_EVERY_S, _print_line)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as RichProgress
 
-    def __init__(self, title: str) -> None:
-        self._title = title
-        self._bar: _Bar | None = None
-
-    def __enter__(self) -> "Callable[[Progress], None]":
-        if not sys.stderr.isatty():
-            return _line_reporter()
-        self._bar = _Bar(self._title)
-        return self._bar.show
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar:
-            self._bar.close()
-
-
-class _Bar:
-    def __init__(self, title: str) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as RichProgress
-
-        self._progress = RichProgress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:>3.0f} %"),
-            TextColumn("{task.fields[rates]}"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
+    percentage, rates = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[rates]}")
+    columns = TextColumn("{task.description}"), BarColumn(), percentage, rates, TimeRemainingColumn()
+    with RichProgress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=None, rates="")
+        yield _every(
+            REPORT_EVERY_S / 5,
+            lambda now: bar.update(task, completed=now.frames, total=now.frame_count, rates=_rates(now)),
         )
-        self._progress.start()
-        self._task = self._progress.add_task(title, total=None, rates="")
-        self._is_due = _every(REPORT_EVERY_S / 5)
-
-    def show(self, progress: "Progress") -> None:
-        """Move the bar on, if it is time to."""
-        if self._is_due():
-            self._progress.update(
-                self._task, completed=progress.frames, total=progress.frame_count, rates=_rates(progress)
-            )
-
-    def close(self) -> None:
-        self._progress.stop()
 
 
-def _line_reporter() -> "Callable[[Progress], None]":
-    is_due = _every(REPORT_EVERY_S)
-
-    def report(progress: "Progress") -> None:
-        """Print a line on how far the run has come, if it is time to."""
-        if is_due():
-            left = progress.seconds_left
-            rest = f", {left:.0f} s left" if left is not None else ""
-            print(f"{progress.frames} frames, {_rates(progress)}{rest}", file=sys.stderr, flush=True)
-
-    return report
+def _print_line(progress: "Progress") -> None:
+    left = progress.seconds_left
+    rest = f", {left:.0f} s left" if left is not None else ""
+    print(f"{progress.frames} frames, {_rates(progress)}{rest}", file=sys.stderr, flush=True)
 
 
-def _json_reporter() -> "Callable[[Progress], None]":
-    is_due = _every(REPORT_EVERY_S)
-
-    def report(progress: "Progress") -> None:
-        if is_due():
-            print_json({"type": "progress", **_progress_record(progress)})
-
-    return report
-
-
-def _every(period_s: float) -> "Callable[[], bool]":
-    """Return a function that is true once a period."""
+def _every(period_s: float, report: "Callable[[Progress], None]") -> "Callable[[Progress], None]":
+    """Return a function that passes on what it is told once a period."""
     due_s = time.monotonic() + period_s
 
-    def is_due() -> bool:
-        """Tell whether a period has passed since the last time it had."""
+    def report_when_due(progress: "Progress") -> None:
+        """Pass it on if a period has passed since the last time."""
         nonlocal due_s
         now_s = time.monotonic()
-        if now_s < due_s:
-            return False
-        due_s = now_s + period_s
-        return True
+        if now_s >= due_s:
+            due_s = now_s + period_s
+            report(progress)
 
-    return is_due
+    return report_when_due
 
 
 def _rates(progress: "Progress") -> str:
