@@ -9,12 +9,12 @@ from chronicles.events import Event, Occurrence
 from chronicles.execution.unfit_events import unfit_events
 from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
-from service.monitoring.monitor_messages import NO_MESSAGES, Messages, messages_of_run
+from service.monitoring.monitor_messages import messages_of_run
 from service.questions.event_files import load_events
 from service.questions.stored_events import check_watched, stored_events
 from service.store.location import is_log_name
 from service.store.log import open_log
-from service.texts.chronicle_files import load_chronicle_files
+from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
 from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told
 from service.texts.text_streams import Stream
 
@@ -35,13 +35,14 @@ class StoredInput:
 class Recognised:
     """Hold what was recognised, how many events came too late to take part, and doubts about the question.
 
-    `stream` is what the texts were taken to be about.
+    `stream` is what the texts were taken to be about, `doubts` are the warnings that `dyknow check` gives of them.
     """
 
     occurrences: Sequence[Occurrence]
     late_count: int
     warnings: tuple[str, ...]
     stream: Stream
+    doubts: tuple[str, ...] = ()
 
 
 def recognise_stored(
@@ -74,22 +75,22 @@ def recognise_stored(
     LogError, InputError, ChronicleError
         If the source or the chronicles cannot be used, or the executor cannot take events one by one.
     """
-    is_log = is_log_name(source)
-    if is_log:
+    if is_log_name(source):
         _refuse("a file of events", "a log", stream=stream, until=until_us)
+        loaded, stored = _read_log(source, chronicle_files, run)
     else:
         _refuse("a log", "a file of events", run=run)
-    messages = _messages(source, run) if is_log else NO_MESSAGES
-    loaded = load_chronicle_files(chronicle_files, "traffic" if is_log else stream, messages)
-    chronicles = loaded.merged
-    stored = _read_log(source, chronicles, run) if is_log else _read_file(source, chronicles, until_us)
+        loaded = load_chronicle_files(chronicle_files, stream)
+        stored = _read_file(source, loaded.merged, until_us)
+    chronicles, late_count = loaded.merged, 0
     if lateness_us is None:
         found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor or "backfill")
-        return Recognised(found, 0, stored.warnings, loaded.stream)
-    recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
-    live = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
-    live += recogniser.advance(stored.until_us + lateness_us)
-    return Recognised(live, recogniser.late_count, stored.warnings, loaded.stream)
+    else:
+        recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
+        found = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
+        found += recogniser.advance(stored.until_us + lateness_us)
+        late_count = recogniser.late_count
+    return Recognised(found, late_count, stored.warnings, loaded.stream, loaded.doubts)
 
 
 def _refuse(expected: str, came: str, **options: object) -> None:
@@ -109,19 +110,13 @@ def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> S
     return StoredInput(events, end_us, idle_in_file(source, chronicles, events))
 
 
-def _read_log(source: str, chronicles: ChronicleSet, run: str | None) -> StoredInput:
+def _read_log(source: str, chronicle_files: Sequence[Path], run: str | None) -> tuple[LoadedChronicles, StoredInput]:
     with open_log(source) as log:
         record = log.run(run)
-        check_watched(record, chronicles)
+        messages = messages_of_run(record)
+        loaded = load_chronicle_files(chronicle_files, messages=messages)
+        check_watched(record, loaded.merged)
         stored = stored_events(log, record.id)
-    unfit = unfit_events(chronicles, stored.events)
-    warnings = (
-        *idle_in_stream(source, chronicles, messages_of_run(record)),
-        *unfit_told(source, chronicles, unfit, is_traffic=True),
-    )
-    return StoredInput(stored.events, stored.until_us, warnings)
-
-
-def _messages(source: str, run: str | None) -> Messages:
-    with open_log(source) as log:
-        return messages_of_run(log.run(run))
+    unfit = unfit_told(source, loaded.merged, unfit_events(loaded.merged, stored.events), is_traffic=True)
+    warnings = (*idle_in_stream(source, loaded.merged, messages), *unfit)
+    return loaded, StoredInput(stored.events, stored.until_us, warnings)

@@ -70,7 +70,7 @@ def recognise(
     else:
         with out.open("w", encoding="utf-8") as file:
             _write(found, output, file)
-    tell("warning", found.warnings)
+    tell("warning", (*found.doubts, *found.warnings))
     if found.late_count:
         late = counted(found.late_count, "event")
         print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
@@ -157,14 +157,8 @@ def _print_verdicts(found: "Monitored") -> None:
     from service.times import format_media
 
     rows = [
-        [
-            format_media(event.t_us),
-            event.monitor,
-            event.outcome,
-            shown_roles(event.roles),
-            format_media(event.since_us),
-        ]
-        for event in found.events
+        [format_media(one.t_us), one.monitor, one.outcome, shown_roles(one.roles), format_media(one.since_us)]
+        for one in found.events
     ]
     print(format_table(["time", "monitor", "verdict", "roles", "since"], rows), end="")
     for one in found.report:
