@@ -282,18 +282,19 @@ class SynchronisationUnit:
     """
 
     def __init__(self, features: Collection[str] | None, network: RoadNetwork | None, *, lag_us: int) -> None:
-        self._states = None if features is None else TrafficStates(features, lag_us=lag_us)
+        self._is_asked = features is not None
+        self._states = TrafficStates(features or (), lag_us=lag_us)
         self._rows = CarRows(network)
         self._now_us = 0
 
     @property
     def left_out(self) -> dict[str, int]:
         """Count by cause what no state needed."""
-        return {} if self._states is None else self._states.left_out
+        return self._states.left_out
 
     def update(self, index: int, sample: Sample[Anchored] | Sample[FrameRelations]) -> list[Sample[TrafficState]]:
         """Take one frame's cars, or one frame's relations, which make earlier states complete."""
-        if self._states is None:
+        if not self._is_asked:
             return []
         self._now_us = sample.available_us
         value = sample.value
@@ -305,14 +306,12 @@ class SynchronisationUnit:
 
     def advance(self, available_us: int) -> list[Sample[TrafficState]]:
         """Give the states that need not, or may not, wait longer."""
-        if self._states is None:
-            return []
         self._now_us = max(self._now_us, available_us)
         return self._samples(self._states.advance(available_us))
 
     def finish(self) -> list[Sample[TrafficState]]:
         """Give the states that still wait."""
-        return [] if self._states is None else self._samples(self._states.finish())
+        return self._samples(self._states.finish())
 
     def _samples(self, states: Iterable[tuple[int, TrafficState]]) -> list[Sample[TrafficState]]:
         return [Sample(self._now_us, t_us, state) for t_us, state in states]

@@ -43,11 +43,15 @@ def evaluate(
     as_json: AsJson = False,
 ) -> None:
     """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""
+    from service.scoring.evaluate_log import evaluate_log
+
     parts = _parts(what, has_log=_is_log(log, tracks))
     if min_f1 is not None and EVENTS not in parts:
         raise typer.BadParameter(f"expected {EVENTS} among --what, got {','.join(parts)}", param_hint="--min-f1")
     scene = _truth_folder(folder, truth)
-    evaluation = _score_events(log, scene, event_type, run) if EVENTS in parts else None
+    evaluation = None
+    if log is not None and EVENTS in parts:
+        evaluation = evaluate_log(log, scene, event_type=event_type, run=run)
     scores = _score_scene(log, tracks, scene, run) if {DETECTION, TRACKS} & set(parts) else None
     lost = _doubt(log, scene, run) if log is not None else None
     if as_json:
@@ -105,13 +109,6 @@ def _parts(what: str | None, *, has_log: bool) -> tuple[str, ...]:
     if unknown:
         raise typer.BadParameter(f"expected some of {','.join(known)}, got {unknown[0]!r}", param_hint="--what")
     return tuple(part for part in PARTS if part in names)
-
-
-def _score_events(log: str | None, scene: Path, event_type: str, run: str | None) -> "Evaluation":
-    from service.scoring.evaluate_log import evaluate_log
-
-    assert log is not None  # `_parts` allows events with a log only
-    return evaluate_log(log, scene, event_type=event_type, run=run)
 
 
 def _score_scene(log: str | None, tracks: Path | None, scene: Path, run: str | None) -> "SceneScore":
@@ -193,7 +190,11 @@ def detection_table(score: "DetectionScore", seen_by: str) -> str:
         _share_row("precision", score.right, score.right + score.wrong),
         _share_row("recall", score.right, score.right + score.missed),
         _share_row("standing recall", score.standing_right, standing),
-        *(_share_row(f"recall of {kind}", *_of_both(counts)) for kind, counts in score.by_kind.items() if kind),
+        *(
+            _share_row(f"recall of {kind}", right, right + missed)
+            for kind, (right, missed) in score.by_kind.items()
+            if kind
+        ),
     ]
     error = f"mean {score.mean_error_m:.3f} m, 95 % below {score.most_error_m:.3f} m" if score.right else NONE
     return (
@@ -221,8 +222,3 @@ def _share_row(name: str, part: int, whole: int) -> list[str]:
         return [name, NONE, NONE, NONE]
     low, high = wilson_interval(part, whole)
     return [name, f"{part / whole:.3f}", f"{low:.3f} to {high:.3f}", f"{part} of {whole}"]
-
-
-def _of_both(counts: tuple[int, int]) -> tuple[int, int]:
-    right, missed = counts
-    return right, right + missed

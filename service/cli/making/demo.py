@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from service.runs.processing import RunSummary
-    from service.scoring.evaluate import Evaluation, Match, RecognisedEvent, TrueEvent
+    from service.scoring.evaluate import Evaluation, RecognisedEvent, TrueEvent
 
 SCENARIO = "rural_overtaking"
 PORT = 8420
@@ -54,28 +54,21 @@ def demo(
         print_json({"run": summary.run, "status": summary.status, **files, "evaluation": evaluation.as_record()})
         return
     print("3. Overtakes, recognised from the video alone, beside what really happened:\n")
-    _print_table(evaluation)
-    _print_figures(evaluation, summary)
-    _print_next_steps(out, scene, log)
-
-
-def _print_table(evaluation: "Evaluation") -> None:
     titles = ("recognised", "from", "to", "truth", "from", "to", "")
     print(format_table(titles, [row[1:] for row in sorted(_rows(evaluation))]), end="")
+    _print_figures(evaluation, summary)
+    _print_next_steps(out, scene, log)
 
 
 def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
     for verdict, matches in (("right", evaluation.right), ("border", evaluation.border)):
         for match in matches:
-            yield _matched(match, verdict)
+            claim, fact = match.recognised, match.true
+            yield (f"{claim.start_us:015d}", *_cells(claim), *_cells(fact), verdict)
     for claim in evaluation.wrong:
         yield (f"{claim.start_us:015d}", *_cells(claim), "", "", "", "wrong")
     for fact in evaluation.missed:
         yield (f"{fact.start_us:015d}", "", "", "", *_cells(fact), "missed")
-
-
-def _matched(match: "Match", verdict: str) -> tuple[str, ...]:
-    return (f"{match.recognised.start_us:015d}", *_cells(match.recognised), *_cells(match.true), verdict)
 
 
 def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
