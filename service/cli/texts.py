@@ -48,7 +48,7 @@ def check(
     stream: StreamOption = None,
     monitors: Annotated[
         list[Path] | None,
-        typer.Option("--monitors", help="File of monitors that give messages to the chronicles; repeat for several."),
+        typer.Option(help="File of monitors that give messages to the chronicles; repeat for several."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -26,20 +26,17 @@ def evaluate(
     log: Annotated[str | None, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")] = None,
     folder: Annotated[Path | None, typer.Argument(metavar="TRUTH", help="The same as --truth.")] = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="Folder of the scene, with truth.csv and truth_events.jsonl.")
+        Path | None, typer.Option(help="Folder of the scene, with truth.csv and truth_events.jsonl.")
     ] = None,
     tracks: Annotated[
-        Path | None, typer.Option("--tracks", help="Score a file of tracks instead of a log: CSV, or MOT text (.txt).")
+        Path | None, typer.Option(help="Score a file of tracks instead of a log: CSV, or MOT text (.txt).")
     ] = None,
     what: Annotated[
-        str | None,
-        typer.Option("--what", help="Some of detection,tracks,events; default: events, with --tracks the other two."),
+        str | None, typer.Option(help="Some of detection,tracks,events; default: events, with --tracks the other two.")
     ] = None,
     event_type: Annotated[str, typer.Option("--type", help="Event type to score.")] = "overtake",
     run: RunName = None,
-    min_f1: Annotated[
-        float | None, typer.Option("--min-f1", min=0.0, max=1.0, help="Exit with 5 below this F1 of events.")
-    ] = None,
+    min_f1: Annotated[float | None, typer.Option(min=0.0, max=1.0, help="Exit with 5 below this F1 of events.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""

@@ -33,11 +33,10 @@ def recognise(
         Executor | None, typer.Option(help="Who finds them; all find the same. Default: backfill, live eager.")
     ] = None,
     lateness: Annotated[
-        str | None,
-        typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager."),
+        str | None, typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager.")
     ] = None,
     output: Annotated[OccurrenceFormat, typer.Option("--format", help="table, jsonl or json.")] = "table",
-    out: Annotated[Path | None, typer.Option("--out", help="File to write to instead of standard output.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write to instead of standard output.")] = None,
     stream: StreamOption = None,
     until: Annotated[
         str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")

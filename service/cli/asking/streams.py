@@ -25,8 +25,8 @@ def streams(
         typer.Argument(metavar="[LOG]", help="Event log: sqlite:///PATH or PATH.db. Without: what is declared."),
     ] = None,
     run: RunName = None,
-    kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
-    graph: Annotated[Path | None, typer.Option("--graph", help="Write a graph too, into a file .mmd or .dot.")] = None,
+    kpl: Annotated[Path | None, typer.Option(help="KPL file to list instead of the shipped one.")] = None,
+    graph: Annotated[Path | None, typer.Option(help="Write a graph too, into a file .mmd or .dot.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """List the processes of a run and what their streams carried; without a log, what is declared."""

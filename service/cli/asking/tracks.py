@@ -23,7 +23,7 @@ def tracks(
         Literal["csv", "mot"], typer.Option("--format", help="csv, or mot (boxes in the image).")
     ] = "csv",
     run: RunName = None,
-    car: Annotated[str | None, typer.Option("--car", help="One car symbol only.")] = None,
+    car: Annotated[str | None, typer.Option(help="One car symbol only.")] = None,
     start: From = None,
     end: To = None,
     as_json: AsJson = False,
@@ -83,7 +83,7 @@ def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int 
 def draw(
     video: Annotated[Path, typer.Argument(help="The video that was processed.")],
     log: LogName,
-    out: Annotated[Path, typer.Option("--out", help="A video (.mp4) or a single picture (.png, .jpg).")],
+    out: Annotated[Path, typer.Option(help="A video (.mp4) or a single picture (.png, .jpg).")],
     start: From = "0",
     end: To = None,
     run: RunName = None,

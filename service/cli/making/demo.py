@@ -19,9 +19,9 @@ PORT = 8420
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", help="Folder for everything the demo makes.")] = Path("out/demo"),
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Another seed, other traffic.")] = 3,
-    seconds: Annotated[float, typer.Option("--seconds", min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
+    out: Annotated[Path, typer.Option(help="Folder for everything the demo makes.")] = Path("out/demo"),
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, other traffic.")] = 3,
+    seconds: Annotated[float, typer.Option(min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
     as_json: AsJson = False,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""

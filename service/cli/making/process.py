@@ -24,33 +24,25 @@ def process(
     input_file: Annotated[
         Path | None, typer.Argument(metavar="[INPUT]", help="A video, or a trajectory file (.csv).")
     ] = None,
-    log: Annotated[str, typer.Option("--log", help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
-    site: Annotated[Path | None, typer.Option("--site", help="Site file: roads, camera, start time.")] = None,
+    log: Annotated[str, typer.Option(help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
+    site: Annotated[Path | None, typer.Option(help="Site file: roads, camera, start time.")] = None,
     chronicles: Annotated[
-        list[Path] | None,
-        typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
+        list[Path] | None, typer.Option(help="Chronicle file; repeat for several. Default: the whole library.")
     ] = None,
     monitors: Annotated[
-        list[Path] | None,
-        typer.Option("--monitors", help="File of monitors, formulas to watch over; repeat for several."),
+        list[Path] | None, typer.Option(help="File of monitors, formulas to watch over; repeat for several.")
     ] = None,
     kpl: Annotated[
-        Path | None, typer.Option("--kpl", help="KPL file: the streams and policies instead of the shipped ones.")
+        Path | None, typer.Option(help="KPL file: the streams and policies instead of the shipped ones.")
     ] = None,
-    columns: Annotated[
-        str | None, typer.Option("--columns", help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")
-    ] = None,
+    columns: Annotated[str | None, typer.Option(help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
-        str | None,
-        typer.Option("--detector", help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH."),
+        str | None, typer.Option(help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH.")
     ] = None,
     detections: Annotated[
-        Path | None,
-        typer.Option("--detections", help="File of detections (.txt, .csv), for a video or, without INPUT, alone."),
+        Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")
     ] = None,
-    start_utc: Annotated[
-        str | None, typer.Option("--start-utc", help="When the input starts: 2026-05-01T08:00:00Z.")
-    ] = None,
+    start_utc: Annotated[str | None, typer.Option(help="When the input starts: 2026-05-01T08:00:00Z.")] = None,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
