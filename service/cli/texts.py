@@ -17,7 +17,7 @@ from service.cli.options import (
     read_pairs,
     tell_stream,
 )
-from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json
+from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json, tell
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -150,8 +150,7 @@ def _costs(texts: "Sequence[tuple[str, str]]", rates_hz: "Mapping[str, float]", 
 
 
 def _print_check_summary(files: "Sequence[str]", checked: "Checked") -> None:
-    for name in checked.empty:
-        print(f"warning: {name}: expected a chronicle, got none", file=sys.stderr)
+    tell("warning", (f"{name}: expected a chronicle, got none" for name in checked.empty))
     warnings = len(checked.findings) - checked.errors
     counts = counted(checked.errors, "error"), counted(warnings, "warning")
     print(f"{counted(len(files), 'file')}: {', '.join(counts)}", file=sys.stderr)
@@ -181,8 +180,7 @@ def format_files(
             text = read_text_or_input(name)
             laid_out = format_text(text, name)
         except (InputError, ChronicleError) as error:
-            said = str(error)  # findings begin with their own `error[C0101]:`
-            print(said if said.startswith("error[") else f"error: {said}", file=sys.stderr)
+            tell("error", [str(error)])
             broken.append(name)
             continue
         if laid_out != text:
@@ -207,8 +205,7 @@ def format_files(
 
 
 def _print_diff(name: str, before: str, after: str) -> None:
-    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), name, name, lineterm="")
-    for line in lines:
+    for line in difflib.unified_diff(before.splitlines(), after.splitlines(), name, name, lineterm=""):
         print(line)
 
 

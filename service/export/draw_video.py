@@ -15,7 +15,7 @@ from service.export.tracks import Views
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord
 from service.store.location import parse_log_url
-from service.store.log import EventLog, open_log
+from service.store.log import open_log
 from vision.video.frames import Frame, open_video
 
 ByteArray = NDArray[np.uint8]
@@ -87,7 +87,8 @@ def _drawn_frames(
         record = log.run(run)
         if record.camera is None:
             raise LogError(f"log {log_url!r}: expected a run on a video, got one on {record.input!r}")
-        reader = _overlay_reader(log, record.id, from_us, to_us)
+        events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(record.id,)))]
+        reader = OverlayReader(log.states(record.id, from_us=from_us - TRAIL_US, to_us=to_us), events)
         views = Views(record.camera, log.views(record.id))
         for frame in _frames(video, record.camera):
             if to_us is not None and frame.t_us >= to_us:
@@ -96,11 +97,6 @@ def _drawn_frames(
                 numbers = views.at(frame.t_us)
                 view = None if numbers is None else np.array(numbers).reshape(3, 3)
                 yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), view)
-
-
-def _overlay_reader(log: EventLog, run_id: str, from_us: int, to_us: int | None) -> OverlayReader:
-    events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
-    return OverlayReader(log.states(run_id, from_us=from_us - TRAIL_US, to_us=to_us), events)
 
 
 def _frames(video: Path, camera: CameraRecord) -> Iterator[Frame]:
