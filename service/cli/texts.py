@@ -17,7 +17,7 @@ from service.cli.options import (
     read_pairs,
     tell_stream,
 )
-from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json, tell
+from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json, show, tell
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -57,7 +57,7 @@ def check(
         from chronicles.language.codes import explain_code
 
         said = explain_code(explain)
-        print_json({"code": explain, "text": said}) if as_json else print(said)
+        show({"code": explain, "text": said}, said, as_json=as_json)
         return
     if not files:
         raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")

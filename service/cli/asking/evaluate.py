@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson, RunName
-from service.cli.printing import BELOW_THRESHOLD, format_table, print_json, tell
+from service.cli.printing import BELOW_THRESHOLD, format_table, show, tell
 
 if TYPE_CHECKING:
     from service.scoring.detection import DetectionScore
@@ -40,7 +40,7 @@ def evaluate(
     as_json: AsJson = False,
 ) -> None:
     """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""
-    from service.scoring.evaluate_log import evaluate_log
+    from service.scoring.evaluate_log import evaluate_log, find_lost_views, scene_doubts
 
     parts = _parts(what, has_log=_is_log(log, tracks))
     if min_f1 is not None and EVENTS not in parts:
@@ -50,22 +50,17 @@ def evaluate(
     if log is not None and EVENTS in parts:
         evaluation = evaluate_log(log, scene, event_type=event_type, run=run)
     scores = _score_scene(log, tracks, scene, run) if {DETECTION, TRACKS} & set(parts) else None
-    lost = _doubt(log, scene, run) if log is not None else None
-    if as_json:
-        record = _record(parts, evaluation, scores, is_flat=what is None)
-        print_json(record if lost is None else record | {"lost_view": lost.as_record()})
-    else:
-        print("\n\n".join([*_texts(parts, evaluation, scores), *(() if lost is None else [describe_lost_views(lost)])]))
+    lost = None
+    if log is not None:
+        tell("warning", scene_doubts(log, scene, run=run))
+        lost = find_lost_views(log, run=run)
+    record, texts = _record(parts, evaluation, scores, is_flat=what is None), _texts(parts, evaluation, scores)
+    if lost is not None:
+        record |= {"lost_view": lost.as_record()}
+        texts.append(describe_lost_views(lost))
+    show(record, "\n\n".join(texts), as_json=as_json)
     if min_f1 is not None and evaluation is not None:
         _hold_to(evaluation, min_f1)
-
-
-def _doubt(log: str, scene: Path, run: str | None) -> "LostViews | None":
-    """Warn if the truth seems to be that of another scene; give what was told while the view was lost."""
-    from service.scoring.evaluate_log import find_lost_views, scene_doubts
-
-    tell("warning", scene_doubts(log, scene, run=run))
-    return find_lost_views(log, run=run)
 
 
 def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, From, LogName, RunName, To, read_window
-from service.cli.printing import print_json, print_json_list
+from service.cli.printing import print_json_list, show
 
 if TYPE_CHECKING:
     from service.records import RunRecord
@@ -73,11 +73,8 @@ def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int 
     )
     left_out = report.without_frame + report.outside
     if left_out:
-        print(
-            f"{left_out} car positions have no box: {report.outside} outside the image, "
-            f"{report.without_frame} between frames",
-            file=sys.stderr,
-        )
+        why = f"{report.outside} outside the image, {report.without_frame} between frames"
+        print(f"{left_out} car positions have no box: {why}", file=sys.stderr)
 
 
 def draw(
@@ -103,4 +100,4 @@ def draw(
         draw_video(video, log, out, from_us=from_us, to_us=to_us, run=run)
     else:
         raise InputError(f"--out: expected a path ending in .mp4, .png or .jpg, got {str(out)!r}")
-    print_json({"out": str(out), "bytes": out.stat().st_size}) if as_json else print(out)
+    show({"out": str(out), "bytes": out.stat().st_size}, str(out), as_json=as_json)

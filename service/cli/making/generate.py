@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, ScenarioOptions, Seed, read_pairs
-from service.cli.printing import print_json
+from service.cli.printing import show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -67,10 +67,8 @@ def generate(
             progress=on_frame,
         )
     sizes = {str(path): path.stat().st_size for path in sorted(out.iterdir())}
-    if as_json:
-        print_json({"out": str(out), "files": [{"path": path, "bytes": size} for path, size in sizes.items()]})
-    else:
-        print("\n".join(f"{path}  {size / 1e6:.1f} MB" for path, size in sizes.items()))
+    record = {"out": str(out), "files": [{"path": path, "bytes": size} for path, size in sizes.items()]}
+    show(record, "\n".join(f"{path}  {size / 1e6:.1f} MB" for path, size in sizes.items()), as_json=as_json)
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -150,11 +148,9 @@ def trajectories(
     counts = {"rows": len(tracks.ids), "vehicles": vehicles, "tracks": names}
     counts |= {"gaps": len(tracks.gaps), "swaps": len(tracks.swaps)}
     site = out.parent / "site.toml"
-    if as_json:
-        print_json({"out": str(out), "site": str(site), **counts})
-    else:
-        print(f"{out}: {', '.join(f'{count} {name}' for name, count in counts.items())}")
-        print(f"process them:   dyknow process {out} --site {site} --log LOG.db")
+    told = f"{out}: {', '.join(f'{count} {name}' for name, count in counts.items())}"
+    told += f"\nprocess them:   dyknow process {out} --site {site} --log LOG.db"
+    show({"out": str(out), "site": str(site), **counts}, told, as_json=as_json)
 
 
 def parse_gap(text: str) -> tuple[float, int]:
