@@ -61,11 +61,8 @@ def main() -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # a file name that is no text is printed as its bytes
     if foreign := foreign_package():
-        print(
-            f"error: {foreign}, so another program's package has the same name; "
-            "install dyknow anew, into an environment of its own (python -m venv)",
-            file=sys.stderr,
-        )
+        fix = "install dyknow anew, into an environment of its own (python -m venv)"
+        tell("error", [f"{foreign}, so another program's package has the same name; {fix}"])
         sys.exit(INVALID)
     sys.exit(run(sys.argv[1:]))
 

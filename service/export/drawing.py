@@ -67,7 +67,8 @@ class OverlayReader:
             for state in group:
                 self._trails[state.car].append((state.t_us, state.x_m, state.y_m))
             self._next = next(self._groups, None)
-        return Overlay(cars, self._recent_trails(t_us), self._current_events(t_us))
+        events = [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
+        return Overlay(cars, self._recent_trails(t_us), events)
 
     def _recent_trails(self, t_us: int) -> dict[str, FloatArray]:
         for car in list(self._trails):
@@ -77,9 +78,6 @@ class OverlayReader:
             if not trail:
                 del self._trails[car]
         return {car: np.array([point[1:] for point in trail]) for car, trail in self._trails.items()}
-
-    def _current_events(self, t_us: int) -> list[EventRecord]:
-        return [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
 
 
 def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None) -> ByteArray:

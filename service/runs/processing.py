@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
@@ -329,39 +329,32 @@ def _start(request: RunRequest, site: Site | None, video: VideoSource | None) ->
     return 0, "unknown"
 
 
+@dataclass(slots=True)
 class _Meter:
     """Count frames and measure the time they take; a frame that a unit still owes an answer to is not done.
 
     Attributes
     ----------
     frames, last_us : how many were done when last read, and the time of the newest.
-    interrupts : what has asked to stop.
+    on_progress, interrupts : who is told after each step, and what may have asked to stop.
     """
 
-    def __init__(
-        self,
-        frame_count: int | None,
-        recorder: Recorder,
-        node: Node,
-        on_progress: Callable[[Progress], None],
-        interrupts: Interrupts,
-    ) -> None:
-        self.interrupts = interrupts
-        self.last_us = 0
-        self.frames = 0
-        self._first_us: int | None = None
-        self._published_us: deque[int] = deque()  # and not known to be done
-        self._frame_count = frame_count
-        self._recorder = recorder
-        self._node = node
-        self._on_progress = on_progress
-        self._started_s = time.perf_counter()
+    frame_count: int | None
+    recorder: Recorder
+    node: Node
+    on_progress: Callable[[Progress], None]
+    interrupts: Interrupts
+    last_us: int = 0
+    frames: int = 0
+    _first_us: int | None = None
+    _published_us: deque[int] = field(default_factory=deque)  # and not known to be done
+    _started_s: float = field(default_factory=time.perf_counter)
 
     def watch(self, steps: Generator[None, None, None]) -> None:
         """Take the steps; tell the progress after each, and look whether to go on."""
         with closing(steps):
             for _ in steps:
-                self._on_progress(self.read())
+                self.on_progress(self.read())
                 if self.interrupts.came:
                     raise KeyboardInterrupt
 
@@ -371,16 +364,16 @@ class _Meter:
 
     def read(self) -> Progress:
         """Read how far the run has come, and how long that took."""
-        owed_us = self._node.owes_from_us
+        owed_us = self.node.owes_from_us
         while self._published_us and (owed_us is None or self._published_us[0] < owed_us):
             self.last_us = self._published_us.popleft()
             self._first_us = self.last_us if self._first_us is None else self._first_us
             self.frames += 1
         return Progress(
             frames=self.frames,
-            frame_count=self._frame_count,
+            frame_count=self.frame_count,
             media_us=self.last_us - (self._first_us or 0),
             elapsed_s=time.perf_counter() - self._started_s,
-            cars=self._recorder.cars if self._recorder.records_cars else None,
-            events=self._recorder.events if self._recorder.records_events else None,
+            cars=self.recorder.cars if self.recorder.records_cars else None,
+            events=self.recorder.events if self.recorder.records_events else None,
         )

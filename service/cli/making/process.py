@@ -225,7 +225,8 @@ def print_summary(summary: "RunSummary", log: str) -> None:
     )
     print(f"media time 0:   {_start(summary.record)}")
     if progress.frames:
-        print(f"cost per frame: {', '.join(_costs(summary))}")
+        costs = (f"{one.label} {one.busy_ns / 1e6 / progress.frames:.2f} ms" for one in summary.streams if one.updates)
+        print(f"cost per frame: {', '.join(costs)}")
     print(f"ask for them:   dyknow events {log}")
 
 
@@ -234,10 +235,3 @@ def _start(record: "RunRecord") -> str:
 
     who = {"option": "by --start-utc", "site": "by the site file", "video": "by the video's creation time"}
     return f"{format_utc(record.start_utc_us)}, {who.get(record.start_from, 'since nobody says when it was')}"
-
-
-def _costs(summary: "RunSummary") -> "Iterator[str]":
-    frames = max(1, summary.progress.frames)
-    for stream in summary.streams:
-        if stream.updates:
-            yield f"{stream.label} {stream.busy_ns / 1e6 / frames:.2f} ms"
