@@ -165,8 +165,7 @@ class Hindsight:
         while frames_us and frames_us[0] <= until_us:
             t_us = frames_us.popleft()
             self._apply_changes(t_us)
-            if self._refuted:
-                self._refuted = {label: at_us for label, at_us in self._refuted.items() if at_us > t_us}
+            self._refuted = {label: at_us for label, at_us in self._refuted.items() if at_us > t_us}
             yield t_us, Past(dict(self._relations), tuple(self._refuted))
 
     def _apply_changes(self, until_us: int) -> None:
@@ -263,9 +262,8 @@ class TrafficStates:
         cars, hypotheses = joined["cars"]
         known = joined["relations"]
         past: Past = self._nothing_known if known is NO_VALUE else known
-        doubted: Collection[str] = ()
-        if past.refuted:
-            doubted = {car for car, labels in hypotheses.items() if not set(past.refuted).isdisjoint(labels)}
+        refuted = frozenset(past.refuted)
+        doubted = {car for car, labels in hypotheses.items() if not refuted.isdisjoint(labels)}
         seen = [car for car in cars if car.linked and car.car not in doubted]
         tables: dict[str, Table] = {name: {(car.car,): read(car) for car in seen} for name, read in self._readers}
         if "seen" in tables:

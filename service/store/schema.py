@@ -83,12 +83,7 @@ def _columns(kind: type[Struct], *key: str) -> Iterator[Column[Any]]:
 
 
 # Keys: application, schema_version, last_seq.
-meta = Table(
-    "meta",
-    metadata,
-    Column("key", Text, primary_key=True),
-    Column("value", Text, nullable=False),
-)
+meta = Table("meta", metadata, Column("key", Text, primary_key=True), Column("value", Text, nullable=False))
 
 runs = Table(
     "runs",
@@ -148,17 +143,11 @@ revisions = Table(
 )
 
 durations = _run_table(
-    "durations",
-    Column("type", Text, primary_key=True),
-    Column("longest_us", BigInteger, nullable=False),
+    "durations", Column("type", Text, primary_key=True), Column("longest_us", BigInteger, nullable=False)
 )
 
 # Which roles the events of a type have: the columns of a CSV export, known before its first row.
-role_names = _run_table(
-    "role_names",
-    Column("type", Text, primary_key=True),
-    Column("role", Text, primary_key=True),
-)
+role_names = _run_table("role_names", Column("type", Text, primary_key=True), Column("role", Text, primary_key=True))
 
 # `number` is 1, 2, ... in order of first sight within the run, `car_class` the last one that was not `unknown`.
 cars = _run_table("cars", *_columns(CarRecord, "car"))
@@ -173,11 +162,8 @@ seen_objects = _run_table("seen_objects", *_columns(SeenObject, "t_us", "vision_
 # Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
 views = _run_table("views", *_columns(ViewRecord, "t_us"))
 
-frames = _run_table(
-    "frames",
-    Column("number", Integer, primary_key=True),  # 1, 2, ... in the order of the input
-    Column("t_us", BigInteger, nullable=False),
-)
+# `number` is 1, 2, ... in the order of the input.
+frames = _run_table("frames", Column("number", Integer, primary_key=True), Column("t_us", BigInteger, nullable=False))
 
 # Changes of one frame depend on each other, so they keep their order.
 links = _numbered_table("links", *_columns(LinkRecord), Index("links_by_upper", "run_no", "upper", "number"))
