@@ -63,7 +63,10 @@ def check(
         raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")
     if rates and not cost:
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
+    import msgspec
+
     from dyknow.language.diagnostics import TextError
+    from dyknow.language.rendering import render_json
     from service.monitoring.monitor_files import load_monitor_files
     from service.texts.chronicle_files import check_chronicles, read_text_or_input, with_relations
 
@@ -80,7 +83,8 @@ def check(
     checked = check_chronicles(texts, chosen, messages)
     costs = _costs(with_relations(texts, checked.stream), rates_hz, keys) if cost and not checked.errors else []
     if as_json:
-        print_json({"stream": checked.stream, "findings": _findings_json(checked.findings), "costs": costs})
+        findings = msgspec.Raw(render_json(checked.findings).encode())
+        print_json({"stream": checked.stream, "findings": findings, "costs": costs})
     else:
         _print_findings(checked.findings, output)
         print(*costs, sep="\n", end="\n" if costs else "")
@@ -134,14 +138,6 @@ def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
         print(render(found))
 
 
-def _findings_json(found: "Sequence[Diagnostic]") -> object:
-    import msgspec
-
-    from dyknow.language.rendering import render_json
-
-    return msgspec.Raw(render_json(found).encode())
-
-
 def _costs(texts: "Sequence[tuple[str, str]]", rates_hz: "Mapping[str, float]", keys: int) -> list[str]:
     from chronicles.chronicle_set import load_texts
     from chronicles.compilation.cost import cost
@@ -186,7 +182,8 @@ def format_files(
         if laid_out != text:
             changed.append(name)
         if diff:
-            _print_diff(name, text, laid_out)
+            lines = difflib.unified_diff(text.splitlines(), laid_out.splitlines(), name, name, lineterm="")
+            print("".join(f"{line}\n" for line in lines), end="")
         elif name == "-" and not check:
             sys.stdout.write(laid_out)
         elif laid_out != text and not check:
@@ -202,11 +199,6 @@ def format_files(
         raise typer.Exit(INVALID)
     if check and changed:
         raise typer.Exit(BELOW_THRESHOLD)
-
-
-def _print_diff(name: str, before: str, after: str) -> None:
-    for line in difflib.unified_diff(before.splitlines(), after.splitlines(), name, name, lineterm=""):
-        print(line)
 
 
 def run_examples(

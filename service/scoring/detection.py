@@ -29,7 +29,7 @@ class Settled:
     ----------
     true, found : the rows that count.
     true_row, found_row : (p,) matches. distance_m : (p,) between their centres.
-    true_border, found_border : how many rows were left out.
+    found_border : how many found rows were left out.
     """
 
     true: ObjectRows
@@ -37,7 +37,6 @@ class Settled:
     true_row: IntArray
     found_row: IntArray
     distance_m: FloatArray
-    true_border: int
     found_border: int
 
 
@@ -123,7 +122,6 @@ def settle(true: ObjectRows, found: ObjectRows) -> Settled:
         true_row=near.true_row[chosen],
         found_row=new_row[near.found_row[chosen]],
         distance_m=distance_m[chosen],
-        true_border=len(true) - len(kept_true),
         found_border=int(is_excused.sum()),
     )
 

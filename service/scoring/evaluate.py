@@ -263,8 +263,6 @@ def _assign(
     claims: Sequence[RecognisedEvent], roles: Sequence[Mapping[str, str | None]], facts: Sequence[TrueEvent]
 ) -> list[tuple[int, int]]:
     """Match claims to facts one to one, as many as possible, then as near in time as possible."""
-    if not claims or not facts:
-        return []
     impossible = 1e12
     cost = np.full((len(claims), len(facts)), impossible)
     for i, (claim, of_claim) in enumerate(zip(claims, roles, strict=True)):

@@ -225,7 +225,11 @@ def find_lost_views(url: str, *, run: str | None = None) -> LostViews | None:
         if losses_us is None:
             return None
         events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
-    told = tuple(event.id for event in events if _is_within(event.start_us, event.end_us, losses_us))
+    told = tuple(
+        event.id  # what ends with the first moment of a loss lies not in it
+        for event in events
+        if any(event.start_us < to_us and event.end_us > from_us for from_us, to_us in losses_us)
+    )
     return LostViews(losses_us, told, len(events))
 
 
@@ -239,8 +243,3 @@ def _losses(log: EventLog, run_id: str) -> tuple[tuple[int, int], ...] | None:
     losing_us = edges_us[1:] if views[0].pixel_from_ground else edges_us
     _, end_us = log.covered_us(run_id) or (0, views[-1].t_us)
     return tuple(zip_longest(losing_us[::2], losing_us[1::2], fillvalue=end_us))
-
-
-def _is_within(start_us: int, end_us: int, losses_us: tuple[tuple[int, int], ...]) -> bool:
-    """Tell whether a part of an event lies in a loss; what ends with the loss's first moment does not."""
-    return any(start_us < to_us and end_us > from_us for from_us, to_us in losses_us)

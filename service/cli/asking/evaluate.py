@@ -142,8 +142,8 @@ def describe(evaluation: "Evaluation") -> str:
     none = "" if evaluation.in_truth else "0 in the truth, "
     lines = [
         f"{evaluation.type}: {none}{counts}",
-        f"precision {_share(evaluation.precision, right, right + wrong)}",
-        f"recall    {_share(evaluation.recall, right, right + missed)}",
+        f"precision {_share(right, right + wrong)}",
+        f"recall    {_share(right, right + missed)}",
     ]
     if right:
         lines.append(
@@ -159,15 +159,6 @@ def describe_lost_views(lost: "LostViews") -> str:
     return f"lost view ({losses}): {len(lost.told)} of {lost.events} events told of that time; there should be none"
 
 
-def _share(value: float | None, successes: int, trials: int) -> str:
-    from service.scoring.proportions import wilson_interval
-
-    if value is None:
-        return NONE
-    low, high = wilson_interval(successes, trials)
-    return f"{value:.3f}  (95 %: {low:.3f} to {high:.3f})"
-
-
 def detection_table(score: "DetectionScore", seen_by: str) -> str:
     """Lay out how well vehicles are seen; a row of the counts is one vehicle in one frame.
 
@@ -177,17 +168,13 @@ def detection_table(score: "DetectionScore", seen_by: str) -> str:
     """
     from service.scoring.detection import REACH_M
 
-    standing = score.standing_right + score.standing_missed
-    rows = [
-        _share_row("precision", score.right, score.right + score.wrong),
-        _share_row("recall", score.right, score.right + score.missed),
-        _share_row("standing recall", score.standing_right, standing),
-        *(
-            _share_row(f"recall of {kind}", right, right + missed)
-            for kind, (right, missed) in score.by_kind.items()
-            if kind
-        ),
-    ]
+    counts = {
+        "precision": (score.right, score.wrong),
+        "recall": (score.right, score.missed),
+        "standing recall": (score.standing_right, score.standing_missed),
+        **{f"recall of {kind}": one for kind, one in score.by_kind.items() if kind},
+    }
+    rows = [_share_row(name, right, right + others) for name, (right, others) in counts.items()]
     error = f"mean {score.mean_error_m:.3f} m, 95 % below {score.most_error_m:.3f} m" if score.right else NONE
     return (
         format_table([f"detection: {seen_by}", "share", "95 %", "rows"], rows)
@@ -205,6 +192,11 @@ def tracks_table(scores: Mapping[str, "TrackScore"]) -> str:
         numbers = (one.id_switches, one.fragmentations, one.found_tracks, one.true_tracks)
         rows.append([level, *(f"{share:.3f}" for share in shares), *map(str, numbers)])
     return format_table([*titles, *counts], rows)
+
+
+def _share(part: int, whole: int) -> str:
+    _, value, interval, _ = _share_row("", part, whole)
+    return f"{value}  (95 %: {interval})" if whole else NONE
 
 
 def _share_row(name: str, part: int, whole: int) -> list[str]:

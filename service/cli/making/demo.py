@@ -11,7 +11,6 @@ from service.cli.printing import format_table, print_json
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from service.runs.processing import RunSummary
     from service.scoring.evaluate import Evaluation, RecognisedEvent, TrueEvent
 
 SCENARIO = "rural_overtaking"
@@ -26,6 +25,7 @@ def demo(
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
     from data_gen.scene import generate
+    from service.cli.asking.evaluate import describe
     from service.cli.making.generate import drawing_bar
     from service.cli.making.process import progress_bar
     from service.runs.processing import RunRequest, process
@@ -56,7 +56,9 @@ def demo(
     print("3. Overtakes, recognised from the video alone, beside what really happened:\n")
     titles = ("recognised", "from", "to", "truth", "from", "to", "")
     print(format_table(titles, [row[1:] for row in sorted(_rows(evaluation))]), end="")
-    _print_figures(evaluation, summary)
+    print(f"\n{describe(evaluation)}")
+    progress = summary.progress
+    print(f"speed     {progress.real_time_factor:.1f} x real time ({progress.frames_per_s:.0f} frames/s)")
     _print_next_steps(out, scene, log)
 
 
@@ -76,15 +78,6 @@ def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
 
     pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"
     return pair, format_media(event.start_us), format_media(event.end_us)
-
-
-def _print_figures(evaluation: "Evaluation", summary: "RunSummary") -> None:
-    from service.cli.asking.evaluate import describe
-
-    progress = summary.progress
-    print()
-    print(describe(evaluation))
-    print(f"speed     {progress.real_time_factor:.1f} x real time ({progress.frames_per_s:.0f} frames/s)")
 
 
 def _print_next_steps(out: Path, scene: Path, log: str) -> None:
