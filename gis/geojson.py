@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -46,22 +47,35 @@ def read_geojson(path: str | Path, frame: LocalFrame) -> RoadNetwork:
         If the file is missing or no GeoJSON, or a feature lacks what is needed; the message names the feature.
     """
     path = Path(path)
-    features = _features(path)
     lanes: list[Lane] = []
     junctions: list[Junction] = []
     lanes_of_edge: Counter[str] = Counter()
-    for place, feature in enumerate(features, start=1):
-        reader = _FeatureReader(feature, f"{path}: feature {place}", frame)
-        if reader.kind == "LineString":
-            lanes.append(reader.lane(lanes_of_edge))
-        else:
-            junctions.append(reader.junction())
+    for place, feature in enumerate(_features(path), start=1):
+        with _told_of(f"{path}: feature {place}"):
+            properties, geometry = _mapping(feature, "properties"), _mapping(feature, "geometry")
+            kind, coordinates = geometry.get("type"), geometry.get("coordinates")
+            if kind not in ("LineString", "Polygon"):
+                raise GisError(f"expected a LineString (lane) or a Polygon (junction), got {kind!r}")
+            name = _text(properties, "id")
+        with _told_of(f"{path}: feature {place} ({name!r})"):
+            if kind == "LineString":
+                lanes.append(_lane(name, properties, _points(coordinates, frame), lanes_of_edge))
+            else:  # holes in the area are left out
+                outline = coordinates[0] if isinstance(coordinates, list) and coordinates else coordinates
+                junctions.append(Junction(name, _points(outline, frame)))
     if not lanes:
         raise GisError(f"{path}: expected at least one LineString, the centre line of a lane, got none")
-    try:
+    with _told_of(str(path)):
         return RoadNetwork(lanes, junctions=junctions)
+
+
+@contextmanager
+def _told_of(where: str) -> Generator[None, None, None]:
+    """Put before an error where it is."""
+    try:
+        yield
     except GisError as error:
-        raise GisError(f"{path}: {error}") from error
+        raise GisError(f"{where}: {error}") from error
 
 
 def _features(path: Path) -> Sequence[Feature]:
@@ -80,76 +94,50 @@ def _features(path: Path) -> Sequence[Feature]:
     return features
 
 
-class _FeatureReader:
-    """One feature of a file, with the words to say where an error is."""
-
-    def __init__(self, feature: Feature, where: str, frame: LocalFrame) -> None:
-        self._properties = _mapping(feature, "properties", where)
-        self._geometry = _mapping(feature, "geometry", where)
-        self._where = where
-        self._frame = frame
-        self.kind = self._geometry.get("type")
-        if self.kind not in ("LineString", "Polygon"):
-            raise GisError(f"{where}: expected a LineString (lane) or a Polygon (junction), got {self.kind!r}")
-        self._id = self._text("id")
-        self._where = f"{where} ({self._id!r})"
-
-    def lane(self, lanes_of_edge: Counter[str]) -> Lane:
-        """Read a lane; `lanes_of_edge` counts them and gives the default index."""
-        road = self._text("road", default=self._id)
-        direction = self._integer("direction", default=1)
-        edge = self._text("edge", default=edge_name(road, direction))
-        index = self._integer("index", default=lanes_of_edge[edge])
-        lanes_of_edge[edge] += 1
-        line_m = self._points(self._geometry.get("coordinates"))
-        width_m, speed_mps = self._number("width_m"), self._number("speed_limit_mps")
-        try:
-            return Lane(self._id, edge, index, road, direction, line_m, width_m, speed_mps)
-        except GisError as error:
-            raise GisError(f"{self._where}: {error}") from error
-
-    def junction(self) -> Junction:
-        """Read a junction; holes in its area are left out."""
-        rings = self._geometry.get("coordinates")
-        outline_m = self._points(rings[0] if isinstance(rings, list) and rings else rings)
-        try:
-            return Junction(self._id, outline_m)
-        except GisError as error:
-            raise GisError(f"{self._where}: {error}") from error
-
-    def _text(self, name: str, *, default: str | None = None) -> str:
-        value = self._properties.get(name, default)
-        # Map tools like to write identifiers as numbers.
-        if isinstance(value, str | int) and not isinstance(value, bool):
-            return str(value)
-        raise GisError(f"{self._where}: expected a text in the property {name!r}, got {value!r}")
-
-    def _number(self, name: str, *, default: float | None = None) -> float:
-        value = self._properties.get(name, default)
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            return float(value)
-        raise GisError(f"{self._where}: expected a number in the property {name!r}, got {value!r}")
-
-    def _integer(self, name: str, *, default: int) -> int:
-        value = self._number(name, default=default)
-        if value.is_integer():
-            return int(value)
-        raise GisError(f"{self._where}: expected a whole number in the property {name!r}, got {value!r}")
-
-    def _points(self, coordinates: Json) -> FloatArray:
-        try:
-            # A position may carry a height as a third number.
-            lonlat_deg = np.array([[float(number) for number in position[:2]] for position in coordinates])
-        except (TypeError, ValueError) as error:
-            raise GisError(f"{self._where}: expected coordinates [[lon, lat], ...], got {coordinates!r}") from error
-        try:
-            return self._frame.from_wgs84(lonlat_deg)
-        except GisError as error:
-            raise GisError(f"{self._where}: {error}") from error
+def _lane(name: str, properties: Feature, line_m: FloatArray, lanes_of_edge: Counter[str]) -> Lane:
+    """Make a lane; `lanes_of_edge` counts them and gives the default index."""
+    road = _text(properties, "road", default=name)
+    direction = _integer(properties, "direction", default=1)
+    edge = _text(properties, "edge", default=edge_name(road, direction))
+    index = _integer(properties, "index", default=lanes_of_edge[edge])
+    lanes_of_edge[edge] += 1
+    width_m, speed_mps = _number(properties, "width_m"), _number(properties, "speed_limit_mps")
+    return Lane(name, edge, index, road, direction, line_m, width_m, speed_mps)
 
 
-def _mapping(feature: Feature, name: str, where: str) -> Feature:
+def _mapping(feature: Feature, name: str) -> Feature:
     value = feature.get(name)
     if isinstance(value, dict):
         return value
-    raise GisError(f"{where}: expected an object in {name!r}, got {value!r}")
+    raise GisError(f"expected an object in {name!r}, got {value!r}")
+
+
+def _text(properties: Feature, name: str, *, default: str | None = None) -> str:
+    value = properties.get(name, default)
+    # Map tools like to write identifiers as numbers.
+    if isinstance(value, str | int) and not isinstance(value, bool):
+        return str(value)
+    raise GisError(f"expected a text in the property {name!r}, got {value!r}")
+
+
+def _number(properties: Feature, name: str, *, default: float | None = None) -> float:
+    value = properties.get(name, default)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    raise GisError(f"expected a number in the property {name!r}, got {value!r}")
+
+
+def _integer(properties: Feature, name: str, *, default: int) -> int:
+    value = _number(properties, name, default=default)
+    if value.is_integer():
+        return int(value)
+    raise GisError(f"expected a whole number in the property {name!r}, got {value!r}")
+
+
+def _points(coordinates: Json, frame: LocalFrame) -> FloatArray:
+    try:
+        # A position may carry a height as a third number.
+        lonlat_deg = np.array([[float(number) for number in position[:2]] for position in coordinates])
+    except (TypeError, ValueError) as error:
+        raise GisError(f"expected coordinates [[lon, lat], ...], got {coordinates!r}") from error
+    return frame.from_wgs84(lonlat_deg)

@@ -6,6 +6,7 @@ Times are integer microseconds of media time, counted from the start of the sour
 the UTC calendar. Positions are metres, x east, y north.
 """
 
+from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
 from msgspec import Struct
@@ -357,3 +358,11 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     software: str = ""
     status: RunStatus = "running"
     reason: str = ""
+
+
+def software_version() -> str:
+    """Return the version of the installed package, or `0` when run from a bare checkout."""
+    try:
+        return version("dyknow")
+    except PackageNotFoundError:
+        return "0"

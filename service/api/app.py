@@ -7,8 +7,6 @@ import re
 import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as version_of
 
 import anyio.to_thread
 from fastapi import FastAPI
@@ -18,8 +16,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
 from service.api.routes import make_routes
-from service.records import ChronicleRecord
+from service.records import ChronicleRecord, software_version
 from service.store.log import open_log
+from service.texts.chronicle_files import load_chronicle_files
 
 # The driver gives up the interpreter lock at every row. With many threads a page of 100 rows then waits 100 times
 # behind the others, and the same requests cost three times the processor time. A few let slow questions overlap.
@@ -55,26 +54,12 @@ def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None
     app = FastAPI(
         title="DyKnow", version=version, lifespan=lifespan, docs_url=None, redoc_url=None, redirect_slashes=False
     )
-    library = _library() if shipped is None else shipped
+    library = load_chronicle_files(()).records if shipped is None else shipped
     app.include_router(make_routes(log, library, version=version))
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)
     return app
-
-
-def software_version() -> str:
-    """Return the version of the installed package, or `0` when run from a bare checkout."""
-    try:
-        return version_of("dyknow")
-    except PackageNotFoundError:
-        return "0"
-
-
-def _library() -> Sequence[ChronicleRecord]:
-    from service.texts.chronicle_files import load_chronicle_files
-
-    return load_chronicle_files(()).records
 
 
 class RequestFrame:

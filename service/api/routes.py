@@ -12,6 +12,7 @@ from urllib.parse import urlencode
 import msgspec
 from anyio import to_thread
 from fastapi import APIRouter, HTTPException, Request
+from msgspec.structs import asdict
 from starlette.responses import PlainTextResponse, Response
 
 from chronicles.explanation.json_form import to_json
@@ -54,12 +55,11 @@ def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: s
     shipped : the chronicles that come with DyKnow.
     version : of the software, for the index.
     """
-    router = APIRouter()
+    # Answers are put together here, so the framework has no model of them to check.
+    router = APIRouter(default_response_class=Response)
     _add_general(router, log, version)
     _add_chronicles(router, log, tuple(shipped))
-    _add_check(router)
-    _add_event_list(router, log)
-    _add_event(router, log)
+    _add_events(router, log)
     _add_explanations(router, Explainer(log))
     return router
 
@@ -73,31 +73,23 @@ def _add_general(router: APIRouter, log: EventLog, version: str) -> None:
     def healthz() -> PlainTextResponse:
         return PlainTextResponse("ok\n")
 
-    @router.get("/api/v1", summary="Say what can be asked", responses=answers(Index), response_class=Response)
+    @router.get("/api/v1", summary="Say what can be asked", responses=answers(Index))
     def index() -> Response:
         return _json(msgspec.json.encode(_index(version, find_last_seq(log))))
 
 
 def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRecord, ...]) -> None:
-    @router.get(
-        "/api/v1/chronicles",
-        summary="List chronicles",
-        responses=answers(ChronicleList, 422),
-        response_class=Response,
-    )
+    @router.get("/api/v1/chronicles", summary="List chronicles", responses=answers(ChronicleList, 422))
     def list_chronicles(request: Request) -> Response:
         """List the shipped chronicles and those of the log's runs."""
         _refuse_parameters(request)
         return _json(msgspec.json.encode(ChronicleList(_merge_chronicles(log, library))))
 
-
-def _add_check(router: APIRouter) -> None:
     @router.post(
         "/api/v1/chronicles/check",
         summary="Check a chronicle text",
         description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
         responses=answers(FINDINGS, 413, 422),
-        response_class=Response,
         openapi_extra={"requestBody": {"required": True, "content": {"text/plain": {"schema": {"type": "string"}}}}},
     )
     async def check_text(request: Request) -> Response:
@@ -120,29 +112,12 @@ async def _read_text(request: Request) -> str:
         raise QueryError(f"body: expected UTF-8 text, got byte {body[error.start]:#04x}", parameter="body") from error
 
 
-def _add_event(router: APIRouter, log: EventLog) -> None:
-    @router.get(
-        "/api/v1/events/{event_id}",
-        summary="Get one event",
-        responses=answers(EventRecord, 404, 422),
-        response_class=Response,
-    )
-    def get_event(event_id: str, request: Request) -> Response:
-        """Get an event by its identifier; 404 if the log has no such event."""
-        _refuse_parameters(request)
-        text = find_event(log, event_id)
-        if text is None:
-            raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
-        return _json(text.encode())
-
-
-def _add_event_list(router: APIRouter, log: EventLog) -> None:
+def _add_events(router: APIRouter, log: EventLog) -> None:
     @router.get(
         "/api/v1/events",
         summary="List events",
         description="Repeated parameters are alternatives; different parameters must all hold.",
         responses=answers(EventList, 400, 422),
-        response_class=Response,
         openapi_extra={"parameters": describe_event_parameters()},
     )
     def list_events(request: Request) -> Response:
@@ -154,13 +129,21 @@ def _add_event_list(router: APIRouter, log: EventLog) -> None:
         notes = (*name_notes([log], question.wanted), *run_notes([log], question.wanted)) if is_empty else ()
         return _event_page(page, request.url.path, pairs, notes)
 
+    @router.get("/api/v1/events/{event_id}", summary="Get one event", responses=answers(EventRecord, 404, 422))
+    def get_event(event_id: str, request: Request) -> Response:
+        """Get an event by its identifier; 404 if the log has no such event."""
+        _refuse_parameters(request)
+        text = find_event(log, event_id)
+        if text is None:
+            raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
+        return _json(text.encode())
+
 
 def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
     @router.get(
         "/api/v1/events/{event_id}/why",
         summary="Say why an event was recognised",
         responses=answers(EventExplanation, 404, 409, 422),
-        response_class=Response,
     )
     def get_why(event_id: str, request: Request) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
@@ -175,7 +158,6 @@ def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
         summary="Say why a chronicle was not recognised",
         description="The instances that came closest, the nearest first.",
         responses=answers(EXPLANATION, 400, 404, 409, 422),
-        response_class=Response,
         openapi_extra={"parameters": describe_absence_parameters(name="name")},
     )
     def get_why_not(name: str, request: Request) -> Response:
@@ -211,15 +193,7 @@ def _merge_chronicles(log: EventLog, library: Iterable[ChronicleRecord]) -> list
             used.setdefault((one.name, one.version), one)
             runs.setdefault((one.name, one.version), []).append(run.id)
     return [
-        ChronicleUse(
-            name=one.name,
-            version=one.version,
-            parameters=one.parameters,
-            text=one.text,
-            file=one.file,
-            is_shipped=key in shipped,
-            runs=runs.get(key, []),
-        )
+        ChronicleUse(**asdict(one), is_shipped=key in shipped, runs=runs.get(key, []))
         for key, one in sorted((used | shipped).items())
     ]
 

@@ -25,7 +25,7 @@ from service.cli.asking.tracks import draw, tracks
 from service.cli.making.demo import demo
 from service.cli.making.generate import generate, trajectories
 from service.cli.making.process import process
-from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE
+from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 
@@ -61,11 +61,8 @@ def main() -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # a file name that is no text is printed as its bytes
     if foreign := foreign_package():
-        print(
-            f"error: {foreign}, so another program's package has the same name; "
-            "install dyknow anew, into an environment of its own (python -m venv)",
-            file=sys.stderr,
-        )
+        fix = "install dyknow anew, into an environment of its own (python -m venv)"
+        tell("error", [f"{foreign}, so another program's package has the same name; {fix}"])
         sys.exit(INVALID)
     sys.exit(run(sys.argv[1:]))
 
@@ -136,21 +133,15 @@ def report(error: Exception) -> int:
     """Print an error for the user; return the exit code."""
     if "DYKNOW_TRACEBACK" in os.environ:
         traceback.print_exception(error)
-    if isinstance(error, QueryError):
-        print(f"error: {error}", file=sys.stderr)
-        return USAGE
     if isinstance(error, OSError) and error.filename is not None:
-        print(f"error: {error.filename}: expected a path that can be used, got {error.strerror!r}", file=sys.stderr)
+        tell("error", [f"{error.filename}: expected a path that can be used, got {error.strerror!r}"])
         return INVALID
     if not {kind.__module__ for kind in type(error).__mro__} & INPUT_ERROR_MODULES:
         came = f"{type(error).__name__}: {error}"
-        print(f"error: dyknow: expected to finish, got {came!r} (DYKNOW_TRACEBACK=1 shows where)", file=sys.stderr)
+        tell("error", [f"dyknow: expected to finish, got {came!r} (DYKNOW_TRACEBACK=1 shows where)"])
         return INTERNAL
-    text = str(error)
-    code = BUSY if isinstance(error, RunBusyError) else INVALID
-    # The diagnostics of a chronicle text begin with their own `error[C0201]:`.
-    print(text if text.startswith("error[") else f"error: {text}", file=sys.stderr)
-    return code
+    tell("error", [str(error)])
+    return USAGE if isinstance(error, QueryError) else BUSY if isinstance(error, RunBusyError) else INVALID
 
 
 def _program(
@@ -158,13 +149,9 @@ def _program(
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""
     if version:
-        from importlib.metadata import PackageNotFoundError
-        from importlib.metadata import version as version_of
+        from service.records import software_version
 
-        try:
-            print(version_of("dyknow"))
-        except PackageNotFoundError:
-            print("0")
+        print(software_version())
         raise typer.Exit
 
 

@@ -1,12 +1,13 @@
 """Which arguments and options do several commands take, and how are their texts read?"""
 
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+
+from service.cli.printing import tell
 
 if TYPE_CHECKING:
     from service.texts.text_streams import Stream
@@ -101,7 +102,7 @@ def tell_stream(stream: "Stream", *, is_doubtful: bool) -> None:
         said = "taken with DyKnow's relations; --stream own takes them as texts about their own events"
     else:
         return
-    print(f"note: {said}", file=sys.stderr)
+    tell("note", [said])
 
 
 @contextmanager
@@ -113,7 +114,5 @@ def hinting_at_stream(*, is_open: bool) -> Iterator[None]:
         yield
     except ChronicleError:
         if is_open:
-            print(
-                "note: --stream traffic takes texts with DyKnow's relations, --stream own without them", file=sys.stderr
-            )
+            tell("note", ["--stream traffic takes texts with DyKnow's relations, --stream own without them"])
         raise

@@ -42,6 +42,11 @@ def print_json(record: object) -> None:
     print(msgspec.json.encode(record).decode(), flush=True)
 
 
+def show(record: object, text: str, *, as_json: bool) -> None:
+    """Print a result: its record as one JSON object, or its text."""
+    print_json(record) if as_json else print(text.removesuffix("\n"))
+
+
 def print_json_list(name: str, items: Iterable[str], **rest: object) -> int:
     """Print one JSON object with a list of JSON texts, one by one, and other fields before it; return how many.
 

@@ -17,7 +17,7 @@ from service.cli.options import (
     read_pairs,
     tell_stream,
 )
-from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json
+from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json, show, tell
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,7 +48,7 @@ def check(
     stream: StreamOption = None,
     monitors: Annotated[
         list[Path] | None,
-        typer.Option("--monitors", help="File of monitors that give messages to the chronicles; repeat for several."),
+        typer.Option(help="File of monitors that give messages to the chronicles; repeat for several."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -57,13 +57,16 @@ def check(
         from chronicles.language.codes import explain_code
 
         said = explain_code(explain)
-        print_json({"code": explain, "text": said}) if as_json else print(said)
+        show({"code": explain, "text": said}, said, as_json=as_json)
         return
     if not files:
         raise typer.BadParameter("expected at least one chronicle file, got none", param_hint="FILE")
     if rates and not cost:
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
+    import msgspec
+
     from dyknow.language.diagnostics import TextError
+    from dyknow.language.rendering import render_json
     from service.monitoring.monitor_files import load_monitor_files
     from service.texts.chronicle_files import check_chronicles, read_text_or_input, with_relations
 
@@ -80,7 +83,8 @@ def check(
     checked = check_chronicles(texts, chosen, messages)
     costs = _costs(with_relations(texts, checked.stream), rates_hz, keys) if cost and not checked.errors else []
     if as_json:
-        print_json({"stream": checked.stream, "findings": _findings_json(checked.findings), "costs": costs})
+        findings = msgspec.Raw(render_json(checked.findings).encode())
+        print_json({"stream": checked.stream, "findings": findings, "costs": costs})
     else:
         _print_findings(checked.findings, output)
         print(*costs, sep="\n", end="\n" if costs else "")
@@ -134,14 +138,6 @@ def _print_findings(found: "Sequence[Diagnostic]", output: CheckFormat) -> None:
         print(render(found))
 
 
-def _findings_json(found: "Sequence[Diagnostic]") -> object:
-    import msgspec
-
-    from dyknow.language.rendering import render_json
-
-    return msgspec.Raw(render_json(found).encode())
-
-
 def _costs(texts: "Sequence[tuple[str, str]]", rates_hz: "Mapping[str, float]", keys: int) -> list[str]:
     from chronicles.chronicle_set import load_texts
     from chronicles.compilation.cost import cost
@@ -150,8 +146,7 @@ def _costs(texts: "Sequence[tuple[str, str]]", rates_hz: "Mapping[str, float]", 
 
 
 def _print_check_summary(files: "Sequence[str]", checked: "Checked") -> None:
-    for name in checked.empty:
-        print(f"warning: {name}: expected a chronicle, got none", file=sys.stderr)
+    tell("warning", (f"{name}: expected a chronicle, got none" for name in checked.empty))
     warnings = len(checked.findings) - checked.errors
     counts = counted(checked.errors, "error"), counted(warnings, "warning")
     print(f"{counted(len(files), 'file')}: {', '.join(counts)}", file=sys.stderr)
@@ -181,14 +176,14 @@ def format_files(
             text = read_text_or_input(name)
             laid_out = format_text(text, name)
         except (InputError, ChronicleError) as error:
-            said = str(error)  # findings begin with their own `error[C0101]:`
-            print(said if said.startswith("error[") else f"error: {said}", file=sys.stderr)
+            tell("error", [str(error)])
             broken.append(name)
             continue
         if laid_out != text:
             changed.append(name)
         if diff:
-            _print_diff(name, text, laid_out)
+            lines = difflib.unified_diff(text.splitlines(), laid_out.splitlines(), name, name, lineterm="")
+            print("".join(f"{line}\n" for line in lines), end="")
         elif name == "-" and not check:
             sys.stdout.write(laid_out)
         elif laid_out != text and not check:
@@ -204,12 +199,6 @@ def format_files(
         raise typer.Exit(INVALID)
     if check and changed:
         raise typer.Exit(BELOW_THRESHOLD)
-
-
-def _print_diff(name: str, before: str, after: str) -> None:
-    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), name, name, lineterm="")
-    for line in lines:
-        print(line)
 
 
 def run_examples(

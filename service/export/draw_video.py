@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from service.errors import InputError, LogError
 from service.export.drawing import TRAIL_US, OverlayReader, draw_overlay
+from service.export.tracks import Views
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import CameraRecord, ViewRecord
+from service.records import CameraRecord
 from service.store.location import parse_log_url
-from service.store.log import EventLog, open_log
+from service.store.log import open_log
 from vision.video.frames import Frame, open_video
 
 ByteArray = NDArray[np.uint8]
-FloatArray = NDArray[np.float64]
 
 MICROSECOND = Fraction(1, 1_000_000)
 
@@ -87,44 +87,16 @@ def _drawn_frames(
         record = log.run(run)
         if record.camera is None:
             raise LogError(f"log {log_url!r}: expected a run on a video, got one on {record.input!r}")
-        reader = _overlay_reader(log, record.id, from_us, to_us)
-        views = _View(record.camera, log.views(record.id))
+        events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(record.id,)))]
+        reader = OverlayReader(log.states(record.id, from_us=from_us - TRAIL_US, to_us=to_us), events)
+        views = Views(record.camera, log.views(record.id))
         for frame in _frames(video, record.camera):
             if to_us is not None and frame.t_us >= to_us:
                 return
             if frame.t_us >= from_us:
-                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), views.at(frame.t_us))
-
-
-class _View:
-    """Walk through the views of a run in step with the frames of its video.
-
-    Parameters
-    ----------
-    camera : of the run, for a fixed one.
-    views : of a moving camera, ordered by time; none for a fixed one.
-    """
-
-    def __init__(self, camera: CameraRecord, views: Iterator[ViewRecord]) -> None:
-        self._fixed = np.array(camera.pixel_from_ground).reshape(3, 3)
-        self._views = views
-        self._next = next(views, None)
-        self._is_moving = self._next is not None
-
-    def at(self, t_us: int) -> FloatArray | None:
-        """Return the map of the frame of this time, None if it is not known; times must not decrease."""
-        if not self._is_moving:
-            return self._fixed
-        while self._next is not None and self._next.t_us < t_us:
-            self._next = next(self._views, None)
-        if self._next is None or self._next.t_us > t_us or not self._next.pixel_from_ground:
-            return None
-        return np.array(self._next.pixel_from_ground).reshape(3, 3)
-
-
-def _overlay_reader(log: EventLog, run_id: str, from_us: int, to_us: int | None) -> OverlayReader:
-    events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
-    return OverlayReader(log.states(run_id, from_us=from_us - TRAIL_US, to_us=to_us), events)
+                numbers = views.at(frame.t_us)
+                view = None if numbers is None else np.array(numbers).reshape(3, 3)
+                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), view)
 
 
 def _frames(video: Path, camera: CameraRecord) -> Iterator[Frame]:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from service.export.tracks import footprint_corners
 from service.records import CarState, EventRecord
 
 ByteArray = NDArray[np.uint8]
@@ -66,7 +67,8 @@ class OverlayReader:
             for state in group:
                 self._trails[state.car].append((state.t_us, state.x_m, state.y_m))
             self._next = next(self._groups, None)
-        return Overlay(cars, self._recent_trails(t_us), self._current_events(t_us))
+        events = [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
+        return Overlay(cars, self._recent_trails(t_us), events)
 
     def _recent_trails(self, t_us: int) -> dict[str, FloatArray]:
         for car in list(self._trails):
@@ -76,9 +78,6 @@ class OverlayReader:
             if not trail:
                 del self._trails[car]
         return {car: np.array([point[1:] for point in trail]) for car, trail in self._trails.items()}
-
-    def _current_events(self, t_us: int) -> list[EventRecord]:
-        return [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
 
 
 def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None) -> ByteArray:
@@ -111,15 +110,6 @@ def colour_of(car: str) -> Colour:
     return blue, green, red
 
 
-def corners_m(state: CarState) -> FloatArray:
-    """Return the corners of a car's footprint, (4, 2), counter-clockwise from front left."""
-    ahead = np.array([np.cos(state.heading_rad), np.sin(state.heading_rad)]) * state.length_m / 2
-    left = np.array([-np.sin(state.heading_rad), np.cos(state.heading_rad)]) * state.width_m / 2
-    offsets_m: FloatArray = np.array([ahead + left, left - ahead, -ahead - left, ahead - left])
-    centre_m: FloatArray = np.array([state.x_m, state.y_m])
-    return centre_m + offsets_m
-
-
 def _draw_traffic(canvas: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray) -> None:
     for car, trail_m in overlay.trails.items():
         for piece in _in_front(_project(trail_m, pixel_from_ground)):
@@ -129,7 +119,7 @@ def _draw_traffic(canvas: ByteArray, overlay: Overlay, pixel_from_ground: FloatA
 
 
 def _draw_car(canvas: ByteArray, state: CarState, pixel_from_ground: FloatArray) -> None:
-    corners_px = _project(corners_m(state), pixel_from_ground)
+    corners_px = _project(np.array(footprint_corners(state)), pixel_from_ground)
     if not np.isfinite(corners_px).all():
         return  # behind the camera
     outline = np.clip(np.round(corners_px), -FAR_PX, FAR_PX).astype(np.int32)

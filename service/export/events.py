@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import TextIO
 
 import msgspec
+from msgspec.structs import asdict
 
 from service.questions.queries import decode_event
 from service.records import EventRecord
@@ -46,24 +47,13 @@ def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextI
     return count
 
 
-def _cells(event: EventRecord) -> list[str | int | float]:
-    place = event.place
-    return [
-        event.id,
-        event.seq,
-        event.type,
-        event.chronicle.name,
-        event.chronicle.version,
-        event.source,
-        event.run,
-        event.start,
-        event.end,
-        event.start_us,
-        event.end_us,
-        event.status,
-        event.revises or "",
-        *((place.road, place.x_m, place.y_m) if place else ("", "", "")),
-        event.recognised_us,
-        msgspec.json.encode(event.hypotheses).decode(),
-        msgspec.json.encode(event.sub_events).decode(),
-    ]
+def _cells(event: EventRecord) -> list[object]:
+    cells = asdict(event) | {
+        "chronicle": event.chronicle.name,
+        "version": event.chronicle.version,
+        "hypotheses": msgspec.json.encode(event.hypotheses).decode(),
+        "sub_events": msgspec.json.encode(event.sub_events).decode(),
+    }
+    if event.place:
+        cells |= {f"place_{name}": value for name, value in asdict(event.place).items()}
+    return [cells.get(name) for name in COLUMNS]

@@ -8,7 +8,10 @@ import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TextIO
+
+import numpy as np
 
 from service.records import CameraRecord, CarState, ViewRecord
 
@@ -70,11 +73,12 @@ def write_tracks_mot(
     camera : of the run.
     views : of a moving camera, ordered by time; none for a fixed one. A car has no box while the view is lost.
     """
-    walk = _Views(camera, iter(views))
+    walk = Views(camera, iter(views))
+    oriented = lru_cache(maxsize=1)(lambda numbers: _oriented(numbers, camera))
     written = without_frame = outside = 0
     for number, one in _numbered(states, frames):
-        view = walk.at(one.t_us)
-        box = None if view is None else view.box(one)
+        numbers = walk.at(one.t_us)
+        box = None if numbers is None else _box(one, oriented(numbers), camera)
         if number is None:
             without_frame += 1
         elif box is None:
@@ -94,11 +98,9 @@ def footprint_corners(state: CarState) -> tuple[Point, Point, Point, Point]:
     >>> footprint_corners(CarState(0, "car1", 10.0, 5.0, 0.0, 0.0, 4.0, 2.0))
     ((12.0, 6.0), (8.0, 6.0), (8.0, 4.0), (12.0, 4.0))
     """
-    ahead_x, ahead_y = (
-        math.cos(state.heading_rad) * state.length_m / 2,
-        math.sin(state.heading_rad) * state.length_m / 2,
-    )
-    left_x, left_y = -math.sin(state.heading_rad) * state.width_m / 2, math.cos(state.heading_rad) * state.width_m / 2
+    ahead_m, left_m = state.length_m / 2, state.width_m / 2
+    ahead_x, ahead_y = math.cos(state.heading_rad) * ahead_m, math.sin(state.heading_rad) * ahead_m
+    left_x, left_y = -math.sin(state.heading_rad) * left_m, math.cos(state.heading_rad) * left_m
     x_m, y_m = state.x_m, state.y_m
     return (
         (x_m + ahead_x + left_x, y_m + ahead_y + left_y),
@@ -108,25 +110,28 @@ def footprint_corners(state: CarState) -> tuple[Point, Point, Point, Point]:
     )
 
 
-class _Views:
-    """Walk through the views of a run in step with its states; a fixed camera has the same one all the time."""
+class Views:
+    """Walk through the views of a run in step with its frames or states.
+
+    Parameters
+    ----------
+    camera : of the run, for a fixed one.
+    views : of a moving camera, ordered by time; none for a fixed one.
+    """
 
     def __init__(self, camera: CameraRecord, views: Iterator[ViewRecord]) -> None:
-        self._size_px = (camera.width_px, camera.height_px)
+        self._fixed = camera.pixel_from_ground
         self._views = views
         self._next = next(views, None)
         self._is_moving = self._next is not None
-        self._present = None if self._is_moving else _View(camera.pixel_from_ground, *self._size_px)
-        self._present_us = -1
 
-    def at(self, t_us: int) -> "_View | None":
-        """Return the view at this time, None if it is not known; times must not decrease."""
-        while self._next is not None and self._next.t_us <= t_us:
-            numbers = self._next.pixel_from_ground
-            self._present = _View(numbers, *self._size_px) if numbers else None
-            self._present_us = self._next.t_us
+    def at(self, t_us: int) -> tuple[float, ...] | None:
+        """Return the map from the ground to the image at this time, None if not known; times must not decrease."""
+        if not self._is_moving:
+            return self._fixed
+        while self._next is not None and self._next.t_us < t_us:
             self._next = next(self._views, None)
-        return None if self._is_moving and self._present_us != t_us else self._present
+        return self._next.pixel_from_ground or None if self._next and self._next.t_us == t_us else None
 
 
 def _numbered(states: Iterable[CarState], frames: Iterable[tuple[int, int]]) -> Iterator[tuple[int | None, CarState]]:
@@ -139,40 +144,26 @@ def _numbered(states: Iterable[CarState], frames: Iterable[tuple[int, int]]) -> 
         yield (number if t_us == state.t_us else None), state
 
 
-class _View:
-    """Where footprints lie in an image; points behind the camera have no place there."""
+def _oriented(pixel_from_ground: Sequence[float], camera: CameraRecord) -> Sequence[float]:
+    """Give a homography, whose scale is free, the sign with which depth is positive in front of the camera.
 
-    def __init__(self, pixel_from_ground: Sequence[float], width_px: int, height_px: int) -> None:
-        self._h = pixel_from_ground
-        self._width_px, self._height_px = width_px, height_px
-        # The scale of a homography is free, so which sign means "in front" is read off a point that is: the ground
-        # at the middle of the lower edge, which is never above the horizon.
-        x_m, y_m = self._ground((self._width_px - 1) / 2, self._height_px - 1)
-        self._front = 1.0 if self._depth(x_m, y_m) > 0 else -1.0
+    A point that is in front is the ground at the middle of the lower edge, which is never above the horizon.
+    """
+    ground_from_pixel = np.linalg.inv(np.array(pixel_from_ground).reshape(3, 3))
+    is_turned = ground_from_pixel[2] @ ((camera.width_px - 1) / 2, camera.height_px - 1, 1) < 0
+    return [-number for number in pixel_from_ground] if is_turned else pixel_from_ground
 
-    def box(self, state: CarState) -> Box | None:
-        """Return left, top, width and height as MOT counts them; None if not in the image."""
-        corners = footprint_corners(state)
-        if any(self._front * self._depth(*corner) <= 0 for corner in corners):
+
+def _box(state: CarState, h: Sequence[float], camera: CameraRecord) -> Box | None:
+    """Return left, top, width and height as MOT counts them; None if not in the image."""
+    points: list[Point] = []
+    for x_m, y_m in footprint_corners(state):
+        depth = h[6] * x_m + h[7] * y_m + h[8]
+        if depth <= 0:
             return None
-        points = [self._pixel(*corner) for corner in corners]
-        left, right = min(x for x, _ in points), max(x for x, _ in points)
-        top, bottom = min(y for _, y in points), max(y for _, y in points)
-        if right < -0.5 or bottom < -0.5 or left > self._width_px - 0.5 or top > self._height_px - 0.5:
-            return None
-        return left + _MOT_OFFSET_PX, top + _MOT_OFFSET_PX, right - left, bottom - top
-
-    def _depth(self, x_m: float, y_m: float) -> float:
-        return self._h[6] * x_m + self._h[7] * y_m + self._h[8]
-
-    def _pixel(self, x_m: float, y_m: float) -> Point:
-        h, depth = self._h, self._depth(x_m, y_m)
-        return (h[0] * x_m + h[1] * y_m + h[2]) / depth, (h[3] * x_m + h[4] * y_m + h[5]) / depth
-
-    def _ground(self, x_px: float, y_px: float) -> Point:
-        """Map a pixel to the ground by the adjugate of the homography, which is its inverse up to scale."""
-        a, b, c, d, e, f, g, h, i = self._h
-        x = (e * i - f * h) * x_px + (c * h - b * i) * y_px + (b * f - c * e)
-        y = (f * g - d * i) * x_px + (a * i - c * g) * y_px + (c * d - a * f)
-        w = (d * h - e * g) * x_px + (b * g - a * h) * y_px + (a * e - b * d)
-        return x / w, y / w
+        points.append(((h[0] * x_m + h[1] * y_m + h[2]) / depth, (h[3] * x_m + h[4] * y_m + h[5]) / depth))
+    left, right = min(x for x, _ in points), max(x for x, _ in points)
+    top, bottom = min(y for _, y in points), max(y for _, y in points)
+    if right < -0.5 or bottom < -0.5 or left > camera.width_px - 0.5 or top > camera.height_px - 0.5:
+        return None
+    return left + _MOT_OFFSET_PX, top + _MOT_OFFSET_PX, right - left, bottom - top

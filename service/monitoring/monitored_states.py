@@ -165,8 +165,7 @@ class Hindsight:
         while frames_us and frames_us[0] <= until_us:
             t_us = frames_us.popleft()
             self._apply_changes(t_us)
-            if self._refuted:
-                self._refuted = {label: at_us for label, at_us in self._refuted.items() if at_us > t_us}
+            self._refuted = {label: at_us for label, at_us in self._refuted.items() if at_us > t_us}
             yield t_us, Past(dict(self._relations), tuple(self._refuted))
 
     def _apply_changes(self, until_us: int) -> None:
@@ -263,9 +262,8 @@ class TrafficStates:
         cars, hypotheses = joined["cars"]
         known = joined["relations"]
         past: Past = self._nothing_known if known is NO_VALUE else known
-        doubted: Collection[str] = ()
-        if past.refuted:
-            doubted = {car for car, labels in hypotheses.items() if not set(past.refuted).isdisjoint(labels)}
+        refuted = frozenset(past.refuted)
+        doubted = {car for car, labels in hypotheses.items() if not refuted.isdisjoint(labels)}
         seen = [car for car in cars if car.linked and car.car not in doubted]
         tables: dict[str, Table] = {name: {(car.car,): read(car) for car in seen} for name, read in self._readers}
         if "seen" in tables:
@@ -282,18 +280,19 @@ class SynchronisationUnit:
     """
 
     def __init__(self, features: Collection[str] | None, network: RoadNetwork | None, *, lag_us: int) -> None:
-        self._states = None if features is None else TrafficStates(features, lag_us=lag_us)
+        self._is_asked = features is not None
+        self._states = TrafficStates(features or (), lag_us=lag_us)
         self._rows = CarRows(network)
         self._now_us = 0
 
     @property
     def left_out(self) -> dict[str, int]:
         """Count by cause what no state needed."""
-        return {} if self._states is None else self._states.left_out
+        return self._states.left_out
 
     def update(self, index: int, sample: Sample[Anchored] | Sample[FrameRelations]) -> list[Sample[TrafficState]]:
         """Take one frame's cars, or one frame's relations, which make earlier states complete."""
-        if self._states is None:
+        if not self._is_asked:
             return []
         self._now_us = sample.available_us
         value = sample.value
@@ -305,14 +304,12 @@ class SynchronisationUnit:
 
     def advance(self, available_us: int) -> list[Sample[TrafficState]]:
         """Give the states that need not, or may not, wait longer."""
-        if self._states is None:
-            return []
         self._now_us = max(self._now_us, available_us)
         return self._samples(self._states.advance(available_us))
 
     def finish(self) -> list[Sample[TrafficState]]:
         """Give the states that still wait."""
-        return [] if self._states is None else self._samples(self._states.finish())
+        return self._samples(self._states.finish())
 
     def _samples(self, states: Iterable[tuple[int, TrafficState]]) -> list[Sample[TrafficState]]:
         return [Sample(self._now_us, t_us, state) for t_us, state in states]

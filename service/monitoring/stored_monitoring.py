@@ -7,6 +7,8 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TypeVar
 
+from msgspec.structs import astuple
+
 from anchoring.adapter import LinkTrials
 from anchoring.observations import LinkChange
 from anchoring.settings import AnchoringSettings
@@ -109,7 +111,7 @@ def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple
     frames = groupby(log.states(run_id), key=attrgetter("t_us"))
     cars_us, cars = next(frames, (None, iter(())))
     for _, t_us in log.frames(run_id):
-        _, refuted = trials.judge(t_us, map(_link_change, links.get(t_us, ())))
+        _, refuted = trials.judge(t_us, (LinkChange(*astuple(one)) for one in links.get(t_us, ())))
         decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
         past = states.take_relations(t_us, decided, refuted)
         here: tuple[CarState, ...] = ()
@@ -125,10 +127,6 @@ def _by_frame(rows: Iterable[_Row], time: str) -> dict[int, list[_Row]]:
     for row in rows:
         found.setdefault(getattr(row, time), []).append(row)
     return found
-
-
-def _link_change(link: LinkRecord) -> LinkChange:
-    return LinkChange(link.t_us, link.kind, link.level, link.lower, link.upper, link.reason)
 
 
 def _relation_change(record: RelationRecord) -> RelationChange:

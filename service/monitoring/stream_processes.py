@@ -27,11 +27,6 @@ from service.monitoring.monitored_states import IDLE_US, TrafficState
 CALM_US = 1_000_000
 
 
-def traffic_monitors(loaded: LoadedMonitors) -> Monitors:
-    """Set monitors up for traffic, live or out of a log."""
-    return Monitors(loaded.definitions, calm_us=CALM_US)
-
-
 class MonitoringUnit:
     """Run monitors as a computational unit: traffic states in, monitor events out.
 
@@ -41,7 +36,7 @@ class MonitoringUnit:
     """
 
     def __init__(self, loaded: LoadedMonitors, *, lag_us: int) -> None:
-        self._monitors = traffic_monitors(loaded)
+        self._monitors = Monitors(loaded.definitions, calm_us=CALM_US)
         self._wait_us = lag_us + IDLE_US
         self._now_us = 0
 

@@ -3,6 +3,7 @@
 Every error names the file and the line.
 """
 
+import io
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ import msgspec
 from chronicles.adapter import value_text
 from chronicles.events import Event
 from service.errors import InputError
+from service.texts.chronicle_files import read_text
 from service.texts.csv_table import read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
 
@@ -47,13 +49,8 @@ def load_events(path: Path) -> list[Event]:
     suffix = path.suffix.lower()
     if suffix not in EVENT_SUFFIXES:
         raise InputError(f"{path}: expected a file of events, {' or '.join(EVENT_SUFFIXES)}, got suffix {suffix!r}")
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            return list(_from_jsonl(path, file) if suffix == ".jsonl" else _from_csv(path, file))
-    except OSError as error:
-        raise InputError(f"{path}: expected a readable file of events, got {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+    lines = io.StringIO(read_text(path, "file of events"))
+    return list(_from_jsonl(path, lines) if suffix == ".jsonl" else _from_csv(path, lines))
 
 
 def _from_jsonl(path: Path, lines: Iterable[str]) -> Iterator[Event]:

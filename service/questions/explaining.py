@@ -5,9 +5,11 @@ is added here: by which links each car was taken for the one it is.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any  # JSON values
+
+from msgspec.structs import astuple
 
 from anchoring.observations import LinkChange, LinkInterval, link_intervals
 from chronicles.chronicle_set import ChronicleSet
@@ -50,7 +52,7 @@ class EventExplanation:
         return {
             "event": self.event.id,
             "explanation": to_json(self.explanation),
-            "identities": {role: [_link_record(one) for one in links] for role, links in self.identities.items()},
+            "identities": {role: [asdict(one) for one in links] for role, links in self.identities.items()},
         }
 
     def render(self) -> str:
@@ -224,10 +226,7 @@ def _occurrence(event: EventRecord) -> Occurrence:
 
 
 def _identities(log: EventLog, event: EventRecord) -> dict[str, tuple[LinkInterval, ...]]:
-    changes = (
-        LinkChange(one.t_us, one.kind, one.level, one.lower, one.upper, one.reason) for one in log.links(event.run)
-    )
-    below = link_intervals(changes)
+    below = link_intervals(LinkChange(*astuple(one)) for one in log.links(event.run))
     chains = {role: _chain(below, symbol, event.end_us) for role, symbol in event.roles.items()}
     return {role: links for role, links in chains.items() if links}
 
@@ -241,17 +240,6 @@ def _chain(below: Mapping[str, Sequence[LinkInterval]], car: str, until_us: int)
         pending += sorted({one.lower for one in links})
     order = ("world", "on_road", "car")
     return tuple(sorted(found, key=lambda one: (one.start_us, order.index(one.level), one.upper)))
-
-
-def _link_record(link: LinkInterval) -> Json:
-    return {
-        "level": link.level,
-        "lower": link.lower,
-        "upper": link.upper,
-        "start_us": link.start_us,
-        "end_us": link.end_us,
-        "reason": link.reason,
-    }
 
 
 def _link_line(link: LinkInterval) -> str:

@@ -44,16 +44,7 @@ def name_notes(logs: Sequence[EventLog], wanted: EventFilter) -> Iterator[str]:
 
     This reads much of the logs: ask when nothing was found.
     """
-    asked: dict[str, Sequence[str]] = {
-        "type": wanted.types,
-        "actor": wanted.actors,
-        "road": wanted.roads,
-        "source": wanted.sources,
-        "run": wanted.runs,
-        "role": [name for name, _ in wanted.roles],
-    }
-    asked |= {f"role.{name}": values for name, values in wanted.roles}
-    for what, names in asked.items():
+    for what, names in wanted.named().items():
         known = {one for log in logs for one in _known(log, what)} if names else set[str]()
         for name in names:
             if name not in known:

@@ -65,6 +65,17 @@ class EventFilter(Struct, frozen=True, kw_only=True):
     statuses: tuple[EventStatus, ...] = ()
     order: Order = "start"
 
+    def named(self) -> dict[str, tuple[str, ...]]:
+        """Give the names that are asked for, by parameter."""
+        return {
+            "type": self.types,
+            "actor": self.actors,
+            "road": self.roads,
+            "source": self.sources,
+            "run": self.runs,
+            "role": tuple(name for name, _ in self.roles),
+        } | {f"role.{name}": actors for name, actors in self.roles}
+
 
 class EventPage(Struct, frozen=True):
     """One page of events.
@@ -153,17 +164,9 @@ def decode_event(text: str) -> EventRecord:
 
 def check_filter(wanted: EventFilter) -> None:
     """Refuse a filter that cannot be answered; raises `QueryError` or `FilterError`."""
-    named = {
-        "type": wanted.types,
-        "actor": wanted.actors,
-        "road": wanted.roads,
-        "source": wanted.sources,
-        "run": wanted.runs,
-        **{f"role.{name}": values for name, values in wanted.roles},
-    }
     if len(wanted.roles) > MAX_ROLES:
         raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(wanted.roles)}", parameter="role")
-    for parameter, values in named.items():
+    for parameter, values in wanted.named().items():
         if len(values) > MAX_VALUES:
             raise QueryError(
                 f"{parameter}: expected at most {MAX_VALUES} values, got {len(values)}", parameter=parameter

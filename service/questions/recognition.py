@@ -5,43 +5,32 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.events import Event, Occurrence
+from chronicles.events import Occurrence
 from chronicles.execution.unfit_events import unfit_events
 from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
-from service.monitoring.monitor_messages import NO_MESSAGES, Messages, messages_of_run
+from service.monitoring.monitor_messages import messages_of_run
 from service.questions.event_files import load_events
-from service.questions.stored_events import check_watched, stored_events
+from service.questions.stored_events import StoredEvents, check_watched, stored_events
 from service.store.location import is_log_name
 from service.store.log import open_log
-from service.texts.chronicle_files import load_chronicle_files
+from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
 from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told
 from service.texts.text_streams import Stream
-
-
-@dataclass(frozen=True, slots=True)
-class StoredInput:
-    """Hold events in the order in which they came, and the time up to which they are complete.
-
-    `warnings` say what the chronicles look for in vain.
-    """
-
-    events: Sequence[Event]
-    until_us: int
-    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Recognised:
     """Hold what was recognised, how many events came too late to take part, and doubts about the question.
 
-    `stream` is what the texts were taken to be about.
+    `stream` is what the texts were taken to be about, `doubts` are the warnings that `dyknow check` gives of them.
     """
 
     occurrences: Sequence[Occurrence]
     late_count: int
     warnings: tuple[str, ...]
     stream: Stream
+    doubts: tuple[str, ...] = ()
 
 
 def recognise_stored(
@@ -74,22 +63,22 @@ def recognise_stored(
     LogError, InputError, ChronicleError
         If the source or the chronicles cannot be used, or the executor cannot take events one by one.
     """
-    is_log = is_log_name(source)
-    if is_log:
+    if is_log_name(source):
         _refuse("a file of events", "a log", stream=stream, until=until_us)
+        loaded, (stored, warnings) = _read_log(source, chronicle_files, run)
     else:
         _refuse("a log", "a file of events", run=run)
-    messages = _messages(source, run) if is_log else NO_MESSAGES
-    loaded = load_chronicle_files(chronicle_files, "traffic" if is_log else stream, messages)
-    chronicles = loaded.merged
-    stored = _read_log(source, chronicles, run) if is_log else _read_file(source, chronicles, until_us)
+        loaded = load_chronicle_files(chronicle_files, stream)
+        stored, warnings = _read_file(source, loaded.merged, until_us)
+    chronicles, late_count = loaded.merged, 0
     if lateness_us is None:
         found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor or "backfill")
-        return Recognised(found, 0, stored.warnings, loaded.stream)
-    recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
-    live = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
-    live += recogniser.advance(stored.until_us + lateness_us)
-    return Recognised(live, recogniser.late_count, stored.warnings, loaded.stream)
+    else:
+        recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
+        found = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
+        found += recogniser.advance(stored.until_us + lateness_us)
+        late_count = recogniser.late_count
+    return Recognised(found, late_count, warnings, loaded.stream, loaded.doubts)
 
 
 def _refuse(expected: str, came: str, **options: object) -> None:
@@ -99,29 +88,26 @@ def _refuse(expected: str, came: str, **options: object) -> None:
             raise QueryError(f"--{name}: expected {expected} to go with it, got {came}", parameter=name)
 
 
-def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> StoredInput:
+# Each gives the events and, as warnings, what the chronicles look for in vain.
+_Read = tuple[StoredEvents, tuple[str, ...]]
+
+
+def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> _Read:
     events = load_events(Path(source))
     latest_us = max((event.t_us for event in events), default=0)
     end_us = latest_us if until_us is None else until_us
     if end_us < latest_us:
         expected = f"expected a time not before the last event ({latest_us} us)"
         raise QueryError(f"--until: {expected}, got {end_us} us", parameter="until")
-    return StoredInput(events, end_us, idle_in_file(source, chronicles, events))
+    return StoredEvents(tuple(events), end_us), idle_in_file(source, chronicles, events)
 
 
-def _read_log(source: str, chronicles: ChronicleSet, run: str | None) -> StoredInput:
+def _read_log(source: str, chronicle_files: Sequence[Path], run: str | None) -> tuple[LoadedChronicles, _Read]:
     with open_log(source) as log:
         record = log.run(run)
-        check_watched(record, chronicles)
+        messages = messages_of_run(record)
+        loaded = load_chronicle_files(chronicle_files, messages=messages)
+        check_watched(record, loaded.merged)
         stored = stored_events(log, record.id)
-    unfit = unfit_events(chronicles, stored.events)
-    warnings = (
-        *idle_in_stream(source, chronicles, messages_of_run(record)),
-        *unfit_told(source, chronicles, unfit, is_traffic=True),
-    )
-    return StoredInput(stored.events, stored.until_us, warnings)
-
-
-def _messages(source: str, run: str | None) -> Messages:
-    with open_log(source) as log:
-        return messages_of_run(log.run(run))
+    unfit = unfit_told(source, loaded.merged, unfit_events(loaded.merged, stored.events), is_traffic=True)
+    return loaded, (stored, (*idle_in_stream(source, loaded.merged, messages), *unfit))

@@ -97,8 +97,8 @@ class Pipeline:
         for stream in self.deployment.publishers(self.feed.source):
             yield from stream.publish_in_steps(sample)
 
-    def stream(self, name: str, value_type: str) -> DeclaredStream | None:
-        """Give a declared stream that carries values of a type; None if the text declares no stream of the name.
+    def stream(self, name: str, value_type: str | None) -> DeclaredStream | None:
+        """Give a declared stream that carries values of a type, or any; None if the text declares none of the name.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class Pipeline:
             return None
         made_of = self.deployment.made_of[stream.label]
         found = self.output_of.get(made_of, self.deployment.types[stream.label])  # a mediation is no host code
-        if found != value_type:
+        if value_type not in (None, found):
             raise InputError(f"{self.kpl.name}: stream {name!r}: expected values of type {value_type}, got {found}")
         return stream
 

@@ -10,23 +10,21 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
-from importlib.metadata import version
+from dataclasses import dataclass, field
 from pathlib import Path
-
-import msgspec
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
+from dyknow.kpl.loader import DeclaredStream
 from dyknow.node import Node, StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
-from service.records import InputFile, RunRecord, RunStatus, StartFrom
+from service.records import InputFile, RunRecord, RunStatus, StartFrom, software_version
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import EngineSettings, KplText, Pipeline, declared_pipeline, watched_relations
-from service.runs.recording import RecordedStreams, Recorder
+from service.runs.recording import Recorder, recorded_streams
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
@@ -165,7 +163,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         settings=settings,
         clock=time.perf_counter_ns,
     )
-    recorded = RecordedStreams.of(pipeline)
+    recorded = recorded_streams(pipeline)
     record = _run_record(request, source, site, chronicles, monitors, pipeline=pipeline)
     with open_log(request.log_url, "w") as log:
         if not request.again and log.has_finished(record.id):
@@ -176,7 +174,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
 def _run(
     source: Input,
     pipeline: Pipeline,
-    recorded: RecordedStreams,
+    recorded: Mapping[str, DeclaredStream],
     record: RunRecord,
     chronicles: ChronicleSet,
     *,
@@ -187,15 +185,15 @@ def _run(
         writer = log.begin_run(record)
         recorder = Recorder(writer, source.network, UnfitCounter(chronicles), history_us=HISTORY_US)
         recorder.attach(recorded)
-        meter = _Meter(source.frame_count, recorder, pipeline.node)
+        meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)
         try:
-            status, reason = _feed(source, pipeline, meter, on_progress=on_progress, interrupts=interrupts)
+            status, reason = _feed(source, pipeline, meter)
         except Exception as error:
-            recorder.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
+            writer.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
             raise
         writer.append_streams(stream_records(pipeline))
         writer.append_costs(stream_costs(pipeline))
-        is_kept = recorder.finish(status, reason)
+        is_kept = writer.finish(status, reason)
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
     unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)
     damage = (f"{source.path.name}: {reason}",) if status == "finished" and reason else ()
@@ -219,36 +217,21 @@ def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
     )
 
 
-def _feed(
-    source: Input,
-    pipeline: Pipeline,
-    meter: "_Meter",
-    *,
-    on_progress: Callable[[Progress], None],
-    interrupts: Interrupts,
-) -> tuple[RunStatus, str]:
+def _feed(source: Input, pipeline: Pipeline, meter: "_Meter") -> tuple[RunStatus, str]:
     """Push the whole input through the pipeline; return how it ended and why."""
-
-    def watch(steps: Generator[None, None, None]) -> None:
-        """Tell the progress after every step, and look whether to go on."""
-        with closing(steps):
-            for _ in steps:
-                on_progress(meter.read())
-                if interrupts.came:
-                    raise KeyboardInterrupt
-
     node = pipeline.node
     status: RunStatus = "finished"
     reason = ""
     try:
         try:
-            watch(_publish(pipeline, meter))
+            meter.watch(_publish(pipeline, meter))
         except VideoBroken as error:
             status, reason = "broken", str(error)
         node.advance(meter.last_us)
-        watch(node.finish_in_steps())
+        meter.watch(node.finish_in_steps())
     except KeyboardInterrupt:
-        came = "an interrupt" if interrupts.came in (None, signal.SIGINT) else interrupts.came.name
+        signalled = meter.interrupts.came
+        came = "an interrupt" if signalled in (None, signal.SIGINT) else signalled.name
         status, reason = "interrupted", f"input at {meter.last_us} us: expected to go on to its end, got {came}"
     except BrokenPipeError:
         status, reason = "interrupted", f"input at {meter.last_us} us: expected a reader of progress, got a closed pipe"
@@ -281,7 +264,7 @@ def _run_record(
     pipeline: Pipeline,
 ) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
-    software = f"dyknow {version('dyknow')}"
+    software = f"dyknow {software_version()}"
     file = _input_file(source)
     start_utc_us, start_from = _start(request, site, source.video)
     parts = (
@@ -326,15 +309,12 @@ def _run_record(
 
 def _input_file(source: Input) -> InputFile:
     path, video, (size_bytes, digest) = source.path, source.video, source.contents
-    file = InputFile(path=str(path.absolute() if path.exists() else path), size_bytes=size_bytes, digest=digest)
-    if video is None:
-        return file
-    return msgspec.structs.replace(
-        file,
-        first_pts_us=video.first_pts_us,
-        codec=video.codec,
-        width_px=video.width_px,
-        height_px=video.height_px,
+    facts = () if video is None else ("first_pts_us", "codec", "width_px", "height_px")
+    return InputFile(
+        path=str(path.absolute() if path.exists() else path),
+        size_bytes=size_bytes,
+        digest=digest,
+        **{name: getattr(video, name) for name in facts},
     )
 
 
@@ -349,23 +329,34 @@ def _start(request: RunRequest, site: Site | None, video: VideoSource | None) ->
     return 0, "unknown"
 
 
+@dataclass(slots=True)
 class _Meter:
     """Count frames and measure the time they take; a frame that a unit still owes an answer to is not done.
 
     Attributes
     ----------
     frames, last_us : how many were done when last read, and the time of the newest.
+    on_progress, interrupts : who is told after each step, and what may have asked to stop.
     """
 
-    def __init__(self, frame_count: int | None, recorder: Recorder, node: Node) -> None:
-        self.last_us = 0
-        self.frames = 0
-        self._first_us: int | None = None
-        self._published_us: deque[int] = deque()  # and not known to be done
-        self._frame_count = frame_count
-        self._recorder = recorder
-        self._node = node
-        self._started_s = time.perf_counter()
+    frame_count: int | None
+    recorder: Recorder
+    node: Node
+    on_progress: Callable[[Progress], None]
+    interrupts: Interrupts
+    last_us: int = 0
+    frames: int = 0
+    _first_us: int | None = None
+    _published_us: deque[int] = field(default_factory=deque)  # and not known to be done
+    _started_s: float = field(default_factory=time.perf_counter)
+
+    def watch(self, steps: Generator[None, None, None]) -> None:
+        """Take the steps; tell the progress after each, and look whether to go on."""
+        with closing(steps):
+            for _ in steps:
+                self.on_progress(self.read())
+                if self.interrupts.came:
+                    raise KeyboardInterrupt
 
     def count(self, t_us: int) -> None:
         """Count the frame of a media time."""
@@ -373,16 +364,16 @@ class _Meter:
 
     def read(self) -> Progress:
         """Read how far the run has come, and how long that took."""
-        owed_us = self._node.owes_from_us
+        owed_us = self.node.owes_from_us
         while self._published_us and (owed_us is None or self._published_us[0] < owed_us):
             self.last_us = self._published_us.popleft()
             self._first_us = self.last_us if self._first_us is None else self._first_us
             self.frames += 1
         return Progress(
             frames=self.frames,
-            frame_count=self._frame_count,
+            frame_count=self.frame_count,
             media_us=self.last_us - (self._first_us or 0),
             elapsed_s=time.perf_counter() - self._started_s,
-            cars=self._recorder.cars if self._recorder.records_cars else None,
-            events=self._recorder.events if self._recorder.records_events else None,
+            cars=self.recorder.cars if self.recorder.records_cars else None,
+            events=self.recorder.events if self.recorder.records_events else None,
         )

@@ -3,7 +3,6 @@
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 
 import msgspec
@@ -30,7 +29,6 @@ from service.records import (
     LinkRecord,
     Place,
     RelationRecord,
-    RunStatus,
     SeenObject,
     SubEvent,
     Verdict,
@@ -44,45 +42,30 @@ from vision.objects import VisionObjects
 
 FloatArray = NDArray[np.float64]
 
-_RECORDED = (
-    *("recorded_frames", "recorded_objects", "recorded_cars"),
-    *("recorded_relations", "recorded_verdicts", "recorded_occurrences"),
-)
+# The streams that are written, and the type that each carries; of frames only their times are, so any type will do.
+_RECORDED: Mapping[str, str | None] = {
+    "recorded_frames": None,
+    "recorded_objects": OBJECTS,
+    "recorded_cars": CARS,
+    "recorded_relations": RELATIONS,
+    "recorded_verdicts": VERDICT,
+    "recorded_occurrences": OCCURRENCE,
+}
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedStreams:
-    """Hold the streams that a pipeline declares for the log; what it leaves out is None and not recorded."""
+def recorded_streams(pipeline: Pipeline) -> dict[str, DeclaredStream]:
+    """Find the streams that a pipeline declares for the log, by name; what it leaves out is not recorded.
 
-    frames: DeclaredStream | None
-    objects: DeclaredStream | None
-    cars: DeclaredStream | None
-    relations: DeclaredStream | None
-    verdicts: DeclaredStream | None
-    occurrences: DeclaredStream | None
-
-    @classmethod
-    def of(cls, pipeline: Pipeline) -> "RecordedStreams":
-        """Find them by their names.
-
-        Raises
-        ------
-        InputError
-            If one of them carries other values than its name says, or a stream looks like one of them and is none.
-        """
-        strange = [
-            name for name in pipeline.deployment.streams if name.startswith("recorded_") and name not in _RECORDED
-        ]
-        if strange:
-            raise InputError(f"{pipeline.kpl.name}: expected streams among {list(_RECORDED)}, got {strange[0]!r}")
-        return cls(
-            pipeline.deployment.streams.get("recorded_frames"),  # only their times are written, so any type will do
-            pipeline.stream("recorded_objects", OBJECTS),
-            pipeline.stream("recorded_cars", CARS),
-            pipeline.stream("recorded_relations", RELATIONS),
-            pipeline.stream("recorded_verdicts", VERDICT),
-            pipeline.stream("recorded_occurrences", OCCURRENCE),
-        )
+    Raises
+    ------
+    InputError
+        If one of them carries other values than its name says, or a stream looks like one of them and is none.
+    """
+    strange = [name for name in pipeline.deployment.streams if name.startswith("recorded_") and name not in _RECORDED]
+    if strange:
+        raise InputError(f"{pipeline.kpl.name}: expected streams among {list(_RECORDED)}, got {strange[0]!r}")
+    found = {name: pipeline.stream(name, value_type) for name, value_type in _RECORDED.items()}
+    return {name: stream for name, stream in found.items() if stream is not None}
 
 
 class Recorder:
@@ -107,30 +90,25 @@ class Recorder:
         self._history_us = history_us
         self._told: dict[OccurrenceKey, tuple[int, list[str]]] = {}  # when, and the identifiers of the events written
 
-    def attach(self, streams: RecordedStreams) -> None:
-        """Subscribe to the streams that are to be recorded."""
-        self.records_cars = streams.cars is not None
-        self.records_events = streams.verdicts is not None or streams.occurrences is not None
-        pairs: list[tuple[DeclaredStream | None, Consumer]] = [
-            (streams.frames, self._record_frame),
-            (streams.objects, self._record_objects),
-            (streams.cars, self._record_cars),
-            (streams.relations, self._record_relations),
-            (streams.verdicts, self._record_verdict),
-            (streams.occurrences, self._record_occurrence),
-        ]
-        for stream, consumer in pairs:
-            if stream is not None:
-                stream.subscribe(consumer)
+    def attach(self, streams: Mapping[str, DeclaredStream]) -> None:
+        """Subscribe to the streams that are to be recorded; see `recorded_streams`."""
+        self.records_cars = "recorded_cars" in streams
+        self.records_events = not streams.keys().isdisjoint(("recorded_verdicts", "recorded_occurrences"))
+        consumers: Mapping[str, Consumer] = {
+            "recorded_frames": self._record_frame,
+            "recorded_objects": self._record_objects,
+            "recorded_cars": self._record_cars,
+            "recorded_relations": self._record_relations,
+            "recorded_verdicts": self._record_verdict,
+            "recorded_occurrences": self._record_occurrence,
+        }
+        for name, stream in streams.items():
+            stream.subscribe(consumers[name])
 
     @property
     def cars(self) -> int:
         """Return the number of cars that are written, which is at most ten seconds of media time ago."""
         return self._writer.cars
-
-    def finish(self, status: RunStatus, reason: str) -> bool:
-        """Write the rest and say how the run ended; False if one that came further stays in its place."""
-        return self._writer.finish(status, reason)
 
     def _record_frame(self, sample: Sample[object]) -> None:
         self._writer.append_frames((sample.valid_us,))
@@ -276,12 +254,5 @@ def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenOb
 
 
 def _relation_record(change: RelationChange, hypotheses: tuple[str, ...]) -> RelationRecord:
-    return RelationRecord(
-        t_us=change.t_us,
-        decided_us=change.decided_us,
-        name=change.name,
-        args=change.args,
-        old=value_text(change.old),
-        new=value_text(change.new),
-        hypotheses=hypotheses,
-    )
+    old, new = value_text(change.old), value_text(change.new)
+    return RelationRecord(change.t_us, change.decided_us, change.name, change.args, old, new, hypotheses)

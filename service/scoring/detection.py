@@ -13,7 +13,7 @@ import numpy as np
 
 from service.scoring.object_rows import ObjectRows
 from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, assign, box_pairs, ground_pairs
-from service.scoring.proportions import wilson_interval
+from service.scoring.proportions import share, wilson_interval
 from service.scoring.tracks import TrackScore, score_tracks
 
 REACH_M = 2.0
@@ -29,7 +29,7 @@ class Settled:
     ----------
     true, found : the rows that count.
     true_row, found_row : (p,) matches. distance_m : (p,) between their centres.
-    true_border, found_border : how many rows were left out.
+    found_border : how many found rows were left out.
     """
 
     true: ObjectRows
@@ -37,7 +37,6 @@ class Settled:
     true_row: IntArray
     found_row: IntArray
     distance_m: FloatArray
-    true_border: int
     found_border: int
 
 
@@ -67,17 +66,17 @@ class DetectionScore:
     @property
     def precision(self) -> float | None:
         """Return right / (right + wrong); None when nothing was found."""
-        return _share(self.right, self.right + self.wrong)
+        return share(self.right, self.right + self.wrong)
 
     @property
     def recall(self) -> float | None:
         """Return right / (right + missed); None when there was nothing to find."""
-        return _share(self.right, self.right + self.missed)
+        return share(self.right, self.right + self.missed)
 
     @property
     def standing_recall(self) -> float | None:
         """Return the recall of standing vehicles; None when none stood."""
-        return _share(self.standing_right, self.standing_right + self.standing_missed)
+        return share(self.standing_right, self.standing_right + self.standing_missed)
 
     def as_record(self) -> dict[str, object]:
         """Return the figures as plain data, for JSON."""
@@ -123,7 +122,6 @@ def settle(true: ObjectRows, found: ObjectRows) -> Settled:
         true_row=near.true_row[chosen],
         found_row=new_row[near.found_row[chosen]],
         distance_m=distance_m[chosen],
-        true_border=len(true) - len(kept_true),
         found_border=int(is_excused.sum()),
     )
 
@@ -181,7 +179,3 @@ def _is_at_border(border: ObjectRows, found: ObjectRows) -> BoolArray:
     )
     at_border[near.found_row[over_m <= REACH_M]] = True
     return at_border
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None

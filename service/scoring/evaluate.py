@@ -8,12 +8,12 @@ that overlaps it within as much.
 """
 
 import csv
-import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -22,7 +22,8 @@ from scipy.spatial import cKDTree
 from data_gen.truth.event import INTERCHANGEABLE, ROLES
 from service.errors import TruthError
 from service.scoring.pairs import FloatArray
-from service.scoring.proportions import wilson_interval
+from service.scoring.proportions import share, wilson_interval
+from service.texts.chronicle_files import read_text
 
 TOLERANCE_US = 2_000_000
 NEAREST_M = 4.0
@@ -73,16 +74,6 @@ class Match:
     recognised: RecognisedEvent
     true: TrueEvent
 
-    @property
-    def start_error_us(self) -> int:
-        """Return recognised minus true start."""
-        return self.recognised.start_us - self.true.start_us
-
-    @property
-    def end_error_us(self) -> int:
-        """Return recognised minus true end."""
-        return self.recognised.end_us - self.true.end_us
-
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
@@ -112,28 +103,28 @@ class Evaluation:
     @property
     def precision(self) -> float | None:
         """Return right / (right + wrong); None when nothing was claimed."""
-        return _share(len(self.right), len(self.right) + len(self.wrong))
+        return share(len(self.right), len(self.right) + len(self.wrong))
 
     @property
     def recall(self) -> float | None:
         """Return right / (right + missed); None when there was nothing to find."""
-        return _share(len(self.right), len(self.right) + len(self.missed))
+        return share(len(self.right), len(self.right) + len(self.missed))
 
     @property
     def f1(self) -> float | None:
         """Return the harmonic mean, 2 right / (2 right + wrong + missed); None when there was nothing at all."""
         right = 2 * len(self.right)
-        return _share(right, right + len(self.wrong) + len(self.missed))
+        return share(right, right + len(self.wrong) + len(self.missed))
 
     @property
     def mean_start_error_s(self) -> float:
         """Return the mean absolute error of the starts of right events, in seconds; nan without any."""
-        return _mean_seconds([abs(match.start_error_us) for match in self.right])
+        return _mean_seconds([abs(match.recognised.start_us - match.true.start_us) for match in self.right])
 
     @property
     def mean_end_error_s(self) -> float:
         """Return the mean absolute error of the ends of right events, in seconds; nan without any."""
-        return _mean_seconds([abs(match.end_error_us) for match in self.right])
+        return _mean_seconds([abs(match.recognised.end_us - match.true.end_us) for match in self.right])
 
     def as_record(self) -> dict[str, object]:
         """Return the figures as plain data, for JSON."""
@@ -182,7 +173,10 @@ def evaluate_events(
     facts = [event for event in truth if event.type == event_type]
     if not facts and event_type not in TOLD_TYPES:
         return Evaluation(event_type, (), (), (), (), unjudged=tuple(claims), has_truth=False)
-    roles = [_true_roles(event, cars, vehicles) for event in claims]
+    # Each role's car symbol stands for the true vehicle nearest to it during the event.
+    roles = [
+        {role: _nearest_vehicle(car, event, cars, vehicles) for role, car in event.roles.items()} for event in claims
+    ]
     pairs = _assign(claims, roles, facts)
     matches = [Match(claims[i], facts[j]) for i, j in pairs]
     claimed, found = {i for i, _ in pairs}, {j for _, j in pairs}
@@ -210,40 +204,21 @@ def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
     return _load_true_events(events_path), _load_true_positions(positions_path)
 
 
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise TruthError(f"{path}: expected a readable truth file, got {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise TruthError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
-
-
 def _load_true_events(path: Path) -> list[TrueEvent]:
     events: list[TrueEvent] = []
-    for number, line in enumerate(_read_text(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path, "truth file", TruthError).splitlines(), start=1):
         try:
-            events.append(_true_event(json.loads(line)))
-        except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+            events.append(msgspec.json.decode(line, type=TrueEvent))
+        except (msgspec.MsgspecError, RecursionError) as error:
             raise TruthError(
                 f"{path}:{number}: expected a truth event as one JSON object, got {line[:80]!r}"
             ) from error
     return events
 
 
-def _true_event(row: dict[str, object]) -> TrueEvent:
-    """Read one event; whatever is wrong with it raises one of the errors that `_load_true_events` words."""
-    name, roles, start_us, end_us = row["type"], row["roles"], row["start_us"], row["end_us"]
-    if not (isinstance(name, str) and isinstance(roles, dict) and all(isinstance(one, str) for one in roles.values())):
-        raise TypeError("type or roles")
-    if not (isinstance(start_us, int) and isinstance(end_us, int)):
-        raise TypeError("times")
-    return TrueEvent(name, roles, int(start_us), int(end_us), bool(row["countable"]))
-
-
 def _load_true_positions(path: Path) -> Positions:
     t_us, ids, centres = [], [], []
-    for number, row in enumerate(csv.DictReader(_read_text(path).splitlines()), start=2):
+    for number, row in enumerate(csv.DictReader(read_text(path, "truth file", TruthError).splitlines()), start=2):
         try:
             t_us.append(int(np.int64(int(row["t_us"]))))
             ids.append(row["id"])
@@ -263,11 +238,6 @@ def positions_from_rows(t_us: Iterable[int], ids: Iterable[str], centre_m: Seque
     order = np.argsort(times, kind="stable")
     names = np.array(list(ids), dtype=object)[order]
     return Positions(times[order], tuple(names.tolist()), np.array(centre_m, dtype=np.float64).reshape(-1, 2)[order])
-
-
-def _true_roles(event: RecognisedEvent, cars: Positions, vehicles: Positions) -> dict[str, str | None]:
-    """Match each role's car symbol to the true vehicle nearest to it during the event."""
-    return {role: _nearest_vehicle(car, event, cars, vehicles) for role, car in event.roles.items()}
 
 
 def _nearest_vehicle(car: str, event: RecognisedEvent, cars: Positions, vehicles: Positions) -> str | None:
@@ -293,8 +263,6 @@ def _assign(
     claims: Sequence[RecognisedEvent], roles: Sequence[Mapping[str, str | None]], facts: Sequence[TrueEvent]
 ) -> list[tuple[int, int]]:
     """Match claims to facts one to one, as many as possible, then as near in time as possible."""
-    if not claims or not facts:
-        return []
     impossible = 1e12
     cost = np.full((len(claims), len(facts)), impossible)
     for i, (claim, of_claim) in enumerate(zip(claims, roles, strict=True)):
@@ -318,10 +286,6 @@ def _is_right(claim: RecognisedEvent, roles: Mapping[str, str | None], fact: Tru
     if not fact.countable:  # When it is may be what nobody can tell.
         return claim.start_us <= fact.end_us + TOLERANCE_US and fact.start_us <= claim.end_us + TOLERANCE_US
     return abs(claim.start_us - fact.start_us) <= TOLERANCE_US and abs(claim.end_us - fact.end_us) <= TOLERANCE_US
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None
 
 
 def _mean_seconds(errors_us: Sequence[int]) -> float:

@@ -8,11 +8,10 @@ camera did not know where it looked, a run should tell no event.
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby, zip_longest
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from dyknow.language.diagnostics import near
 from service.errors import TruthError
@@ -27,6 +26,8 @@ from service.scoring.evaluate import (
     load_truth,
     positions_from_rows,
 )
+from service.scoring.pairs import BoolArray, FloatArray, IntArray, ground_pairs
+from service.scoring.truth_rows import nearest_times
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import chronicles_of
 
@@ -193,23 +194,12 @@ def _doubts_by_place(record: RunRecord, cars: Positions, vehicles: Positions, fo
         )
 
 
-def _nearness(
-    t_us: NDArray[np.int64], centre_m: NDArray[np.float64], vehicles: Positions
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _nearness(t_us: IntArray, centre_m: FloatArray, vehicles: Positions) -> tuple[BoolArray, BoolArray]:
     """Tell of each row whether the truth knows its time, and whether it has a vehicle near it then."""
-    times_us, starts = np.unique(vehicles.t_us, return_index=True)
-    ends = np.append(starts[1:], len(vehicles.t_us))
-    step_us = float(np.median(np.diff(times_us))) if len(times_us) > 1 else 0.0
-    known, near = np.zeros(len(t_us), np.bool_), np.zeros(len(t_us), np.bool_)
-    for row, at_us in enumerate(t_us.tolist()):
-        place = min(int(np.searchsorted(times_us, at_us)), len(times_us) - 1)
-        if place and at_us - times_us[place - 1] < abs(int(times_us[place]) - at_us):
-            place -= 1
-        known[row] = abs(int(times_us[place]) - at_us) <= step_us
-        if known[row]:
-            tree = cKDTree(vehicles.centre_m[starts[place] : ends[place]])
-            near[row] = tree.query(centre_m[row])[0] <= NEAR_M
-    return known, near
+    times_us, vehicle_time = np.unique(vehicles.t_us, return_inverse=True)
+    time = nearest_times(t_us, times_us, within_steps=1.0)
+    pairs = ground_pairs(time, centre_m, vehicle_time.astype(np.int64), vehicles.centre_m, reach_m=NEAR_M)
+    return time >= 0, np.isin(np.arange(len(t_us)), pairs.true_row)
 
 
 def find_lost_views(url: str, *, run: str | None = None) -> LostViews | None:
@@ -235,7 +225,11 @@ def find_lost_views(url: str, *, run: str | None = None) -> LostViews | None:
         if losses_us is None:
             return None
         events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
-    told = tuple(event.id for event in events if _is_within(event.start_us, event.end_us, losses_us))
+    told = tuple(
+        event.id  # what ends with the first moment of a loss lies not in it
+        for event in events
+        if any(event.start_us < to_us and event.end_us > from_us for from_us, to_us in losses_us)
+    )
     return LostViews(losses_us, told, len(events))
 
 
@@ -244,19 +238,8 @@ def _losses(log: EventLog, run_id: str) -> tuple[tuple[int, int], ...] | None:
     views = list(log.views(run_id))
     if not views:
         return None
-    losses_us: list[tuple[int, int]] = []
-    lost_us: int | None = None
-    for view in views:
-        if not view.pixel_from_ground:
-            lost_us = view.t_us if lost_us is None else lost_us
-        elif lost_us is not None:
-            losses_us.append((lost_us, view.t_us))
-            lost_us = None
-    if lost_us is not None:
-        losses_us.append((lost_us, max((t_us for _, t_us in log.frames(run_id)), default=views[-1].t_us)))
-    return tuple(losses_us)
-
-
-def _is_within(start_us: int, end_us: int, losses_us: tuple[tuple[int, int], ...]) -> bool:
-    """Tell whether a part of an event lies in a loss; what ends with the loss's first moment does not."""
-    return any(start_us < to_us and end_us > from_us for from_us, to_us in losses_us)
+    # Where it changes between lost and known: a loss, its end, the next loss ...
+    edges_us = [next(same).t_us for _, same in groupby(views, lambda view: bool(view.pixel_from_ground))]
+    losing_us = edges_us[1:] if views[0].pixel_from_ground else edges_us
+    _, end_us = log.covered_us(run_id) or (0, views[-1].t_us)
+    return tuple(zip_longest(losing_us[::2], losing_us[1::2], fillvalue=end_us))

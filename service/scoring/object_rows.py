@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -42,18 +43,7 @@ class ObjectRows:
 
     def select(self, which: BoolArray | IntArray) -> ObjectRows:
         """Take some rows, in the order given; they must stay ordered by frame."""
-        return ObjectRows(
-            self.frame[which],
-            self.name[which],
-            self.centre_m[which],
-            self.heading_rad[which],
-            self.length_m[which],
-            self.width_m[which],
-            self.is_border[which],
-            self.is_standing[which],
-            self.kind[which],
-            None if self.box_px is None else self.box_px[which],
-        )
+        return _each_column((self,), lambda pieces: pieces[0][which])
 
     def tracks(self) -> TrackRows:
         """Number the objects."""
@@ -76,36 +66,18 @@ def join_scenes(scenes: Sequence[tuple[ObjectRows, ObjectRows]]) -> tuple[Object
         true.append(_moved(true_rows, first_frame, f"{number}/"))
         found.append(_moved(found_rows, first_frame, f"{number}/"))
         first_frame = 1 + max((int(rows.frame[-1]) for rows in (true[-1], found[-1]) if len(rows)), default=first_frame)
-    return _concatenate(true), _concatenate(found)
+    return _each_column(true, np.concatenate), _each_column(found, np.concatenate)
 
 
 def _moved(rows: ObjectRows, first_frame: int, prefix: str) -> ObjectRows:
-    names = np.char.add(prefix, rows.name.astype(np.str_))
-    return ObjectRows(
-        rows.frame + first_frame,
-        names,
-        rows.centre_m,
-        rows.heading_rad,
-        rows.length_m,
-        rows.width_m,
-        rows.is_border,
-        rows.is_standing,
-        rows.kind,
-        rows.box_px,
-    )
+    return replace(rows, frame=rows.frame + first_frame, name=np.char.add(prefix, rows.name.astype(np.str_)))
 
 
-def _concatenate(parts: Sequence[ObjectRows]) -> ObjectRows:
-    boxes = [part.box_px for part in parts if part.box_px is not None]
-    return ObjectRows(
-        np.concatenate([part.frame for part in parts]),
-        np.concatenate([part.name for part in parts]),
-        np.concatenate([part.centre_m for part in parts]),
-        np.concatenate([part.heading_rad for part in parts]),
-        np.concatenate([part.length_m for part in parts]),
-        np.concatenate([part.width_m for part in parts]),
-        np.concatenate([part.is_border for part in parts]),
-        np.concatenate([part.is_standing for part in parts]),
-        np.concatenate([part.kind for part in parts]),
-        np.concatenate(boxes) if len(boxes) == len(parts) else None,
-    )
+# Any: arrays of several types
+def _each_column(parts: Sequence[ObjectRows], make: Callable[[list[Any]], Any]) -> ObjectRows:
+    """Make each column of the same column of all parts; none where a part has none."""
+    columns: dict[str, Any] = {}
+    for field in fields(ObjectRows):
+        pieces = [getattr(part, field.name) for part in parts]
+        columns[field.name] = None if any(one is None for one in pieces) else make(pieces)
+    return ObjectRows(**columns)

@@ -1,8 +1,19 @@
-"""How sure is a share? Wilson's score interval for a proportion."""
+"""How large is a share, and how sure? A proportion, and Wilson's score interval for it."""
 
 import math
 
 Z_95 = 1.959963984540054
+
+
+def share(part: int, whole: int) -> float | None:
+    """Divide; None where there is nothing to have a part of.
+
+    Examples
+    --------
+    >>> share(3, 4), share(0, 0)
+    (0.75, None)
+    """
+    return part / whole if whole else None
 
 
 def wilson_interval(successes: int, trials: int) -> tuple[float, float]:

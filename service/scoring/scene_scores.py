@@ -10,11 +10,10 @@ import shapely
 
 from service.errors import LogError
 from service.scoring.claims import MOT_SUFFIXES, Found, found_cars, found_objects, load_tracks
-from service.scoring.detection import DetectionScore, Settled, score_detection, score_settled_tracks, settle
+from service.scoring.detection import DetectionScore, score_detection, score_settled_tracks, settle
 from service.scoring.object_rows import ObjectRows, join_scenes
 from service.scoring.pairs import IntArray
-from service.scoring.scene_roads import keep_to_roads, load_scene_roads
-from service.scoring.scene_view import SceneView, load_scene_view
+from service.scoring.scene_view import SceneView, keep_to_roads, load_scene_roads, load_scene_view
 from service.scoring.tracks import TrackScore
 from service.scoring.truth_rows import TruthTable, load_truth_table
 from service.store.log import open_log
@@ -108,15 +107,10 @@ def score_scenes(*scenes: Compared) -> SceneScore:
     ----------
     scenes : at least one; the levels are those of the first.
     """
-    settled: dict[str, Settled] = {}
-    for level in scenes[0].levels:
-        settled[level] = settle(*join_scenes([scene.levels[level] for scene in scenes]))
+    settled = {level: settle(*join_scenes([scene.levels[level] for scene in scenes])) for level in scenes[0].levels}
     seen_by = next(iter(settled))
-    return SceneScore(
-        seen_by,
-        score_detection(settled[seen_by]),
-        {level: score_settled_tracks(one) for level, one in settled.items()},
-    )
+    tracks = {level: score_settled_tracks(one) for level, one in settled.items()}
+    return SceneScore(seen_by, score_detection(settled[seen_by]), tracks)
 
 
 def _both_sides(

@@ -1,4 +1,4 @@
-"""What of the ground does the picture of a scene show, frame by frame? Decides which vehicles are cut by its edge."""
+"""Which vehicles of a scene can be seen? Those that its picture shows, frame by frame, and that are on its roads."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from gis.camera_pose import CameraTrack, read_camera_track
 from gis.errors import GisError
@@ -109,6 +110,50 @@ def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneVi
     if camera is None:
         return None
     return SceneView(camera.width_px, camera.height_px, np.array(camera.pixel_from_ground).reshape(3, 3))
+
+
+def load_scene_roads(folder: Path) -> shapely.Geometry | None:
+    """Find the roads of a scene.
+
+    Parameters
+    ----------
+    folder : of the scene, with `site.toml`.
+
+    Returns
+    -------
+    Their surface in metres, prepared; None where no site file tells of roads.
+
+    Raises
+    ------
+    ServiceError
+        If the site file cannot be read.
+    """
+    path = folder / "site.toml"
+    network = load_site(path).network if path.is_file() else None
+    if network is None:
+        return None
+    surface = network.surface()
+    shapely.prepare(surface)
+    return surface
+
+
+def keep_to_roads(rows: ObjectRows, roads: shapely.Geometry | None) -> ObjectRows:
+    """Add to the border what has its centre beside the roads; nothing if no roads are known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> nothing, false = np.zeros(2), np.zeros(2, bool)
+    >>> names = np.array(["driving", "parked"])
+    >>> centre_m = np.array([[5.0, 1.0], [5.0, 6.0]])
+    >>> rows = ObjectRows(np.zeros(2, int), names, centre_m, nothing, nothing, nothing, false, false, names)
+    >>> keep_to_roads(rows, shapely.box(0, 0, 100, 4)).is_border.tolist()
+    [False, True]
+    """
+    if roads is None:
+        return rows
+    x_m, y_m = rows.centre_m.T
+    return replace(rows, is_border=rows.is_border | ~shapely.intersects_xy(roads, x_m, y_m))
 
 
 def _picture_size(folder: Path) -> tuple[int, int] | None:

@@ -93,24 +93,11 @@ def score_tracks(true: TrackRows, found: TrackRows, pairs: Pairs) -> TrackScore:
     (0.5, 1, 1.0, 0.5)
     """
     sizes = _track_lengths(true), _track_lengths(found)
-    hota, det_a, ass_a, loc_a = _hota(true, found, pairs, sizes)
-    idf1, idp, idr = _identity(true, found, pairs)
-    mota, switches, fragmentations = _clear(true, found, pairs)
     return TrackScore(
-        hota=hota,
-        det_a=det_a,
-        ass_a=ass_a,
-        loc_a=loc_a,
-        idf1=idf1,
-        idp=idp,
-        idr=idr,
-        mota=mota,
-        id_switches=switches,
-        fragmentations=fragmentations,
-        true_rows=len(true),
-        found_rows=len(found),
-        true_tracks=len(sizes[0]),
-        found_tracks=len(sizes[1]),
+        *_hota(true, found, pairs, sizes),
+        *_identity(true, found, pairs),
+        *_clear(true, found, pairs),
+        *(len(true), len(found), len(sizes[0]), len(sizes[1])),
     )
 
 

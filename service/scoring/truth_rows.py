@@ -96,16 +96,17 @@ class TruthTable:
         return standing
 
 
-def nearest_times(frame_us: IntArray, times_us: IntArray) -> IntArray:
+def nearest_times(frame_us: IntArray, times_us: IntArray, *, within_steps: float = 0.5) -> IntArray:
     """Find the nearest of some times for each frame.
 
     Parameters
     ----------
     frame_us : (f,). times_us : (t,) ascending, at least one.
+    within_steps : how far the nearest may be, in median steps of the times.
 
     Returns
     -------
-    (f,) places in `times_us`; -1 where the nearest is farther than half the median step.
+    (f,) places in `times_us`; -1 where the nearest is too far.
 
     Examples
     --------
@@ -117,7 +118,7 @@ def nearest_times(frame_us: IntArray, times_us: IntArray) -> IntArray:
     before = np.clip(after - 1, 0, None)
     is_before = np.abs(frame_us - times_us[before]) <= np.abs(times_us[after] - frame_us)
     place = np.where(is_before, before, after)
-    return np.where(np.abs(times_us[place] - frame_us) <= step_us / 2, place, -1).astype(np.int64)
+    return np.where(np.abs(times_us[place] - frame_us) <= within_steps * step_us, place, -1).astype(np.int64)
 
 
 def load_truth_table(folder: Path) -> TruthTable:

@@ -56,10 +56,9 @@ def explained(path: Path, wanted: str) -> Iterator[None]:
     """Turn a database error into a `LogError` that says where, and what was wanted."""
     try:
         yield
-    except DBAPIError as error:
-        raise LogError(f"log {str(path)!r}: expected {wanted}, got {str(error.orig)!r}") from error
-    except sqlite3.Error as error:
-        raise LogError(f"log {str(path)!r}: expected {wanted}, got {str(error)!r}") from error
+    except (DBAPIError, sqlite3.Error) as error:
+        came = error.orig if isinstance(error, DBAPIError) else error
+        raise LogError(f"log {str(path)!r}: expected {wanted}, got {str(came)!r}") from error
 
 
 def _connector(path: Path, query: str, pragmas: tuple[str, ...]) -> Callable[[], sqlite3.Connection]:

@@ -19,7 +19,6 @@ import re
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
 
 import msgspec
@@ -34,7 +33,6 @@ from service.records import (
     LinkRecord,
     RelationRecord,
     RunRecord,
-    RunStatus,
     SeenObject,
     StreamRecord,
     ViewRecord,
@@ -190,9 +188,13 @@ class EventLog:
 
     def runs(self) -> list[RunRecord]:
         """List the runs in the order in which they first came to the log."""
+        table = schema.runs
         with self.connect() as connection:
-            rows = connection.execute(_RUNS.order_by(schema.runs.c.run_no)).all()
-        return [_run_record(*row) for row in rows]
+            rows = connection.execute(select(table.c.body, table.c.status, table.c.reason).order_by(table.c.run_no))
+            return [
+                msgspec.structs.replace(msgspec.json.decode(body, type=RunRecord), status=status, reason=reason)
+                for body, status, reason in rows
+            ]
 
     def run(self, run_id: str | None = None) -> RunRecord:
         """Find a run; without an identifier, the only one of the log.
@@ -298,18 +300,8 @@ class EventLog:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
-
-
-_RUNS = select(schema.runs.c.body, schema.runs.c.status, schema.runs.c.reason)
-
-
-def _run_record(body: str, status: RunStatus, reason: str) -> RunRecord:
-    run = msgspec.json.decode(body, type=RunRecord)
-    return msgspec.structs.replace(run, status=status, reason=reason)
 
 
 def _of_run(run_no: ColumnElement[int], run_id: str) -> ColumnElement[bool]:

@@ -8,7 +8,6 @@ locks in the same process.
 import fcntl
 import os
 from pathlib import Path
-from typing import Self
 
 from service.errors import RunBusyError
 
@@ -39,12 +38,6 @@ class RunLock:
             self._path.unlink(missing_ok=True)  # while it is still held: the next writer makes a file of its own
             os.close(self._handle)
             self._handle = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
 
     def _try(self, log: Path, run_id: str) -> int | None:
         """Take the lock; None if its file was removed meanwhile by the writer before."""

@@ -7,9 +7,22 @@ event of each type, which bounds how far back a search for overlapping intervals
 and constraints that SQLite and PostgreSQL share.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
+from msgspec import Struct
+from msgspec.inspect import (
+    BoolType,
+    FloatType,
+    IntType,
+    LiteralType,
+    StrType,
+    StructType,
+    UnionType,
+    VarTupleType,
+    type_info,
+)
 from sqlalchemy import (
     BigInteger,
     Boolean,
@@ -24,6 +37,8 @@ from sqlalchemy import (
     Text,
     TypeDecorator,
 )
+
+from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, SeenObject, ViewRecord
 
 SCHEMA_VERSION = 3  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
@@ -48,13 +63,27 @@ def _run_table(name: str, *items: Column[Any] | Index, with_rowid: bool = False)
     return Table(name, metadata, run_no, *items, sqlite_with_rowid=with_rowid)
 
 
+def _numbered_table(name: str, *items: Column[Any] | Index) -> Table:
+    """Make a table of which rows keep the order in which the run wrote them, by a column `number`."""
+    return _run_table(name, Column("number", Integer, primary_key=True), *items, with_rowid=True)
+
+
+_COLUMN_TYPES = {FloatType: Float, BoolType: Boolean, StrType: Text, LiteralType: Text, VarTupleType: JsonArray}
+
+
+def _columns(kind: type[Struct], *key: str) -> Iterator[Column[Any]]:
+    """Give a column for each field of a struct, in its order and by its type; what may be None may be NULL."""
+    described = type_info(kind)
+    assert isinstance(described, StructType)
+    for field in described.fields:
+        types = field.type.types if isinstance(field.type, UnionType) else (field.type,)
+        whole = BigInteger if field.name.endswith("_us") else Integer
+        sql_type = whole if isinstance(types[0], IntType) else _COLUMN_TYPES[type(types[0])]
+        yield Column(field.name, sql_type, primary_key=field.name in key, nullable=len(types) > 1)
+
+
 # Keys: application, schema_version, last_seq.
-meta = Table(
-    "meta",
-    metadata,
-    Column("key", Text, primary_key=True),
-    Column("value", Text, nullable=False),
-)
+meta = Table("meta", metadata, Column("key", Text, primary_key=True), Column("value", Text, nullable=False))
 
 runs = Table(
     "runs",
@@ -114,129 +143,40 @@ revisions = Table(
 )
 
 durations = _run_table(
-    "durations",
-    Column("type", Text, primary_key=True),
-    Column("longest_us", BigInteger, nullable=False),
+    "durations", Column("type", Text, primary_key=True), Column("longest_us", BigInteger, nullable=False)
 )
 
 # Which roles the events of a type have: the columns of a CSV export, known before its first row.
-role_names = _run_table(
-    "role_names",
-    Column("type", Text, primary_key=True),
-    Column("role", Text, primary_key=True),
-)
+role_names = _run_table("role_names", Column("type", Text, primary_key=True), Column("role", Text, primary_key=True))
 
-cars = _run_table(
-    "cars",
-    Column("car", Text, primary_key=True),
-    Column("number", Integer, nullable=False),  # 1, 2, ... in order of first sight within the run
-    Column("car_class", Text, nullable=False),  # the last one that was not `unknown`
-    Column("first_us", BigInteger, nullable=False),
-    Column("last_us", BigInteger, nullable=False),
-)
+# `number` is 1, 2, ... in order of first sight within the run, `car_class` the last one that was not `unknown`.
+cars = _run_table("cars", *_columns(CarRecord, "car"))
 
-# The columns after run_no are the fields of CarState, in its order. No index by car: `cars` bounds a car's life, and
-# reading everybody's rows of those minutes is cheap against one more index on the largest table.
-car_states = _run_table(
-    "car_states",
-    Column("t_us", BigInteger, primary_key=True),
-    Column("car", Text, primary_key=True),
-    Column("x_m", Float, nullable=False),
-    Column("y_m", Float, nullable=False),
-    Column("heading_rad", Float, nullable=False),
-    Column("speed_mps", Float, nullable=False),
-    Column("length_m", Float, nullable=False),
-    Column("width_m", Float, nullable=False),
-    Column("car_class", Text, nullable=False),
-    Column("road", Text, nullable=False),
-    Column("along_m", Float),
-    Column("lane", Text, nullable=False),
-    Column("linked", Boolean, nullable=False),
-    Column("vision_id", Text, nullable=False),
-)
+# No index by car: `cars` bounds a car's life, and reading everybody's rows of those minutes is cheap against one more
+# index on the largest table.
+car_states = _run_table("car_states", *_columns(CarState, "t_us", "car"))
 
-# What the tracker saw, linked to a car or not; the columns after run_no are the fields of SeenObject, in its order.
-seen_objects = _run_table(
-    "seen_objects",
-    Column("t_us", BigInteger, primary_key=True),
-    Column("vision_id", Text, primary_key=True),
-    Column("x_m", Float, nullable=False),
-    Column("y_m", Float, nullable=False),
-    Column("heading_rad", Float, nullable=False),
-    Column("length_m", Float, nullable=False),
-    Column("width_m", Float, nullable=False),
-    Column("observed", Boolean, nullable=False),
-    Column("clipped", Boolean, nullable=False),
-)
+# What the tracker saw, linked to a car or not.
+seen_objects = _run_table("seen_objects", *_columns(SeenObject, "t_us", "vision_id"))
 
 # Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
-views = _run_table(
-    "views",
-    Column("t_us", BigInteger, primary_key=True),
-    Column("pixel_from_ground", JsonArray, nullable=False),  # nine numbers, empty where the view was lost
-)
+views = _run_table("views", *_columns(ViewRecord, "t_us"))
 
-frames = _run_table(
-    "frames",
-    Column("number", Integer, primary_key=True),  # 1, 2, ... in the order of the input
-    Column("t_us", BigInteger, nullable=False),
-)
+# `number` is 1, 2, ... in the order of the input.
+frames = _run_table("frames", Column("number", Integer, primary_key=True), Column("t_us", BigInteger, nullable=False))
 
-# `number` keeps the order in which the run wrote the rows: changes of one frame depend on each other.
-links = _run_table(
-    "links",
-    Column("number", Integer, primary_key=True),
-    Column("t_us", BigInteger, nullable=False),
-    Column("kind", Text, nullable=False),
-    Column("level", Text, nullable=False),
-    Column("lower", Text, nullable=False),
-    Column("upper", Text, nullable=False),
-    Column("reason", Text, nullable=False),
-    Index("links_by_upper", "run_no", "upper", "number"),
-    with_rowid=True,
+# Changes of one frame depend on each other, so they keep their order.
+links = _numbered_table("links", *_columns(LinkRecord), Index("links_by_upper", "run_no", "upper", "number"))
+relations = _numbered_table(
+    "relations", *_columns(RelationRecord), Index("relations_by_name", "run_no", "name", "t_us")
 )
+hypotheses = _numbered_table("hypotheses", *_columns(HypothesisRecord))
 
-# The columns after number are the fields of RelationRecord, in its order.
-relations = _run_table(
-    "relations",
-    Column("number", Integer, primary_key=True),
-    Column("t_us", BigInteger, nullable=False),
-    Column("decided_us", BigInteger, nullable=False),
-    Column("name", Text, nullable=False),
-    Column("args", JsonArray, nullable=False),  # relations have one, two or three arguments
-    Column("old", Text, nullable=False),
-    Column("new", Text, nullable=False),
-    Column("hypotheses", JsonArray, nullable=False),
-    Index("relations_by_name", "run_no", "name", "t_us"),
-    with_rowid=True,
-)
+# One row for each process of the run, written at its end: inputs before what reads them.
+streams = _numbered_table("streams", Column("body", Text, nullable=False))  # StreamRecord as JSON
 
-# The columns after number are the fields of HypothesisRecord, in its order.
-hypotheses = _run_table(
-    "hypotheses",
-    Column("number", Integer, primary_key=True),
-    Column("t_us", BigInteger, nullable=False),
-    Column("label", Text, nullable=False),
-    Column("verdict", Text, nullable=False),
-    with_rowid=True,
-)
-
-# One row for each process of the run, written at its end.
-streams = _run_table(
-    "streams",
-    Column("number", Integer, primary_key=True),  # inputs come before what reads them
-    Column("body", Text, nullable=False),  # StreamRecord as JSON
-    with_rowid=True,
-)
-
-# What a clock measured: the one table in which a repeated run differs.
-costs = _run_table(
-    "costs",
-    Column("number", Integer, primary_key=True),  # as in streams
-    Column("label", Text, nullable=False),
-    Column("busy_us", BigInteger, nullable=False),  # time spent in the code of the process
-    with_rowid=True,
-)
+# What a clock measured of each process, in microseconds in its code: the one table in which a repeated run differs.
+costs = _numbered_table("costs", Column("label", Text, nullable=False), Column("busy_us", BigInteger, nullable=False))
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
 RUN_TABLES = tuple(table for table in metadata.tables.values() if "run_no" in table.c and table is not runs)

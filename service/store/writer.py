@@ -108,7 +108,7 @@ class RunWriter:
         first = len(self._drafts)
         for draft in events:
             assert draft.end_us >= draft.start_us, draft
-            self._drafts.append((self._event_id(self._next(schema.events)), draft))
+            self._drafts.append((f"{self.run_id}-{self._next(schema.events)}", draft))
         event_ids = [event_id for event_id, _ in self._drafts[first:]]
         self._flush_when_due(self._flushed_us)
         return event_ids
@@ -206,9 +206,6 @@ class RunWriter:
         insert_rows(connection, schema.revisions, revised)
         _write_types(connection, self._run_no, [draft for _, draft in self._drafts])
 
-    def _event_id(self, number: int) -> str:
-        return f"{self.run_id}-{number}"
-
     def _event_row(self, seq: int, event_id: str, draft: EventDraft) -> Row:
         zero_us = self._run.start_utc_us
         record = EventRecord(
@@ -220,19 +217,13 @@ class RunWriter:
             end=format_utc(zero_us + draft.end_us),
             **asdict(draft),
         )
-        return (
-            seq,
-            record.id,
-            self._run_no,
-            record.type,
-            record.source,
-            record.start_us,
-            record.end_us,
-            zero_us + record.start_us,
-            record.place.road if record.place else "",
-            record.status,
-            _json(record),
-        )
+        values = asdict(record) | {
+            "run_no": self._run_no,
+            "start_utc_us": zero_us + record.start_us,
+            "road": record.place.road if record.place else "",
+            "body": _json(record),
+        }
+        return tuple(values[column.name] for column in schema.events.c)
 
 
 class _Cars:

@@ -143,20 +143,20 @@ def with_relations(texts: Sequence[tuple[str, str]], stream: Stream = "traffic")
     return [*relations, *texts]
 
 
-def read_text(path: Path) -> str:
-    """Read a UTF-8 text file.
+def read_text(path: Path, what: str = "text file", error_type: type[InputError] = InputError) -> str:
+    """Read a UTF-8 text file; messages call it `what`.
 
     Raises
     ------
     InputError
-        If it is missing, unreadable or not UTF-8.
+        If it is missing, unreadable or not UTF-8; of the kind given.
     """
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(f"{path}: expected a readable text file, got {error.strerror or error}") from error
+        raise error_type(f"{path}: expected a readable {what}, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+        raise error_type(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
 
 
 def read_text_or_input(name: str) -> str:

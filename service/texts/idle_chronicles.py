@@ -3,8 +3,7 @@
 Such a chronicle finds nothing, and nothing else would say why.
 """
 
-from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.plan import Plan
@@ -23,16 +22,6 @@ _EXPECTED: dict[Reason, str] = {
     "other shape": "expected {} with the arguments and values that the texts have",
     "value outside its domain": "expected values of {} inside their domains",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class _Wanted:
-    """An event that a chronicle looks at, and whether it can find nothing without one."""
-
-    name: str
-    arity: int
-    is_change: bool
-    is_needed: bool
 
 
 def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) -> tuple[str, ...]:
@@ -60,11 +49,10 @@ def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) 
         names.add(event.name)
     given = _given(chronicles) | names
     idle = (
-        f"{where}: expected events {wanted.name!r}, which chronicle {plan.name!r} looks at, "
-        f"got none{hinted(wanted.name, names)}"
+        f"{where}: expected events {name!r}, which chronicle {plan.name!r} looks at, got none{hinted(name, names)}"
         for plan in chronicles.plans
-        for wanted in _looked_at(plan)
-        if wanted.is_needed and wanted.name not in given
+        for name, is_needed in _looked_at(plan).items()
+        if is_needed and name not in given
     )
     return (*_shortened(idle), *unfit_told(where, chronicles, counter.found))
 
@@ -109,11 +97,11 @@ def idle_in_stream(where: str, chronicles: ChronicleSet, messages: Collection[st
     """
     given = _given(chronicles).union(RANK, messages)
     return _shortened(
-        f"{where}: expected relations and what chronicles or monitors give, got {wanted.name!r}, which "
-        f"chronicle {plan.name!r} looks at and nothing gives{hinted(wanted.name, given)}"
+        f"{where}: expected relations and what chronicles or monitors give, got {name!r}, which "
+        f"chronicle {plan.name!r} looks at and nothing gives{hinted(name, given)}"
         for plan in chronicles.plans
-        for wanted in _looked_at(plan)
-        if wanted.name not in given
+        for name in _looked_at(plan)
+        if name not in given
     )
 
 
@@ -132,7 +120,7 @@ def idle_without_roads(where: str, chronicles: ChronicleSet) -> tuple[str, ...]:
     alive = {name for plan in chronicles.plans for name in plan.produces}
     for _ in chronicles.plans:  # one that looks at what only idle ones give is idle too
         for plan in chronicles.plans:
-            needed = {one.name for one in _looked_at(plan) if one.is_needed}
+            needed = {name for name, is_needed in _looked_at(plan).items() if is_needed}
             found = (needed & ROAD_RELATIONS) | ((needed & given) - alive)
             if found:
                 idle[plan.name] = found
@@ -149,18 +137,16 @@ def _given(chronicles: ChronicleSet) -> frozenset[str]:
     return frozenset[str]().union(*(plan.produces for plan in chronicles.plans))
 
 
-def _looked_at(plan: Plan) -> Iterator[_Wanted]:
-    """Give what the statements of a chronicle look at, each name and shape once."""
-    found: dict[tuple[str, int, bool], bool] = {}
-    tests = [(position.test, True) for position in plan.positions] + [(one.test, one.least > 0) for one in plan.counts]
-    wanted = [((test.name, test.arity, test.is_change), is_needed) for test, is_needed in tests]
-    holds = [one for one in plan.persistences if not one.is_reading]
+def _looked_at(plan: Plan) -> dict[str, bool]:
+    """Give the names that the statements of a chronicle look at, and whether it can find nothing without one."""
+    looked_at = [(position.test.name, True) for position in plan.positions]
+    looked_at += [(one.test.name, one.least > 0) for one in plan.counts]
     # A default holds without any event.
-    wanted += [((one.attribute, one.arity, True), one.needs_report) for one in holds]
-    for key, is_needed in wanted:
-        found[key] = found.get(key, False) or is_needed
-    for (name, arity, is_change), is_needed in found.items():
-        yield _Wanted(name, arity, is_change, is_needed)
+    looked_at += [(one.attribute, one.needs_report) for one in plan.persistences if not one.is_reading]
+    found: dict[str, bool] = {}
+    for name, is_needed in looked_at:
+        found[name] = found.get(name, False) or is_needed
+    return found
 
 
 def hinted(name: str, known: Iterable[str]) -> str:

@@ -342,6 +342,17 @@ def test_events_that_fit_no_declaration_are_counted(tmp_path: Path, capsys: pyte
     assert f"expected {declares}, got 1 event, the first at 4000000 us: hunk[a, low]; did you mean 'honk'?" in told
 
 
+def test_recognise_shows_the_warnings_that_check_shows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    twice = "event(honk[?a], t1)  event(honk[?a], t2)  t2 - t1 in [0s, 1s]  t2 - t1 in [0s, 2s]"
+    path = written(tmp_path, "a.chronicle", f"message honk[?a]\nchronicle twice[?a](t1, t2) {{ {twice} }}\n")
+    assert run(["check", path]) == 0
+    warning = capsys.readouterr().out.strip()
+    assert warning.startswith("warning[")
+    for source in (written(tmp_path, "e.csv", EVENTS), write_small_log(tmp_path / "a.db")):
+        assert run(["recognise", source, "--chronicles", path]) == 0
+        assert warning in capsys.readouterr().err
+
+
 def test_options_of_a_log_and_of_a_file_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     events, log = written(tmp_path, "e.csv", EVENTS), write_small_log(tmp_path / "a.db")
     assert run(["recognise", events, "--run", "r1"]) == 2

@@ -150,10 +150,11 @@ def test_the_recogniser_hears_verdicts_first_and_events_with_their_open_hypothes
 
 def record(path: Path, *occurrences: Occurrence) -> Recorder:
     with open_log(str(path), "w") as log:
-        recorder = Recorder(log.begin_run(run()), None, UnfitCounter(load("message m[]")), history_us=SECOND_US)
+        writer = log.begin_run(run())
+        recorder = Recorder(writer, None, UnfitCounter(load("message m[]")), history_us=SECOND_US)
         for one in occurrences:
             recorder._record_occurrence(Sample(3 * SECOND_US, one.end_us, one))
-        recorder.finish("finished", "")
+        writer.finish("finished")
     return recorder
 
 

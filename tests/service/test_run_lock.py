@@ -50,10 +50,12 @@ def test_a_run_left_by_a_killed_process_is_repeated_at_once(tmp_path: Path) -> N
 
 def test_a_lock_whose_file_was_removed_is_taken_anew(tmp_path: Path) -> None:
     log = tmp_path / "a.db"
-    with RunLock(log, "r1"):
-        (tmp_path / "a.db-r1.writing").unlink()
-        with RunLock(log, "r1"):
-            assert (tmp_path / "a.db-r1.writing").exists()
+    first = RunLock(log, "r1")
+    (tmp_path / "a.db-r1.writing").unlink()
+    second = RunLock(log, "r1")
+    assert (tmp_path / "a.db-r1.writing").exists()
+    second.release()
+    first.release()
 
 
 def test_a_busy_run_has_an_exit_code_of_its_own() -> None:

@@ -77,10 +77,11 @@ def objects_at(t_us: int, *, pixel_from_ground: np.ndarray | None = None) -> Vis
 )
 def test_recorder_writes_what_vision_says(tmp_path: Path, frames: list[VisionObjects], views: list[ViewRecord]) -> None:
     with open_log(str(tmp_path / "log.db"), "w") as log:
-        recorder = Recorder(log.begin_run(run()), None, UnfitCounter(load("message m[]")), history_us=0)
+        writer = log.begin_run(run())
+        recorder = Recorder(writer, None, UnfitCounter(load("message m[]")), history_us=0)
         for objects in frames:
             recorder._record_objects(Sample(objects.t_us, objects.t_us, objects))
-        recorder.finish("finished", "")
+        writer.finish("finished")
         assert list(log.objects("r1")) == [seen(0)]
         assert list(log.views("r1")) == views
 

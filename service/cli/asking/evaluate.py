@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson, RunName
-from service.cli.printing import BELOW_THRESHOLD, format_table, print_json, tell
+from service.cli.printing import BELOW_THRESHOLD, format_table, show, tell
 
 if TYPE_CHECKING:
     from service.scoring.detection import DetectionScore
@@ -26,45 +26,41 @@ def evaluate(
     log: Annotated[str | None, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")] = None,
     folder: Annotated[Path | None, typer.Argument(metavar="TRUTH", help="The same as --truth.")] = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="Folder of the scene, with truth.csv and truth_events.jsonl.")
+        Path | None, typer.Option(help="Folder of the scene, with truth.csv and truth_events.jsonl.")
     ] = None,
     tracks: Annotated[
-        Path | None, typer.Option("--tracks", help="Score a file of tracks instead of a log: CSV, or MOT text (.txt).")
+        Path | None, typer.Option(help="Score a file of tracks instead of a log: CSV, or MOT text (.txt).")
     ] = None,
     what: Annotated[
-        str | None,
-        typer.Option("--what", help="Some of detection,tracks,events; default: events, with --tracks the other two."),
+        str | None, typer.Option(help="Some of detection,tracks,events; default: events, with --tracks the other two.")
     ] = None,
     event_type: Annotated[str, typer.Option("--type", help="Event type to score.")] = "overtake",
     run: RunName = None,
-    min_f1: Annotated[
-        float | None, typer.Option("--min-f1", min=0.0, max=1.0, help="Exit with 5 below this F1 of events.")
-    ] = None,
+    min_f1: Annotated[float | None, typer.Option(min=0.0, max=1.0, help="Exit with 5 below this F1 of events.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""
+    from service.scoring.evaluate_log import evaluate_log, find_lost_views, scene_doubts
+
     parts = _parts(what, has_log=_is_log(log, tracks))
     if min_f1 is not None and EVENTS not in parts:
         raise typer.BadParameter(f"expected {EVENTS} among --what, got {','.join(parts)}", param_hint="--min-f1")
     scene = _truth_folder(folder, truth)
-    evaluation = _score_events(log, scene, event_type, run) if EVENTS in parts else None
+    evaluation = None
+    if log is not None and EVENTS in parts:
+        evaluation = evaluate_log(log, scene, event_type=event_type, run=run)
     scores = _score_scene(log, tracks, scene, run) if {DETECTION, TRACKS} & set(parts) else None
-    lost = _doubt(log, scene, run) if log is not None else None
-    if as_json:
-        record = _record(parts, evaluation, scores, is_flat=what is None)
-        print_json(record if lost is None else record | {"lost_view": lost.as_record()})
-    else:
-        print("\n\n".join([*_texts(parts, evaluation, scores), *(() if lost is None else [describe_lost_views(lost)])]))
+    lost = None
+    if log is not None:
+        tell("warning", scene_doubts(log, scene, run=run))
+        lost = find_lost_views(log, run=run)
+    record, texts = _record(parts, evaluation, scores, is_flat=what is None), _texts(parts, evaluation, scores)
+    if lost is not None:
+        record |= {"lost_view": lost.as_record()}
+        texts.append(describe_lost_views(lost))
+    show(record, "\n\n".join(texts), as_json=as_json)
     if min_f1 is not None and evaluation is not None:
         _hold_to(evaluation, min_f1)
-
-
-def _doubt(log: str, scene: Path, run: str | None) -> "LostViews | None":
-    """Warn if the truth seems to be that of another scene; give what was told while the view was lost."""
-    from service.scoring.evaluate_log import find_lost_views, scene_doubts
-
-    tell("warning", scene_doubts(log, scene, run=run))
-    return find_lost_views(log, run=run)
 
 
 def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:
@@ -107,13 +103,6 @@ def _parts(what: str | None, *, has_log: bool) -> tuple[str, ...]:
     return tuple(part for part in PARTS if part in names)
 
 
-def _score_events(log: str | None, scene: Path, event_type: str, run: str | None) -> "Evaluation":
-    from service.scoring.evaluate_log import evaluate_log
-
-    assert log is not None  # `_parts` allows events with a log only
-    return evaluate_log(log, scene, event_type=event_type, run=run)
-
-
 def _score_scene(log: str | None, tracks: Path | None, scene: Path, run: str | None) -> "SceneScore":
     from service.scoring.scene_scores import compare_log, compare_tracks, score_scenes
 
@@ -153,8 +142,8 @@ def describe(evaluation: "Evaluation") -> str:
     none = "" if evaluation.in_truth else "0 in the truth, "
     lines = [
         f"{evaluation.type}: {none}{counts}",
-        f"precision {_share(evaluation.precision, right, right + wrong)}",
-        f"recall    {_share(evaluation.recall, right, right + missed)}",
+        f"precision {_share(right, right + wrong)}",
+        f"recall    {_share(right, right + missed)}",
     ]
     if right:
         lines.append(
@@ -170,15 +159,6 @@ def describe_lost_views(lost: "LostViews") -> str:
     return f"lost view ({losses}): {len(lost.told)} of {lost.events} events told of that time; there should be none"
 
 
-def _share(value: float | None, successes: int, trials: int) -> str:
-    from service.scoring.proportions import wilson_interval
-
-    if value is None:
-        return NONE
-    low, high = wilson_interval(successes, trials)
-    return f"{value:.3f}  (95 %: {low:.3f} to {high:.3f})"
-
-
 def detection_table(score: "DetectionScore", seen_by: str) -> str:
     """Lay out how well vehicles are seen; a row of the counts is one vehicle in one frame.
 
@@ -188,13 +168,13 @@ def detection_table(score: "DetectionScore", seen_by: str) -> str:
     """
     from service.scoring.detection import REACH_M
 
-    standing = score.standing_right + score.standing_missed
-    rows = [
-        _share_row("precision", score.right, score.right + score.wrong),
-        _share_row("recall", score.right, score.right + score.missed),
-        _share_row("standing recall", score.standing_right, standing),
-        *(_share_row(f"recall of {kind}", *_of_both(counts)) for kind, counts in score.by_kind.items() if kind),
-    ]
+    counts = {
+        "precision": (score.right, score.wrong),
+        "recall": (score.right, score.missed),
+        "standing recall": (score.standing_right, score.standing_missed),
+        **{f"recall of {kind}": one for kind, one in score.by_kind.items() if kind},
+    }
+    rows = [_share_row(name, right, right + others) for name, (right, others) in counts.items()]
     error = f"mean {score.mean_error_m:.3f} m, 95 % below {score.most_error_m:.3f} m" if score.right else NONE
     return (
         format_table([f"detection: {seen_by}", "share", "95 %", "rows"], rows)
@@ -214,6 +194,11 @@ def tracks_table(scores: Mapping[str, "TrackScore"]) -> str:
     return format_table([*titles, *counts], rows)
 
 
+def _share(part: int, whole: int) -> str:
+    _, value, interval, _ = _share_row("", part, whole)
+    return f"{value}  (95 %: {interval})" if whole else NONE
+
+
 def _share_row(name: str, part: int, whole: int) -> list[str]:
     from service.scoring.proportions import wilson_interval
 
@@ -221,8 +206,3 @@ def _share_row(name: str, part: int, whole: int) -> list[str]:
         return [name, NONE, NONE, NONE]
     low, high = wilson_interval(part, whole)
     return [name, f"{part / whole:.3f}", f"{low:.3f} to {high:.3f}", f"{part} of {whole}"]
-
-
-def _of_both(counts: tuple[int, int]) -> tuple[int, int]:
-    right, missed = counts
-    return right, right + missed

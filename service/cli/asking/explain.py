@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson, ChronicleFiles, From, LogName, RunName, To, read_roles, read_window
-from service.cli.printing import print_json
+from service.cli.printing import show
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,10 +25,7 @@ def explain(
         found = Explainer(opened).explain_event(event_id)
     if found is None:
         raise NotInLogError(f"log {log!r}: expected the id of one of its events, got {event_id!r}")
-    if as_json:
-        print_json(found.as_record())
-    else:
-        print(found.render(), end="")
+    show(found.as_record(), found.render(), as_json=as_json)
 
 
 def why_not(
@@ -51,20 +48,11 @@ def why_not(
     from service.store.log import open_log
 
     start_us, end_us = read_window(start, end)
-    question = AbsenceQuestion(
-        chronicle=chronicle,
-        run=run,
-        roles=_one_each(roles or ()),
-        start_us=start_us,
-        end_us=end_us,
-        limit=limit,
-    )
+    given = _one_each(roles or ())
+    question = AbsenceQuestion(chronicle=chronicle, run=run, roles=given, start_us=start_us, end_us=end_us, limit=limit)
     with open_log(log) as opened:
         found = Explainer(opened).explain_absence(question, chronicles or ())
-    if as_json:
-        print_json(to_json(found))
-    else:
-        print(render(found), end="")
+    show(to_json(found), render(found), as_json=as_json)
 
 
 def _one_each(texts: "Sequence[str]") -> dict[str, str]:

@@ -33,11 +33,10 @@ def recognise(
         Executor | None, typer.Option(help="Who finds them; all find the same. Default: backfill, live eager.")
     ] = None,
     lateness: Annotated[
-        str | None,
-        typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager."),
+        str | None, typer.Option(help="Take the events one by one, as if live, up to so late (2s, 2000000); eager.")
     ] = None,
     output: Annotated[OccurrenceFormat, typer.Option("--format", help="table, jsonl or json.")] = "table",
-    out: Annotated[Path | None, typer.Option("--out", help="File to write to instead of standard output.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write to instead of standard output.")] = None,
     stream: StreamOption = None,
     until: Annotated[
         str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")
@@ -70,7 +69,7 @@ def recognise(
     else:
         with out.open("w", encoding="utf-8") as file:
             _write(found, output, file)
-    tell("warning", found.warnings)
+    tell("warning", (*found.doubts, *found.warnings))
     if found.late_count:
         late = counted(found.late_count, "event")
         print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
@@ -157,14 +156,8 @@ def _print_verdicts(found: "Monitored") -> None:
     from service.times import format_media
 
     rows = [
-        [
-            format_media(event.t_us),
-            event.monitor,
-            event.outcome,
-            shown_roles(event.roles),
-            format_media(event.since_us),
-        ]
-        for event in found.events
+        [format_media(one.t_us), one.monitor, one.outcome, shown_roles(one.roles), format_media(one.since_us)]
+        for one in found.events
     ]
     print(format_table(["time", "monitor", "verdict", "roles", "since"], rows), end="")
     for one in found.report:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson, RunName
-from service.cli.printing import format_table, print_json
+from service.cli.printing import format_table, show
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,8 +25,8 @@ def streams(
         typer.Argument(metavar="[LOG]", help="Event log: sqlite:///PATH or PATH.db. Without: what is declared."),
     ] = None,
     run: RunName = None,
-    kpl: Annotated[Path | None, typer.Option("--kpl", help="KPL file to list instead of the shipped one.")] = None,
-    graph: Annotated[Path | None, typer.Option("--graph", help="Write a graph too, into a file .mmd or .dot.")] = None,
+    kpl: Annotated[Path | None, typer.Option(help="KPL file to list instead of the shipped one.")] = None,
+    graph: Annotated[Path | None, typer.Option(help="Write a graph too, into a file .mmd or .dot.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """List the processes of a run and what their streams carried; without a log, what is declared."""
@@ -71,12 +71,9 @@ def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: b
 
 
 def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
-    if as_json:
-        print_json(stored)
-        return
     titles = ["label", "made of", "reads", "published", "dropped", "queued", "rate", "lag", "cost"]
     titles += ["last time", "last value"]
-    print(format_table(titles, [_stored_row(one) for one in stored.streams]), end="")
+    show(stored, format_table(titles, [_stored_row(one) for one in stored.streams]), as_json=as_json)
 
 
 def _stored_row(stream: "RanStream") -> list[str]:
@@ -107,12 +104,10 @@ def _cost(stream: "RanStream") -> str:
 def _print_declared(declared: "DeclaredStreams", *, as_json: bool) -> None:
     for warning in declared.warnings:
         print(warning, file=sys.stderr)
-    if as_json:
-        print_json(declared)
-        return
     processes = [[one.label, one.kind, one.made_of, one.type, _reads(one.inputs)] for one in declared.processes]
     handed_out = [[one.name, "stream", "", "", f"{one.label} with {one.policy}"] for one in declared.streams]
-    print(format_table(["label", "kind", "made of", "type", "reads"], [*processes, *handed_out]), end="")
+    table = format_table(["label", "kind", "made of", "type", "reads"], [*processes, *handed_out])
+    show(declared, table, as_json=as_json)
 
 
 def _reads(inputs: "Sequence[StreamInput]") -> str:

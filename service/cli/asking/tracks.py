@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, From, LogName, RunName, To, read_window
-from service.cli.printing import print_json, print_json_list
+from service.cli.printing import print_json_list, show
 
 if TYPE_CHECKING:
     from service.records import RunRecord
@@ -23,7 +23,7 @@ def tracks(
         Literal["csv", "mot"], typer.Option("--format", help="csv, or mot (boxes in the image).")
     ] = "csv",
     run: RunName = None,
-    car: Annotated[str | None, typer.Option("--car", help="One car symbol only.")] = None,
+    car: Annotated[str | None, typer.Option(help="One car symbol only.")] = None,
     start: From = None,
     end: To = None,
     as_json: AsJson = False,
@@ -73,17 +73,14 @@ def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int 
     )
     left_out = report.without_frame + report.outside
     if left_out:
-        print(
-            f"{left_out} car positions have no box: {report.outside} outside the image, "
-            f"{report.without_frame} between frames",
-            file=sys.stderr,
-        )
+        why = f"{report.outside} outside the image, {report.without_frame} between frames"
+        print(f"{left_out} car positions have no box: {why}", file=sys.stderr)
 
 
 def draw(
     video: Annotated[Path, typer.Argument(help="The video that was processed.")],
     log: LogName,
-    out: Annotated[Path, typer.Option("--out", help="A video (.mp4) or a single picture (.png, .jpg).")],
+    out: Annotated[Path, typer.Option(help="A video (.mp4) or a single picture (.png, .jpg).")],
     start: From = "0",
     end: To = None,
     run: RunName = None,
@@ -103,4 +100,4 @@ def draw(
         draw_video(video, log, out, from_us=from_us, to_us=to_us, run=run)
     else:
         raise InputError(f"--out: expected a path ending in .mp4, .png or .jpg, got {str(out)!r}")
-    print_json({"out": str(out), "bytes": out.stat().st_size}) if as_json else print(out)
+    show({"out": str(out), "bytes": out.stat().st_size}, str(out), as_json=as_json)

@@ -11,21 +11,21 @@ from service.cli.printing import format_table, print_json
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from service.runs.processing import RunSummary
-    from service.scoring.evaluate import Evaluation, Match, RecognisedEvent, TrueEvent
+    from service.scoring.evaluate import Evaluation, RecognisedEvent, TrueEvent
 
 SCENARIO = "rural_overtaking"
 PORT = 8420
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", help="Folder for everything the demo makes.")] = Path("out/demo"),
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Another seed, other traffic.")] = 3,
-    seconds: Annotated[float, typer.Option("--seconds", min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
+    out: Annotated[Path, typer.Option(help="Folder for everything the demo makes.")] = Path("out/demo"),
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, other traffic.")] = 3,
+    seconds: Annotated[float, typer.Option(min=10.0, max=86_400.0, help="Length of the video.")] = 60.0,
     as_json: AsJson = False,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
     from data_gen.scene import generate
+    from service.cli.asking.evaluate import describe
     from service.cli.making.generate import drawing_bar
     from service.cli.making.process import progress_bar
     from service.runs.processing import RunRequest, process
@@ -54,28 +54,23 @@ def demo(
         print_json({"run": summary.run, "status": summary.status, **files, "evaluation": evaluation.as_record()})
         return
     print("3. Overtakes, recognised from the video alone, beside what really happened:\n")
-    _print_table(evaluation)
-    _print_figures(evaluation, summary)
-    _print_next_steps(out, scene, log)
-
-
-def _print_table(evaluation: "Evaluation") -> None:
     titles = ("recognised", "from", "to", "truth", "from", "to", "")
     print(format_table(titles, [row[1:] for row in sorted(_rows(evaluation))]), end="")
+    print(f"\n{describe(evaluation)}")
+    progress = summary.progress
+    print(f"speed     {progress.real_time_factor:.1f} x real time ({progress.frames_per_s:.0f} frames/s)")
+    _print_next_steps(out, scene, log)
 
 
 def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
     for verdict, matches in (("right", evaluation.right), ("border", evaluation.border)):
         for match in matches:
-            yield _matched(match, verdict)
+            claim, fact = match.recognised, match.true
+            yield (f"{claim.start_us:015d}", *_cells(claim), *_cells(fact), verdict)
     for claim in evaluation.wrong:
         yield (f"{claim.start_us:015d}", *_cells(claim), "", "", "", "wrong")
     for fact in evaluation.missed:
         yield (f"{fact.start_us:015d}", "", "", "", *_cells(fact), "missed")
-
-
-def _matched(match: "Match", verdict: str) -> tuple[str, ...]:
-    return (f"{match.recognised.start_us:015d}", *_cells(match.recognised), *_cells(match.true), verdict)
 
 
 def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
@@ -83,15 +78,6 @@ def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
 
     pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"
     return pair, format_media(event.start_us), format_media(event.end_us)
-
-
-def _print_figures(evaluation: "Evaluation", summary: "RunSummary") -> None:
-    from service.cli.asking.evaluate import describe
-
-    progress = summary.progress
-    print()
-    print(describe(evaluation))
-    print(f"speed     {progress.real_time_factor:.1f} x real time ({progress.frames_per_s:.0f} frames/s)")
 
 
 def _print_next_steps(out: Path, scene: Path, log: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, ScenarioOptions, Seed, read_pairs
-from service.cli.printing import print_json
+from service.cli.printing import show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,25 +23,23 @@ WeatherChoice = Literal["sunny", "clouds", "overcast"]
 
 def generate(
     scenario: Annotated[str, typer.Argument(help="What to simulate, such as rural_overtaking.")],
-    out: Annotated[Path, typer.Option("--out", help="Folder for the scene; made if missing.")],
+    out: Annotated[Path, typer.Option(help="Folder for the scene; made if missing.")],
     seed: Seed = 1,
-    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=86_400.0, help="Length of the video.")] = 60.0,
+    seconds: Annotated[float, typer.Option(min=1.0, max=86_400.0, help="Length of the video.")] = 60.0,
     camera: Annotated[
-        CameraChoice, typer.Option("--camera", help="Straight above, slantwise from a mast, or a drone that drifts.")
+        CameraChoice, typer.Option(help="Straight above, slantwise from a mast, or a drone that drifts.")
     ] = "vertical",
     poses: Annotated[bool, typer.Option("--poses", help="Tell the site file of the poses, with --camera uav.")] = False,
     thermal: Annotated[bool, typer.Option("--thermal", help="Add the video of a thermal camera.")] = False,
-    weather: Annotated[
-        WeatherChoice, typer.Option("--weather", help="Sun, drifting clouds, or a closed layer of cloud.")
-    ] = "sunny",
+    weather: Annotated[WeatherChoice, typer.Option(help="Sun, drifting clouds, or a closed layer of cloud.")] = "sunny",
     occluders: Annotated[
-        str, typer.Option("--occluders", help="What hides the traffic: none, all, or some of trees, bridge, gantry.")
+        str, typer.Option(help="What hides the traffic: none, all, or some of trees, bridge, gantry.")
     ] = "none",
     degrade: Annotated[
-        str, typer.Option("--degrade", help="Faults of the video, as noise=2,drop=0.05,duplicate=0.02,gap=10+2.")
+        str, typer.Option(help="Faults of the video, as noise=2,drop=0.05,duplicate=0.02,gap=10+2.")
     ] = "",
-    size: Annotated[str, typer.Option("--size", help="Width and height of the image in pixels.")] = "1280x720",
-    fps: Annotated[int, typer.Option("--fps", min=1, help="Frames per second, a divisor of 1000 from 10 up.")] = 25,
+    size: Annotated[str, typer.Option(help="Width and height of the image in pixels.")] = "1280x720",
+    fps: Annotated[int, typer.Option(min=1, help="Frames per second, a divisor of 1000 from 10 up.")] = 25,
     option: ScenarioOptions = None,
     as_json: AsJson = False,
 ) -> None:
@@ -69,10 +67,8 @@ def generate(
             progress=on_frame,
         )
     sizes = {str(path): path.stat().st_size for path in sorted(out.iterdir())}
-    if as_json:
-        print_json({"out": str(out), "files": [{"path": path, "bytes": size} for path, size in sizes.items()]})
-    else:
-        print("\n".join(f"{path}  {size / 1e6:.1f} MB" for path, size in sizes.items()))
+    record = {"out": str(out), "files": [{"path": path, "bytes": size} for path, size in sizes.items()]}
+    show(record, "\n".join(f"{path}  {size / 1e6:.1f} MB" for path, size in sizes.items()), as_json=as_json)
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -100,23 +96,19 @@ def trajectories(
     source: Annotated[
         str, typer.Argument(metavar="SCENARIO|FOLDER", help="A scenario, or the folder of a generated scene.")
     ],
-    out: Annotated[Path, typer.Option("--out", help="Trajectory file (.csv); site and truth are written beside it.")],
+    out: Annotated[Path, typer.Option(help="Trajectory file (.csv); site and truth are written beside it.")],
     seed: Seed = 1,
-    seconds: Annotated[
-        float, typer.Option("--seconds", min=0.1, max=86_400.0, help="Length of the clip, of a scenario.")
-    ] = 300.0,
+    seconds: Annotated[float, typer.Option(min=0.1, max=86_400.0, help="Length of the clip, of a scenario.")] = 300.0,
     rate_hz: Annotated[
-        int | None, typer.Option("--rate-hz", min=1, help="Rows a second of each vehicle; 10, or those of the folder.")
+        int | None, typer.Option(min=1, help="Rows a second of each vehicle; 10, or those of the folder.")
     ] = None,
     view: Annotated[bool, typer.Option("--view", help="Only what the scenario's camera sees.")] = False,
-    position_noise_m: Annotated[float, typer.Option("--position-noise-m", help="Of x and y, one sigma.")] = 0.0,
-    heading_noise_rad: Annotated[float, typer.Option("--heading-noise-rad", help="One sigma.")] = 0.0,
-    speed_noise_mps: Annotated[float, typer.Option("--speed-noise-mps", help="One sigma.")] = 0.0,
-    miss: Annotated[float, typer.Option("--miss", help="Part of the rows that is missing, 0 to 1.")] = 0.0,
-    gap: Annotated[
-        str, typer.Option("--gap", help="RATE:SECONDS: gaps a minute of each vehicle, and their length.")
-    ] = "",
-    swap: Annotated[float, typer.Option("--swap", help="Part of the encounters that exchange ids, 0 to 1.")] = 0.0,
+    position_noise_m: Annotated[float, typer.Option(help="Of x and y, one sigma.")] = 0.0,
+    heading_noise_rad: Annotated[float, typer.Option(help="One sigma.")] = 0.0,
+    speed_noise_mps: Annotated[float, typer.Option(help="One sigma.")] = 0.0,
+    miss: Annotated[float, typer.Option(help="Part of the rows that is missing, 0 to 1.")] = 0.0,
+    gap: Annotated[str, typer.Option(help="RATE:SECONDS: gaps a minute of each vehicle, and their length.")] = "",
+    swap: Annotated[float, typer.Option(help="Part of the encounters that exchange ids, 0 to 1.")] = 0.0,
     same_id: Annotated[bool, typer.Option("--same-id", help="After a gap the old id comes back.")] = False,
     option: ScenarioOptions = None,
     as_json: AsJson = False,
@@ -156,11 +148,9 @@ def trajectories(
     counts = {"rows": len(tracks.ids), "vehicles": vehicles, "tracks": names}
     counts |= {"gaps": len(tracks.gaps), "swaps": len(tracks.swaps)}
     site = out.parent / "site.toml"
-    if as_json:
-        print_json({"out": str(out), "site": str(site), **counts})
-    else:
-        print(f"{out}: {', '.join(f'{count} {name}' for name, count in counts.items())}")
-        print(f"process them:   dyknow process {out} --site {site} --log LOG.db")
+    told = f"{out}: {', '.join(f'{count} {name}' for name, count in counts.items())}"
+    told += f"\nprocess them:   dyknow process {out} --site {site} --log LOG.db"
+    show({"out": str(out), "site": str(site), **counts}, told, as_json=as_json)
 
 
 def parse_gap(text: str) -> tuple[float, int]:

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,33 +24,25 @@ def process(
     input_file: Annotated[
         Path | None, typer.Argument(metavar="[INPUT]", help="A video, or a trajectory file (.csv).")
     ] = None,
-    log: Annotated[str, typer.Option("--log", help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
-    site: Annotated[Path | None, typer.Option("--site", help="Site file: roads, camera, start time.")] = None,
+    log: Annotated[str, typer.Option(help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
+    site: Annotated[Path | None, typer.Option(help="Site file: roads, camera, start time.")] = None,
     chronicles: Annotated[
-        list[Path] | None,
-        typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
+        list[Path] | None, typer.Option(help="Chronicle file; repeat for several. Default: the whole library.")
     ] = None,
     monitors: Annotated[
-        list[Path] | None,
-        typer.Option("--monitors", help="File of monitors, formulas to watch over; repeat for several."),
+        list[Path] | None, typer.Option(help="File of monitors, formulas to watch over; repeat for several.")
     ] = None,
     kpl: Annotated[
-        Path | None, typer.Option("--kpl", help="KPL file: the streams and policies instead of the shipped ones.")
+        Path | None, typer.Option(help="KPL file: the streams and policies instead of the shipped ones.")
     ] = None,
-    columns: Annotated[
-        str | None, typer.Option("--columns", help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")
-    ] = None,
+    columns: Annotated[str | None, typer.Option(help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
-        str | None,
-        typer.Option("--detector", help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH."),
+        str | None, typer.Option(help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH.")
     ] = None,
     detections: Annotated[
-        Path | None,
-        typer.Option("--detections", help="File of detections (.txt, .csv), for a video or, without INPUT, alone."),
+        Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")
     ] = None,
-    start_utc: Annotated[
-        str | None, typer.Option("--start-utc", help="When the input starts: 2026-05-01T08:00:00Z.")
-    ] = None,
+    start_utc: Annotated[str | None, typer.Option(help="When the input starts: 2026-05-01T08:00:00Z.")] = None,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
@@ -74,7 +67,8 @@ def process(
         again=again,
     )
     if as_json:
-        summary = run(request, on_progress=_json_reporter())
+        told = _every(REPORT_EVERY_S, lambda now: print_json({"type": "progress", **_progress_record(now)}))
+        summary = run(request, on_progress=told)
         print_json(_summary_record(summary))
     else:
         with progress_bar(source.name) as on_progress:
@@ -130,90 +124,45 @@ def parse_columns(text: str | None) -> dict[str, str] | None:
     return {ours.strip(): theirs.strip() for ours, _, theirs in pairs}
 
 
-class progress_bar:  # noqa: N801 - used as a context manager, like contextlib's
+@contextmanager
+def progress_bar(title: str) -> "Iterator[Callable[[Progress], None]]":
     """Show a run's progress on a terminal, or a line a second elsewhere; yields the callback for the run."""
+    if not sys.stderr.isatty():
+        yield _every(REPORT_EVERY_S, _print_line)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as RichProgress
 
-    def __init__(self, title: str) -> None:
-        self._title = title
-        self._bar: _Bar | None = None
-
-    def __enter__(self) -> "Callable[[Progress], None]":
-        if not sys.stderr.isatty():
-            return _line_reporter()
-        self._bar = _Bar(self._title)
-        return self._bar.show
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar:
-            self._bar.close()
-
-
-class _Bar:
-    def __init__(self, title: str) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as RichProgress
-
-        self._progress = RichProgress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:>3.0f} %"),
-            TextColumn("{task.fields[rates]}"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
+    percentage, rates = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[rates]}")
+    columns = TextColumn("{task.description}"), BarColumn(), percentage, rates, TimeRemainingColumn()
+    with RichProgress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=None, rates="")
+        yield _every(
+            REPORT_EVERY_S / 5,
+            lambda now: bar.update(task, completed=now.frames, total=now.frame_count, rates=_rates(now)),
         )
-        self._progress.start()
-        self._task = self._progress.add_task(title, total=None, rates="")
-        self._is_due = _every(REPORT_EVERY_S / 5)
-
-    def show(self, progress: "Progress") -> None:
-        """Move the bar on, if it is time to."""
-        if self._is_due():
-            self._progress.update(
-                self._task, completed=progress.frames, total=progress.frame_count, rates=_rates(progress)
-            )
-
-    def close(self) -> None:
-        self._progress.stop()
 
 
-def _line_reporter() -> "Callable[[Progress], None]":
-    is_due = _every(REPORT_EVERY_S)
-
-    def report(progress: "Progress") -> None:
-        """Print a line on how far the run has come, if it is time to."""
-        if is_due():
-            left = progress.seconds_left
-            rest = f", {left:.0f} s left" if left is not None else ""
-            print(f"{progress.frames} frames, {_rates(progress)}{rest}", file=sys.stderr, flush=True)
-
-    return report
+def _print_line(progress: "Progress") -> None:
+    left = progress.seconds_left
+    rest = f", {left:.0f} s left" if left is not None else ""
+    print(f"{progress.frames} frames, {_rates(progress)}{rest}", file=sys.stderr, flush=True)
 
 
-def _json_reporter() -> "Callable[[Progress], None]":
-    is_due = _every(REPORT_EVERY_S)
-
-    def report(progress: "Progress") -> None:
-        if is_due():
-            print_json({"type": "progress", **_progress_record(progress)})
-
-    return report
-
-
-def _every(period_s: float) -> "Callable[[], bool]":
-    """Return a function that is true once a period."""
+def _every(period_s: float, report: "Callable[[Progress], None]") -> "Callable[[Progress], None]":
+    """Return a function that passes on what it is told once a period."""
     due_s = time.monotonic() + period_s
 
-    def is_due() -> bool:
-        """Tell whether a period has passed since the last time it had."""
+    def report_when_due(progress: "Progress") -> None:
+        """Pass it on if a period has passed since the last time."""
         nonlocal due_s
         now_s = time.monotonic()
-        if now_s < due_s:
-            return False
-        due_s = now_s + period_s
-        return True
+        if now_s >= due_s:
+            due_s = now_s + period_s
+            report(progress)
 
-    return is_due
+    return report_when_due
 
 
 def _rates(progress: "Progress") -> str:
@@ -276,7 +225,8 @@ def print_summary(summary: "RunSummary", log: str) -> None:
     )
     print(f"media time 0:   {_start(summary.record)}")
     if progress.frames:
-        print(f"cost per frame: {', '.join(_costs(summary))}")
+        costs = (f"{one.label} {one.busy_ns / 1e6 / progress.frames:.2f} ms" for one in summary.streams if one.updates)
+        print(f"cost per frame: {', '.join(costs)}")
     print(f"ask for them:   dyknow events {log}")
 
 
@@ -285,10 +235,3 @@ def _start(record: "RunRecord") -> str:
 
     who = {"option": "by --start-utc", "site": "by the site file", "video": "by the video's creation time"}
     return f"{format_utc(record.start_utc_us)}, {who.get(record.start_from, 'since nobody says when it was')}"
-
-
-def _costs(summary: "RunSummary") -> "Iterator[str]":
-    frames = max(1, summary.progress.frames)
-    for stream in summary.streams:
-        if stream.updates:
-            yield f"{stream.label} {stream.busy_ns / 1e6 / frames:.2f} ms"

@@ -53,11 +53,6 @@ class MotionChoice:
 
     channels: Channels = "colour"
 
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """The files that it depends on."""
-        return ()
-
 
 @dataclass(frozen=True, slots=True)
 class OnnxChoice:
@@ -131,7 +126,7 @@ def choose_detector(
     VisionError
         If the description of a network cannot be used.
     """
-    details = details if details is not None else DetectionDetails()
+    details = details or DetectionDetails()
     text = wanted if wanted is not None else details.use
     where = "--detector" if wanted is not None else "[detector] use"
     kind, colon, what = text.partition(":")

@@ -21,7 +21,6 @@ from vision.video.frames import VideoSource
 
 STANDARD_INPUT = (Path("-"), Path("/dev/stdin"))
 DIGEST_BYTES = 8
-HASHED_BLOCK_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -132,8 +131,7 @@ def content_digest(*paths: Path) -> str:
         if is_read_once(path):
             raise InputError(f"{path}: expected a file that can be read twice, got a pipe")
         with path.open("rb") as file:
-            while block := file.read(HASHED_BLOCK_BYTES):
-                digest.update(block)
+            hashlib.file_digest(file, lambda: digest)  # goes on with the one digest of all files
     return digest.hexdigest()
 
 

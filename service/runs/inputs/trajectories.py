@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS
+from anchoring.observations import Observations
 from dyknow.streams.sample import Sample
 from service.errors import InputError
 from service.records import InputKind
@@ -46,28 +47,17 @@ KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, "class")
 
 
 @dataclass(frozen=True, slots=True)
-class TrajectoryObjects:
+class TrajectoryObjects(Observations):
     """Hold all objects of one time, as a struct of arrays.
 
     Attributes
     ----------
     ids : n identifiers as written in the file.
-    centre_m, velocity_mps : (n, 2), local east/north frame.
-    heading_rad, length_m, width_m : (n,).
     observed, clipped : (n,) all True and all False: a trajectory file holds no predictions and has no view edge.
     classes : n words of `CLASS_NAMES` as the file has them, or none at all.
     is_lost : False: there is no view that could be lost.
     """
 
-    t_us: int
-    ids: tuple[str, ...]
-    centre_m: FloatArray
-    velocity_mps: FloatArray
-    heading_rad: FloatArray
-    length_m: FloatArray
-    width_m: FloatArray
-    observed: NDArray[np.bool_]
-    clipped: NDArray[np.bool_]
     classes: tuple[str, ...] = field(default=(), repr=False)
     is_lost: bool = False
 

@@ -61,12 +61,9 @@ def _bright_area(camera: GroundCamera, mask: ByteArray) -> shapely.Geometry:
     """Project the bright parts of a mask to the ground, islands left out."""
     contours, hierarchy = cv2.findContours((mask >= BRIGHT).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     parents = hierarchy[0][:, 3] if hierarchy is not None else []
-    outer = [
-        _ground_polygon(camera, ring) for ring, parent in zip(contours, parents, strict=True) if parent == NO_PARENT
-    ]
-    islands = [
-        _ground_polygon(camera, ring) for ring, parent in zip(contours, parents, strict=True) if parent != NO_PARENT
-    ]
+    rings = [(_ground_polygon(camera, ring), parent) for ring, parent in zip(contours, parents, strict=True)]
+    outer = [ring for ring, parent in rings if parent == NO_PARENT]
+    islands = [ring for ring, parent in rings if parent != NO_PARENT]
     return shapely.difference(shapely.union_all(outer), shapely.union_all(islands))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from service.export.drawing import OverlayReader, colour_of, corners_m, draw_overlay
+from service.export.drawing import OverlayReader, colour_of, draw_overlay
 from service.records import CarState, ChronicleRef, EventRecord
 
 SECOND = 1_000_000
@@ -60,10 +60,6 @@ def test_event_is_shown_while_it_goes_on_and_a_moment_longer() -> None:
     reader = OverlayReader([], [event(2 * SECOND, 3 * SECOND)])
     shown = [bool(reader.at(t).events) for t in (SECOND, 2 * SECOND, 4 * SECOND, 5 * SECOND)]
     assert shown == [False, True, True, False]
-
-
-def test_corners_run_counter_clockwise_from_front_left() -> None:
-    np.testing.assert_allclose(corners_m(state(0, 10.0)), [[12, 6], [8, 6], [8, 4], [12, 4]])
 
 
 def test_box_is_drawn_in_the_colour_of_the_car_where_it_is() -> None:

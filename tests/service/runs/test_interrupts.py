@@ -15,7 +15,7 @@ import pytest
 from service.cli.app import run
 from service.runs.interrupts import Interrupts
 from service.runs.processing import Progress, RunRequest, _Meter, process
-from service.store.log import open_log
+from service.store.log import RunWriter, open_log
 from tests.service.logs import SECOND_US, overtake, read_all, write_log
 from tests.service.monitoring.test_stream_processes import write_race
 from tests.service.tracks import write_tracks
@@ -70,15 +70,13 @@ def test_two_quick_interrupts_leave_the_run_interrupted(tmp_path: Path) -> None:
 def test_an_interrupt_while_the_run_is_closed_does_not_stop_that(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from service.runs.recording import Recorder
-
-    finish = Recorder.finish
+    finish = RunWriter.finish
 
     def interrupted_finish(*arguments: object) -> None:
         os.kill(os.getpid(), signal.SIGINT)
         finish(*arguments)  # type: ignore[arg-type]  # passed on as they came
 
-    monkeypatch.setattr(Recorder, "finish", interrupted_finish)
+    monkeypatch.setattr(RunWriter, "finish", interrupted_finish)
     log = str(tmp_path / "a.db")
     process(RunRequest(write_tracks(tmp_path / "t.csv", frames=3), None, log))
     with open_log(log) as opened:

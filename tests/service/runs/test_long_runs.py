@@ -14,7 +14,7 @@ from dyknow.streams.stream import exhaust
 from service.monitoring.monitor_files import load_monitor_files
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import TRAJECTORIES, Feed, Pipeline, declared_pipeline
-from service.runs.recording import RecordedStreams, Recorder
+from service.runs.recording import Recorder, recorded_streams
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 from tests.service.logs import SECOND_US, run
@@ -92,7 +92,7 @@ def test_thousands_of_cars_that_left_leave_nothing_behind(tmp_path: Path, monkey
     pipeline = declared_pipeline(Feed(TRAJECTORIES), None, chronicles.merged, monitors, clock=lambda: 0)
     with open_log(str(tmp_path / "a.db"), "w") as log:
         recorder = Recorder(log.begin_run(run()), None, UnfitCounter(chronicles.merged), history_us=5 * SECOND_US)
-        recorder.attach(RecordedStreams.of(pipeline))
+        recorder.attach(recorded_streams(pipeline))
         fed(pipeline, range(1_000))
         before = sizes({"pipeline": pipeline, "recorder": recorder})
         fed(pipeline, range(1_000, 2_000))

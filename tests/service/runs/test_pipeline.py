@@ -6,6 +6,7 @@ import pytest
 
 from chronicles.library import load_library
 from dyknow.errors import KplError
+from dyknow.kpl.loader import DeclaredStream
 from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError
@@ -13,7 +14,7 @@ from service.monitoring.stored_monitoring import monitor_log
 from service.questions.recognition import recognise_stored
 from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, KplText, declared_pipeline, shipped_kpl
 from service.runs.processing import RunRequest, process
-from service.runs.recording import RecordedStreams, Recorder
+from service.runs.recording import Recorder, recorded_streams
 from service.store.log import open_log
 from tests.service.tracks import write_tracks
 
@@ -26,8 +27,8 @@ def changed(text: str, before: str, after: str) -> str:
     return text.replace(before, after)
 
 
-def deployed(text: str) -> RecordedStreams:
-    return RecordedStreams.of(
+def deployed(text: str) -> dict[str, DeclaredStream]:
+    return recorded_streams(
         declared_pipeline(Feed(TRAJECTORIES), None, CHRONICLES, kpl=KplText("own.kpl", text), clock=lambda: 0)
     )
 
@@ -78,8 +79,8 @@ def test_another_text_makes_another_run(tmp_path: Path) -> None:
 
 def test_what_a_text_does_not_declare_for_the_log_is_not_recorded() -> None:
     streams = deployed(changed(SHIPPED, "stream recorded_cars = cars;", ""))
-    assert streams.cars is None
-    assert streams.occurrences is not None
+    assert "recorded_cars" not in streams
+    assert "recorded_occurrences" in streams
 
 
 def test_recorded_stream_of_another_type_is_refused() -> None:
