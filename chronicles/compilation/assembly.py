@@ -31,11 +31,11 @@ class Resolved:
     """A chronicle and its statements with their patterns looked up."""
 
     chronicle: model.Chronicle
-    events: tuple[tuple[model.EventStatement, Cells], ...]
-    counts: tuple[tuple[CountStatement, Cells], ...]
-    holds: tuple[tuple[model.HoldStatement, Cells], ...]
-    asserts: tuple[tuple[model.AssertStatement, Cells], ...]
-    emits: tuple[tuple[model.Emit | model.AssertAction, Cells], ...]
+    events: Sequence[tuple[model.EventStatement, Cells]]
+    counts: Sequence[tuple[CountStatement, Cells]]
+    holds: Sequence[tuple[model.HoldStatement, Cells]]
+    asserts: Sequence[tuple[model.AssertStatement, Cells]]
+    emits: Sequence[tuple[model.Emit | model.AssertAction, Cells]]
     selection: model.SelectStatement | None
 
     @property

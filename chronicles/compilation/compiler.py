@@ -78,29 +78,17 @@ def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -
     for one in chronicle.statements:
         match one:
             case model.EventStatement():
-                events.append((one, resolver.event(one.pattern)))
+                events.append((one, resolver.cells(one.pattern)))
             case model.NoEventStatement() | model.OccursStatement():
-                counts.append((one, resolver.event(one.pattern)))
+                counts.append((one, resolver.cells(one.pattern)))
             case model.HoldStatement():
-                holds.append((one, resolver.fluent(one.fluent)))
+                holds.append((one, resolver.cells(one.pattern)))
             case model.AssertStatement():
-                asserts.append((one, resolver.fluent(one.fluent)))
+                asserts.append((one, resolver.cells(one.pattern)))
             case _:
                 pass
-    emits = [
-        (one, resolver.event(one.pattern) if isinstance(one, model.Emit) else resolver.fluent(one.fluent))
-        for one in chronicle.actions
-        if not isinstance(one, model.Report)
-    ]
-    return Resolved(
-        chronicle,
-        tuple(events),
-        tuple(counts),
-        tuple(holds),
-        tuple(asserts),
-        tuple(emits),
-        _select(chronicle, reporter),
-    )
+    emits = [(one, resolver.cells(one.pattern)) for one in chronicle.actions if not isinstance(one, model.Report)]
+    return Resolved(chronicle, events, counts, holds, asserts, emits, _select(chronicle, reporter))
 
 
 def _select(chronicle: model.Chronicle, reporter: Reporter) -> model.SelectStatement | None:

@@ -113,7 +113,7 @@ class ObligationBuilder:
     def reading(self, one: model.AssertAction, cells: Cells, time: Anchor) -> Persistence:
         """Make what an `assert` action asks the past for: any value at the time at which it sets one."""
         text = print_statement(
-            model.AssertStatement(one.fluent, model.Interval(one.time, one.time, one.span), one.span)
+            model.AssertStatement(one.pattern, model.Interval(one.time, one.time, span=one.span), span=one.span)
         )
         candidate = HoldCandidate(cells, time, replace(time, offset_us=time.offset_us + 1), text)
         built = self._persistence(candidate, set(range(len(self._slots))))
