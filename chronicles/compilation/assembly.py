@@ -9,12 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from chronicles.compilation.obligations import (
-    CountStatement,
-    ObligationBuilder,
-    count_range,
-    event_test,
-)
+from chronicles.compilation.obligations import ObligationBuilder, event_test
 from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart, Selection
 from chronicles.compilation.symbols import Symbols
@@ -32,7 +27,7 @@ class Resolved:
 
     chronicle: model.Chronicle
     events: Sequence[tuple[model.EventStatement, Cells]]
-    counts: Sequence[tuple[CountStatement, Cells]]
+    counts: Sequence[tuple[model.CountStatement, Cells]]
     holds: Sequence[tuple[model.HoldStatement, Cells]]
     asserts: Sequence[tuple[model.AssertStatement, Cells]]
     emits: Sequence[tuple[model.Emit | model.AssertAction, Cells]]
@@ -134,8 +129,7 @@ class Assembly:
                 and self._between_us(end, Anchor(index, 0)) < 0
                 and _covers(cells, event_cells, self._variables)
             ]
-            most = count_range(one)[1]
-            if most is not None and len(own) > most:
+            if one.most is not None and len(own) > one.most:
                 word = "a noevent" if isinstance(one, model.NoEventStatement) else "an occurs"
                 events = f"the event at {own[0]}" if len(own) == 1 else f"the events at {' and '.join(sorted(own))}"
                 message = f"expected {word} that can be true, got one that forbids {events} itself"

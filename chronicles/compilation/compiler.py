@@ -10,7 +10,6 @@ import re
 from dataclasses import replace
 
 from chronicles.compilation.assembly import Assembly, Resolved
-from chronicles.compilation.obligations import count_range
 from chronicles.compilation.patterns import PatternResolver
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import Symbols
@@ -148,11 +147,10 @@ def _check_asserts(resolved: Resolved, variables: Variables, reporter: Reporter)
 
 def _check_ranges(resolved: Resolved, reporter: Reporter) -> None:
     for one, _ in resolved.counts:
-        least, most = count_range(one)
-        if most is not None and least > most:
-            message = f"expected a number of events between two bounds, got {least} to {most}"
+        if one.most is not None and one.least > one.most:
+            message = f"expected a number of events between two bounds, got {one.least} to {one.most}"
             reporter.error("C0401", message, one.span, "the smaller number comes first")
-        elif (least, most) == (0, None):
+        elif (one.least, one.most) == (0, None):
             message = "expected a number of events with a bound, got 0 to oo, which every number is"
             reporter.warning("C0603", message, one.span, "leave it out, or give a bound")
 

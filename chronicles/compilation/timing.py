@@ -116,7 +116,7 @@ def _mentioned(chronicle: model.Chronicle) -> dict[str, model.TimePoint]:
         match one:
             case model.EventStatement():
                 found.append(one.point)
-            case model.NoEventStatement() | model.OccursStatement() | model.HoldStatement() | model.AssertStatement():
+            case model.Obligation():
                 found += [one.interval.start.point, one.interval.end.point]
             case model.Comparison():
                 found += [one.left, one.right]
@@ -145,12 +145,9 @@ class _EdgeBuilder:
             match one:
                 case model.Comparison() | model.Range():
                     self._constraint(one)
-                case model.HoldStatement():
-                    self._interval(one, needs_time=True)
-                case model.OccursStatement():
-                    self._interval(one, needs_time=one.least > 0)
-                case model.NoEventStatement() | model.AssertStatement():
-                    self._interval(one, needs_time=False)
+                case model.Obligation():
+                    least = one.least if isinstance(one, model.CountStatement) else 0
+                    self._interval(one, needs_time=least > 0 or isinstance(one, model.HoldStatement))
                 case _:
                     pass
         return self._edges

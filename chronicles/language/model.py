@@ -39,7 +39,6 @@ class Variable(Node):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
 class Anything(Node):
     """The anonymous `?`: matches every value, and two of them are unrelated."""
 
@@ -130,37 +129,33 @@ class EventStatement(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class NoEventStatement(Node):
-    """`noevent(pattern, (t1, t2))`: no matching event in [t1, t2)."""
+class Obligation(Node):
+    """What is asked of an interval once all events are there."""
 
     pattern: Pattern
     interval: Interval
 
 
 @dataclass(frozen=True, slots=True)
-class OccursStatement(Node):
+class OccursStatement(Obligation):
     """`occurs((n, m), pattern, (t1, t2))`: n to m matching events in [t1, t2); `most` None is unbounded."""
 
     least: int
     most: int | None
-    pattern: Pattern
-    interval: Interval
 
 
-@dataclass(frozen=True, slots=True)
-class HoldStatement(Node):
+class NoEventStatement(Obligation):
+    """`noevent(pattern, (t1, t2))`: no matching event in [t1, t2)."""
+
+    least, most = 0, 0
+
+
+class HoldStatement(Obligation):
     """`hold(attribute:value, (t1, t2))`: the attribute is known to have the value throughout [t1, t2)."""
 
-    pattern: Pattern
-    interval: Interval
 
-
-@dataclass(frozen=True, slots=True)
-class AssertStatement(Node):
+class AssertStatement(Obligation):
     """`assert(attribute:value, (t1, t2))`: no evidence against the value in [t1, t2)."""
-
-    pattern: Pattern
-    interval: Interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,8 +230,7 @@ Statement = (
 
 
 TimeConstraint = Comparison | Range
-# What is asked of an interval once all events are there.
-Obligation = NoEventStatement | OccursStatement | HoldStatement | AssertStatement
+CountStatement = NoEventStatement | OccursStatement
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +248,6 @@ class DomainRange(Node):
     high: int
 
 
-@dataclass(frozen=True, slots=True)
 class DomainSymbol(Node):
     """`symbol`: any name."""
 

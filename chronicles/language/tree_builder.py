@@ -200,7 +200,7 @@ class TreeBuilder:
     def occurs(self, parts: Parts, span: Span) -> model.OccursStatement:
         """Build `occurs((1, 2), pattern, (t1, t2))`."""
         (least, most), pattern, interval = parts
-        return model.OccursStatement(least, most, pattern, interval, span=span)
+        return model.OccursStatement(pattern, interval, least, most, span=span)
 
     def count(self, parts: Parts, _: Span) -> tuple[int, int | None]:
         """Read the least and the most number of events."""
