@@ -7,7 +7,7 @@ the text lists them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from chronicles.compilation.obligations import ObligationBuilder, event_test
 from chronicles.compilation.patterns import Cell, Cells
@@ -104,7 +104,7 @@ class Assembly:
             event_slot_count=self._event_slot_count,
             different=self._different_slots(),
             counts=self._counts,
-            persistences=self._persistences,
+            persistences=tuple(replace(one, lag_us=self._after_us(one.end)) for one in self._persistences),
             points=tuple((name, self._anchor(timing.anchors[name])) for name in timing.points),
             start=header[0] if header else None,
             end=header[-1] if header else None,

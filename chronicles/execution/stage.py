@@ -33,14 +33,10 @@ class Stage:
     def __init__(
         self, plans: Mapping[int, Plan], *, delay_us: int, defaults: Iterable[tuple[str, str]], executor: EagerExecutor
     ) -> None:
-        # How far back each attribute is looked at: by far the most fluents are of attributes with a short memory.
-        self._memory_us: dict[str, int] = {}
-        for plan in plans.values():
-            for one in plan.persistences:
-                self._memory_us[one.attribute] = max(plan.memory_us, self._memory_us.get(one.attribute, 0))
+        self._memories = _memories(plans.values())
         self.delay_us = delay_us
         self.buffer: list[Record] = []
-        self._history = AttributeHistory(self._memory_us, defaults)
+        self._history = AttributeHistory(self._memories, defaults)
         self._matchers = {rank: _Matcher(plan, rank, self._history) for rank, plan in plans.items()}
         self._executor = executor
         self._listeners: dict[str, list[Callable[[Event], None]]] = {name: [] for name in executor.names}
@@ -49,7 +45,7 @@ class Stage:
         self._unbuilt: list[Unbuilt] = []
         self._grown = 0
         self._next_sweep = _FIRST_SWEEP
-        for name in self._memory_us:
+        for name in self._memories:
             self._listeners.setdefault(name, []).append(self._history.append)
         for matcher in self._matchers.values():
             for name in matcher.conclusions.names:
@@ -164,8 +160,8 @@ class Stage:
     def _sweep(self, now_us: int) -> None:
         """Forget what can no longer matter; done each time as much was added as was left the time before."""
         left = self._executor.sweep(now_us)
-        for name, memory_us in self._memory_us.items():
-            left += self._history.forget_before(name, now_us - memory_us)
+        for name, (memory_us, unknown_us) in self._memories.items():
+            left += self._history.forget_before(name, now_us - memory_us, now_us - unknown_us)
         for matcher in self._matchers.values():
             left += matcher.conclusions.forget_before(now_us - matcher.plan.memory_us)
             matcher.builder.forget_before(now_us)
@@ -195,6 +191,21 @@ class Stage:
         for matcher, (conclusions, builder) in zip(self._matchers.values(), state["matchers"], strict=True):
             matcher.conclusions.restore(conclusions)
             matcher.builder.restore(builder)
+
+
+def _memories(plans: Iterable[Plan]) -> dict[str, tuple[int, int]]:
+    """Say how far back each attribute is looked at, and how far if it has been unknown ever since.
+
+    Where every hold needs a known value up to its end, what became unknown before the ends that are still to be looked
+    at fails as if nothing had been known before. So what left the view is forgotten long before the longest hold.
+    """
+    memories: dict[str, tuple[int, int]] = {}
+    for plan in plans:
+        for one in plan.persistences:
+            known_us, unknown_us = memories.get(one.attribute, (0, 0))
+            after_us = one.lag_us if one.rejects_unknown else plan.memory_us
+            memories[one.attribute] = max(known_us, plan.memory_us), max(unknown_us, after_us)
+    return memories
 
 
 class _Matcher:
