@@ -7,14 +7,9 @@ the text lists them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from chronicles.compilation.obligations import (
-    CountStatement,
-    ObligationBuilder,
-    count_range,
-    event_test,
-)
+from chronicles.compilation.obligations import ObligationBuilder, event_test
 from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart, Selection
 from chronicles.compilation.symbols import Symbols
@@ -31,11 +26,11 @@ class Resolved:
     """A chronicle and its statements with their patterns looked up."""
 
     chronicle: model.Chronicle
-    events: tuple[tuple[model.EventStatement, Cells], ...]
-    counts: tuple[tuple[CountStatement, Cells], ...]
-    holds: tuple[tuple[model.HoldStatement, Cells], ...]
-    asserts: tuple[tuple[model.AssertStatement, Cells], ...]
-    emits: tuple[tuple[model.Emit | model.AssertAction, Cells], ...]
+    events: Sequence[tuple[model.EventStatement, Cells]]
+    counts: Sequence[tuple[model.CountStatement, Cells]]
+    holds: Sequence[tuple[model.HoldStatement, Cells]]
+    asserts: Sequence[tuple[model.AssertStatement, Cells]]
+    emits: Sequence[tuple[model.Emit | model.AssertAction, Cells]]
     selection: model.SelectStatement | None
 
     @property
@@ -109,7 +104,7 @@ class Assembly:
             event_slot_count=self._event_slot_count,
             different=self._different_slots(),
             counts=self._counts,
-            persistences=self._persistences,
+            persistences=tuple(replace(one, lag_us=self._after_us(one.end)) for one in self._persistences),
             points=tuple((name, self._anchor(timing.anchors[name])) for name in timing.points),
             start=header[0] if header else None,
             end=header[-1] if header else None,
@@ -134,8 +129,7 @@ class Assembly:
                 and self._between_us(end, Anchor(index, 0)) < 0
                 and _covers(cells, event_cells, self._variables)
             ]
-            most = count_range(one)[1]
-            if most is not None and len(own) > most:
+            if one.most is not None and len(own) > one.most:
                 word = "a noevent" if isinstance(one, model.NoEventStatement) else "an occurs"
                 events = f"the event at {own[0]}" if len(own) == 1 else f"the events at {' and '.join(sorted(own))}"
                 message = f"expected {word} that can be true, got one that forbids {events} itself"

@@ -10,7 +10,6 @@ import re
 from dataclasses import replace
 
 from chronicles.compilation.assembly import Assembly, Resolved
-from chronicles.compilation.obligations import count_range
 from chronicles.compilation.patterns import PatternResolver
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import Symbols
@@ -78,29 +77,17 @@ def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -
     for one in chronicle.statements:
         match one:
             case model.EventStatement():
-                events.append((one, resolver.event(one.pattern)))
+                events.append((one, resolver.cells(one.pattern)))
             case model.NoEventStatement() | model.OccursStatement():
-                counts.append((one, resolver.event(one.pattern)))
+                counts.append((one, resolver.cells(one.pattern)))
             case model.HoldStatement():
-                holds.append((one, resolver.fluent(one.fluent)))
+                holds.append((one, resolver.cells(one.pattern)))
             case model.AssertStatement():
-                asserts.append((one, resolver.fluent(one.fluent)))
+                asserts.append((one, resolver.cells(one.pattern)))
             case _:
                 pass
-    emits = [
-        (one, resolver.event(one.pattern) if isinstance(one, model.Emit) else resolver.fluent(one.fluent))
-        for one in chronicle.actions
-        if not isinstance(one, model.Report)
-    ]
-    return Resolved(
-        chronicle,
-        tuple(events),
-        tuple(counts),
-        tuple(holds),
-        tuple(asserts),
-        tuple(emits),
-        _select(chronicle, reporter),
-    )
+    emits = [(one, resolver.cells(one.pattern)) for one in chronicle.actions if not isinstance(one, model.Report)]
+    return Resolved(chronicle, events, counts, holds, asserts, emits, _select(chronicle, reporter))
 
 
 def _select(chronicle: model.Chronicle, reporter: Reporter) -> model.SelectStatement | None:
@@ -160,11 +147,10 @@ def _check_asserts(resolved: Resolved, variables: Variables, reporter: Reporter)
 
 def _check_ranges(resolved: Resolved, reporter: Reporter) -> None:
     for one, _ in resolved.counts:
-        least, most = count_range(one)
-        if most is not None and least > most:
-            message = f"expected a number of events between two bounds, got {least} to {most}"
+        if one.most is not None and one.least > one.most:
+            message = f"expected a number of events between two bounds, got {one.least} to {one.most}"
             reporter.error("C0401", message, one.span, "the smaller number comes first")
-        elif (least, most) == (0, None):
+        elif (one.least, one.most) == (0, None):
             message = "expected a number of events with a bound, got 0 to oo, which every number is"
             reporter.warning("C0603", message, one.span, "leave it out, or give a bound")
 

@@ -56,10 +56,9 @@ class _ExampleChecker:
         )
 
     def _event(self, event: model.ExampleEvent) -> model.ExampleEvent:
-        cells = self._resolver.event(event.pattern)
+        cells = self._resolver.cells(event.pattern)
         arguments, values = (tuple(map(_literal, part)) for part in (cells.arguments, cells.values))
-        change = (values[0], values[1]) if values else None
-        return replace(event, pattern=replace(event.pattern, arguments=arguments, change=change))
+        return replace(event, pattern=replace(event.pattern, arguments=arguments, values=values))
 
     def _expected(self, one: model.ExpectedOccurrence) -> model.ExpectedOccurrence:
         chronicle = self._chronicles.get(one.chronicle)
@@ -72,7 +71,7 @@ class _ExampleChecker:
         return replace(one, fillings=fillings)
 
     def _value(self, literal: model.Literal) -> model.Literal:
-        return model.Literal(self._symbols.value_of(literal, self._reporter), True, literal.span)
+        return model.Literal(self._symbols.value_of(literal, self._reporter), True, span=literal.span)
 
     def _check_roles(self, one: model.ExpectedOccurrence, known: list[str]) -> None:
         names = [role.name for role in one.fillings]
@@ -107,4 +106,4 @@ def _check_until(example: model.Example, reporter: Reporter) -> None:
 
 def _literal(cell: Cell) -> model.Literal:
     # What has no constant was reported by the parser: events of examples have values only.
-    return model.Literal(cell.constant or "", True, cell.span)
+    return model.Literal(cell.constant or "", True, span=cell.span)

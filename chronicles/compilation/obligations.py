@@ -18,8 +18,6 @@ from chronicles.language import model
 from chronicles.language.printer import print_statement
 from dyknow.language.diagnostics import Reporter
 
-CountStatement = model.NoEventStatement | model.OccursStatement
-
 
 @dataclass(frozen=True, slots=True)
 class HoldCandidate:
@@ -29,11 +27,6 @@ class HoldCandidate:
     start: Anchor
     end: Anchor
     text: str
-
-
-def count_range(one: CountStatement) -> tuple[int, int | None]:
-    """Give the least and the greatest number of events that a statement allows; None is unbounded."""
-    return (one.least, one.most) if isinstance(one, model.OccursStatement) else (0, 0)
 
 
 def event_test(cells: Cells, variables: Variables, slot_of: Mapping[str, int]) -> EventTest:
@@ -85,7 +78,7 @@ class ObligationBuilder:
         self._event_slot_count = event_slot_count
         self._reporter = reporter
 
-    def count(self, one: CountStatement, cells: Cells, start: Anchor, end: Anchor) -> Count:
+    def count(self, one: model.CountStatement, cells: Cells, start: Anchor, end: Anchor) -> Count:
         """Make the plan of a `noevent` or an `occurs`."""
         test = event_test(cells, self._variables, self._slot_of)
         own = {
@@ -97,8 +90,7 @@ class ObligationBuilder:
             for slot, other in enumerate(self._slots)
             if self._variables.must_differ(name, other)
         )
-        least, most = count_range(one)
-        return Count(test, start, end, different, print_statement(one), least, most)
+        return Count(test, start, end, different, print_statement(one), one.least, one.most)
 
     def candidate(self, one: model.HoldStatement, cells: Cells, start: Anchor, end: Anchor) -> HoldCandidate:
         """Note a `hold`, to be put into order."""
@@ -113,7 +105,7 @@ class ObligationBuilder:
     def reading(self, one: model.AssertAction, cells: Cells, time: Anchor) -> Persistence:
         """Make what an `assert` action asks the past for: any value at the time at which it sets one."""
         text = print_statement(
-            model.AssertStatement(one.fluent, model.Interval(one.time, one.time, one.span), one.span)
+            model.AssertStatement(one.pattern, model.Interval(one.time, one.time, span=one.span), span=one.span)
         )
         candidate = HoldCandidate(cells, time, replace(time, offset_us=time.offset_us + 1), text)
         built = self._persistence(candidate, set(range(len(self._slots))))

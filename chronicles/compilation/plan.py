@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from chronicles.compilation.domains import ValueSet
+from chronicles.compilation.symbols import UNKNOWN
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,7 @@ class Persistence:
     is not known from events. `needs_known` rules out "unknown": set where an argument or the value is not known from
     events.
     After binding, `different` (new slot, other slot) and `filters` (new slot, allowed values) must pass.
+    `lag_us` bounds how long after its end the instance is concluded.
     """
 
     attribute: str
@@ -102,6 +104,13 @@ class Persistence:
     text: str
     is_assumed: bool = False
     is_reading: bool = False
+    lag_us: int = 0
+
+    @property
+    def rejects_unknown(self) -> bool:
+        """Whether it fails as soon as the attribute is unknown anywhere in the interval."""
+        is_asking = not (self.is_assumed or self.is_reading)
+        return is_asking and (self.needs_known or self.value not in (None, UNKNOWN))
 
     @property
     def is_complete(self) -> bool:

@@ -6,7 +6,7 @@ is a clash.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -49,15 +49,7 @@ class Signature:
         return "message" if self.value is None else "attribute"
 
 
-class _Named(Protocol):
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def name_span(self) -> Span: ...
-
-
-_Kind = TypeVar("_Kind", bound=_Named)
+_Kind = TypeVar("_Kind", bound=model.Named)
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,10 +297,10 @@ def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None
     """Report a value outside its declared domain; `unknown` is always allowed."""
     if text != UNKNOWN and text not in field.values:
         known = [] if field.values.complement else sorted(field.values.texts)
-        named = print_term(model.Literal(text, False, span))
+        named = print_term(model.Literal(text, False, span=span))
         hint = suggest(text, known)
         if hint.edit is not None:
-            hint = hint._replace(edit=print_term(model.Literal(hint.edit, False, span)))
+            hint = hint._replace(edit=print_term(model.Literal(hint.edit, False, span=span)))
         reporter.error("C0303", f"expected a value of {field.sort}, got {named}", span, hint)
 
 
@@ -326,9 +318,9 @@ def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> No
     files : texts that declare neither messages nor attributes.
     reporter : receives a warning for the first place of each further number of arguments.
     """
-    first: dict[str, model.Pattern | model.Fluent] = {}
+    first: dict[str, model.Pattern] = {}
     warned: set[tuple[str, int]] = set()
-    for one in (named for file in files for declaration in file.declarations for named in _named(declaration)):
+    for one in (named for file in files for declaration in file.declarations for named in _patterns(declaration)):
         known, count = first.setdefault(one.name, one), len(one.arguments)
         if count != len(known.arguments) and (one.name, count) not in warned:
             warned.add((one.name, count))
@@ -339,15 +331,11 @@ def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> No
             reporter.warning("C0308", f"{message}, got {count}", one.span, hint, related=related)
 
 
-def _named(declaration: model.Declaration) -> Iterator[model.Pattern | model.Fluent]:
-    if isinstance(declaration, model.Example):
-        yield from (event.pattern for event in declaration.events)
-    elif isinstance(declaration, model.Chronicle):
-        for one in (*declaration.statements, *declaration.actions):
-            match one:
-                case model.EventStatement() | model.NoEventStatement() | model.OccursStatement() | model.Emit():
-                    yield one.pattern
-                case model.HoldStatement() | model.AssertStatement() | model.AssertAction():
-                    yield one.fluent
-                case _:
-                    pass
+def _patterns(declaration: model.Declaration) -> Sequence[model.Pattern]:
+    match declaration:
+        case model.Example():
+            return [event.pattern for event in declaration.events]
+        case model.Chronicle():
+            return declaration.looked_at + declaration.given
+        case _:
+            return ()

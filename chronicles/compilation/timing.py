@@ -116,7 +116,7 @@ def _mentioned(chronicle: model.Chronicle) -> dict[str, model.TimePoint]:
         match one:
             case model.EventStatement():
                 found.append(one.point)
-            case model.NoEventStatement() | model.OccursStatement() | model.HoldStatement() | model.AssertStatement():
+            case model.Obligation():
                 found += [one.interval.start.point, one.interval.end.point]
             case model.Comparison():
                 found += [one.left, one.right]
@@ -145,12 +145,9 @@ class _EdgeBuilder:
             match one:
                 case model.Comparison() | model.Range():
                     self._constraint(one)
-                case model.HoldStatement(_, interval, span):
-                    self._interval(interval, span, needs_time=True)
-                case model.OccursStatement(least, _, _, interval, span):
-                    self._interval(interval, span, needs_time=least > 0)
-                case model.NoEventStatement(_, interval, span) | model.AssertStatement(_, interval, span):
-                    self._interval(interval, span, needs_time=False)
+                case model.Obligation():
+                    least = one.least if isinstance(one, model.CountStatement) else 0
+                    self._interval(one, needs_time=least > 0 or isinstance(one, model.HoldStatement))
                 case _:
                     pass
         return self._edges
@@ -184,19 +181,19 @@ class _EdgeBuilder:
         if low is not None:
             self._at_most(later, earlier, -low, one.span)
 
-    def _interval(self, interval: model.Interval, span: Span, *, needs_time: bool) -> None:
+    def _interval(self, one: model.Obligation, *, needs_time: bool) -> None:
         before = self._reporter.error_count
-        start = moved(interval.start, self._symbols, self._reporter)
-        end = moved(interval.end, self._symbols, self._reporter)
+        start = moved(one.interval.start, self._symbols, self._reporter)
+        end = moved(one.interval.end, self._symbols, self._reporter)
         if self._reporter.error_count > before:
             return
         if start[0] == end[0]:
             if start[1] >= end[1]:
                 message = "expected an interval whose start is before its end, got one that is always empty"
-                self._reporter.error("C0405", message, interval.span, "the earlier end comes first")
+                self._reporter.error("C0405", message, one.interval.span, "the earlier end comes first")
         elif needs_time:
             # Nothing holds "throughout" no time at all, and nothing happens in it: the start is before the end.
-            self._at_most(end[0], start[0], end[1] - start[1] - 1, span)
+            self._at_most(end[0], start[0], end[1] - start[1] - 1, one.span)
 
     def _check_infinity(self, bound: model.Bound, *, is_low: bool) -> None:
         if bound.duration is None and bound.negative != is_low:

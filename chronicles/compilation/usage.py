@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from chronicles.compilation.patterns import Cell
@@ -67,30 +67,14 @@ def warn_unproduced(files: Iterable[model.ChronicleFile], produced: Collection[s
     reporter : receives the warnings.
     """
     chronicles = [one for file in files for one in file.declarations if isinstance(one, model.Chronicle)]
-    emitted = {name for one in chronicles for name in _emitted(one)}
+    emitted = {pattern.name for one in chronicles for pattern in one.given}
     known = sorted({*produced, *emitted})
     for chronicle in chronicles:
-        first = {named.name: named for named in reversed([*_looked_at(chronicle)])}
+        first = {named.name: named for named in reversed(chronicle.looked_at)}
         for named in first.values():
             if named.name not in known:
                 message = f"expected a name that the stream or a chronicle gives, got {named.name!r}"
                 reporter.warning("C0901", message, named.name_span, suggest(named.name, known))
-
-
-def _emitted(chronicle: model.Chronicle) -> Iterator[str]:
-    for one in chronicle.actions:
-        if isinstance(one, model.Emit):
-            yield one.pattern.name
-        elif isinstance(one, model.AssertAction):
-            yield one.fluent.name
-
-
-def _looked_at(chronicle: model.Chronicle) -> Iterator[model.Pattern | model.Fluent]:
-    for one in chronicle.statements:
-        if isinstance(one, model.EventStatement | model.NoEventStatement | model.OccursStatement):
-            yield one.pattern
-        elif isinstance(one, model.HoldStatement | model.AssertStatement):
-            yield one.fluent
 
 
 _NAME = re.compile(r"\w+")

@@ -92,8 +92,8 @@ class FluentHistory:
                 self._labels = {at_us: labels for at_us, labels in self._labels.items() if at_us >= self._times[0]}
 
     def is_unknown_since(self, t_us: int) -> bool:
-        """Say whether the value is unknown at `t_us` and ever after."""
-        return self._times[-1] <= t_us and self._values[-1] == UNKNOWN
+        """Say whether the value became unknown before `t_us` and has stayed so."""
+        return self._times[-1] < t_us and self._values[-1] == UNKNOWN
 
     def state(self) -> list[Any]:
         """Give everything, as plain data."""
@@ -221,12 +221,17 @@ class AttributeHistory:
         """List the arguments of all kept fluents that have `key` at `places`."""
         return tuple(self._indexes[name, places].get(key, ()))
 
-    def forget_before(self, name: str, t_us: int) -> int:
-        """Drop what lies further back than `t_us` of an attribute; give the number of its fluents left."""
+    def forget_before(self, name: str, t_us: int, unknown_us: int) -> int:
+        """Drop what lies before `t_us` of an attribute, and fluents unknown since before `unknown_us` or that.
+
+        Returns
+        -------
+        The number of its fluents left.
+        """
         fluents, gone = self._fluents[name], []
         for args, fluent in fluents.items():
             fluent.forget_before(t_us)
-            if self._initial[name] == UNKNOWN and fluent.is_unknown_since(t_us):
+            if self._initial[name] == UNKNOWN and fluent.is_unknown_since(max(t_us, unknown_us)):
                 gone.append(args)
         for args in gone:
             del fluents[args]

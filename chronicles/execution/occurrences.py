@@ -1,4 +1,9 @@
-"""How does an instance become an occurrence, or a description of what it still expects?"""
+"""How does an instance become an occurrence that is told, or a description of what it still expects?
+
+Where a text does not ask for all occurrences, `Selector` takes what comes first in the order of results. An occurrence
+lasts from its start up to, without, its end, so one may start where another ends; one whose start is its end counts as
+that one microsecond.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +11,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any  # states are plain nested data
 
-from chronicles.compilation.plan import Anchor, Emission, Filling, Plan, ReportPart
+from chronicles.compilation.plan import Anchor, Emission, Plan, ReportPart
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
 from chronicles.execution.conclusions import Solution
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout, Record
-from chronicles.execution.selection import Selector
 
 Values = tuple[str, ...]
 
@@ -70,7 +74,7 @@ class OccurrenceBuilder:
             sub_events=sub_events,
             events=events,
             emitted=tuple([_emitted(one, instance, values, hypotheses) for one in plan.emissions]),
-            reports=tuple(["".join([_part(part, values) for part in parts]) for parts in plan.reports]),
+            reports=tuple(["".join([_text(part, values) for part in parts]) for parts in plan.reports]),
             recognised_us=clock_us,
             hypotheses=hypotheses,
         )
@@ -131,6 +135,67 @@ class OccurrenceBuilder:
         return tuple([event for event in events if event is not None])
 
 
+class Selector:
+    """Selects among the occurrences of one chronicle; invariant: the selected ones that may still matter are kept.
+
+    `first` tells one for each event at the anchor; `non_overlapping` tells, for each combination of roles, occurrences
+    that have no time in common.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self._selection = plan.selection
+        self._tail_us = plan.tail_us
+        self._anchors: dict[int, int] = {}  # number of the event at the anchor: how long it can come up again
+        self._intervals: dict[Values, list[tuple[int, int]]] = {}
+
+    def is_selected(self, occurrence: Occurrence, *, anchor: int, certain_us: int) -> bool:
+        """Say whether an occurrence is told, and remember it; they come in the order of results.
+
+        Parameters
+        ----------
+        occurrence : with its start, end and roles.
+        anchor : the number of the event at the anchor of the selection.
+        certain_us : the time at which it became certain.
+        """
+        if self._selection.kind == "all":
+            return True
+        if self._selection.kind == "first":
+            is_first = anchor not in self._anchors
+            if is_first:
+                self._anchors[anchor] = certain_us + self._tail_us
+            return is_first
+        told = self._intervals.setdefault(tuple(occurrence.roles.values()), [])
+        start_us, end_us = _extent(occurrence)
+        is_disjoint = all(end_us <= other_start_us or other_end_us <= start_us for other_start_us, other_end_us in told)
+        if is_disjoint:
+            told.append((start_us, end_us))
+        return is_disjoint
+
+    def forget_before(self, now_us: int) -> None:
+        """Drop what no occurrence that is concluded from now on can meet."""
+        self._anchors = {anchor: last_us for anchor, last_us in self._anchors.items() if last_us >= now_us}
+        earliest_us = now_us - self._selection.reach_us
+        kept = {
+            cast: [(start_us, end_us) for start_us, end_us in told if end_us > earliest_us]
+            for cast, told in self._intervals.items()
+        }
+        self._intervals = {cast: told for cast, told in kept.items() if told}
+
+    def state(self) -> list[Any]:
+        """Give what is kept, as plain data."""
+        return [list(self._anchors.items()), [[list(cast), list(told)] for cast, told in self._intervals.items()]]
+
+    def restore(self, state: list[Any]) -> None:
+        """Take up where `state` was given, for the same chronicle."""
+        anchors, intervals = state
+        self._anchors = dict(anchors)
+        self._intervals = {tuple(cast): [(start, end) for start, end in told] for cast, told in intervals}
+
+
+def _extent(occurrence: Occurrence) -> tuple[int, int]:
+    return occurrence.start_us, max(occurrence.end_us, occurrence.start_us + 1)
+
+
 class PartialBuilder:
     """Describes the instances of one chronicle that are under way."""
 
@@ -171,7 +236,8 @@ class PartialBuilder:
     ) -> PartialInstance:
         layout, plan = self._layout, self._plan
         records: list[Record] = sorted(one for one in instance[layout.records :] if one is not None)
-        matched = [(instance[1 + index], one.label) for index, one in enumerate(plan.positions) if mask >> index & 1]
+        matched = {(instance[1 + index], one.label) for index, one in enumerate(plan.positions) if mask >> index & 1}
+        sub_events = tuple((name, t_us) for t_us, name in sorted(matched))
         values = tuple(instance[layout.slots : layout.records]) + (None,) * (len(plan.slots) - layout.event_slots)
         roles = {
             name: filling.constant if filling.slot < 0 else values[filling.slot]
@@ -179,7 +245,7 @@ class PartialBuilder:
             if filling.slot < 0 or values[filling.slot] is not None
         }
         hypotheses = _hypotheses([record[2] for record in records])
-        return PartialInstance(plan.name, roles, _sub_events(matched), expected, latest_us, hypotheses)
+        return PartialInstance(plan.name, roles, sub_events, expected, latest_us, hypotheses)
 
 
 def _hypotheses(events: Iterable[Event], others: Iterable[str] = ()) -> tuple[str, ...]:
@@ -190,21 +256,15 @@ def _hypotheses(events: Iterable[Event], others: Iterable[str] = ()) -> tuple[st
     return tuple(sorted(found)) if found else ()
 
 
-def _sub_events(times: list[tuple[int, str]]) -> tuple[tuple[str, int], ...]:
-    return tuple([(name, t_us) for t_us, name in sorted(set(times))])
-
-
 def _time(instance: Instance, anchor: Anchor) -> int:
     t_us: int = instance[1 + anchor.position] + anchor.offset_us
     return t_us
 
 
-def _text(filling: Filling, values: Values) -> str:
-    return filling.constant if filling.slot < 0 else values[filling.slot]
-
-
-def _part(part: ReportPart, values: Values) -> str:
-    return part if isinstance(part, str) else _text(part, values)
+def _text(part: ReportPart, values: Values) -> str:
+    if isinstance(part, str):
+        return part
+    return part.constant if part.slot < 0 else values[part.slot]
 
 
 def _emitted(one: Emission, instance: Instance, values: Values, hypotheses: tuple[str, ...]) -> Event:

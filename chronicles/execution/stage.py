@@ -7,7 +7,7 @@ depend on how the input is cut into steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from heapq import heappop, heappush
 from typing import Any  # states are plain nested data
 
@@ -31,41 +31,30 @@ class Stage:
     """
 
     def __init__(
-        self,
-        plans: Mapping[int, Plan],
-        *,
-        delay_us: int,
-        defaults: Iterable[tuple[str, str]],
-        executor: EagerExecutor,
+        self, plans: Mapping[int, Plan], *, delay_us: int, defaults: Iterable[tuple[str, str]], executor: EagerExecutor
     ) -> None:
-        # How far back each attribute is looked at: by far the most fluents are of attributes with a short memory.
-        self._memory_us: dict[str, int] = {}
-        for plan in plans.values():
-            for one in plan.persistences:
-                self._memory_us[one.attribute] = max(plan.memory_us, self._memory_us.get(one.attribute, 0))
+        self._memories = _memories(plans.values())
         self.delay_us = delay_us
         self.buffer: list[Record] = []
-        self._history = AttributeHistory(self._memory_us, defaults)
+        self._history = AttributeHistory(self._memories, defaults)
         self._matchers = {rank: _Matcher(plan, rank, self._history) for rank, plan in plans.items()}
         self._executor = executor
-        self._readers: dict[str, _Readers] = {}
+        self._listeners: dict[str, list[Callable[[Event], None]]] = {name: [] for name in executor.names}
         self._pending: list[tuple[int, int, int, Instance]] = []
         self._pending_count = 0
         self._unbuilt: list[Unbuilt] = []
         self._grown = 0
         self._next_sweep = _FIRST_SWEEP
-        for name in self._memory_us:
-            self._reader(name).histories.append(self._history)
+        for name in self._memories:
+            self._listeners.setdefault(name, []).append(self._history.append)
         for matcher in self._matchers.values():
             for name in matcher.conclusions.names:
-                self._reader(name).logs.append(matcher.conclusions)
-        for name in self._executor.names:
-            self._reader(name).is_expected = True
+                self._listeners.setdefault(name, []).append(matcher.conclusions.append)
 
     @property
     def names(self) -> frozenset[str]:
         """Names of the events that the stage looks at."""
-        return frozenset(self._readers)
+        return frozenset(self._listeners)
 
     @property
     def due_us(self) -> int:
@@ -106,8 +95,8 @@ class Stage:
     def remember(self, events: Iterable[Event]) -> None:
         """Take what is to be looked back at from all events that will ever come, in the order of time."""
         for event in events:
-            if event.name in self._readers:
-                self._remember(event, self._readers[event.name])
+            for listen in self._listeners.get(event.name, ()):
+                listen(event)
 
     def expect(self, complete: Completed, t_us: int, clock_us: int) -> None:
         """Take instances whose last event is at `t_us`; all that closed before is concluded."""
@@ -140,26 +129,17 @@ class Stage:
             if not matcher.conclusions.is_doomed(instance, full, now_us):
                 yield matcher.partials.pending(instance, closes_us)
 
-    def _reader(self, name: str) -> _Readers:
-        return self._readers.setdefault(name, _Readers())
-
     def _feed(self, record: Record, clock_us: int) -> None:
         event = record[2]
-        readers = self._readers[event.name]
-        self._remember(event, readers)
+        for listen in self._listeners[event.name]:
+            listen(event)
         self._grown += 1
-        if not readers.is_expected:
+        if event.name not in self._executor.names:
             return
         complete, created = self._executor.feed(record)
         self._grown += created
         if complete:
             self.expect(complete, record[0], clock_us)
-
-    def _remember(self, event: Event, readers: _Readers) -> None:
-        for history in readers.histories:
-            history.append(event)
-        for conclusions in readers.logs:
-            conclusions.append(event)
 
     def _conclude(self, now_us: int, clock_us: int) -> list[Finding]:
         """Conclude the instances that close by `now_us`; among those of one time the order is by what they are."""
@@ -180,8 +160,8 @@ class Stage:
     def _sweep(self, now_us: int) -> None:
         """Forget what can no longer matter; done each time as much was added as was left the time before."""
         left = self._executor.sweep(now_us)
-        for name, memory_us in self._memory_us.items():
-            left += self._history.forget_before(name, now_us - memory_us)
+        for name, (memory_us, unknown_us) in self._memories.items():
+            left += self._history.forget_before(name, now_us - memory_us, now_us - unknown_us)
         for matcher in self._matchers.values():
             left += matcher.conclusions.forget_before(now_us - matcher.plan.memory_us)
             matcher.builder.forget_before(now_us)
@@ -213,6 +193,21 @@ class Stage:
             matcher.builder.restore(builder)
 
 
+def _memories(plans: Iterable[Plan]) -> dict[str, tuple[int, int]]:
+    """Say how far back each attribute is looked at, and how far if it has been unknown ever since.
+
+    Where every hold needs a known value up to its end, what became unknown before the ends that are still to be looked
+    at fails as if nothing had been known before. So what left the view is forgotten long before the longest hold.
+    """
+    memories: dict[str, tuple[int, int]] = {}
+    for plan in plans:
+        for one in plan.persistences:
+            known_us, unknown_us = memories.get(one.attribute, (0, 0))
+            after_us = one.lag_us if one.rejects_unknown else plan.memory_us
+            memories[one.attribute] = max(known_us, plan.memory_us), max(unknown_us, after_us)
+    return memories
+
+
 class _Matcher:
     """The parts that work for one chronicle."""
 
@@ -224,14 +219,3 @@ class _Matcher:
         self.conclusions = Conclusions(plan, history)
         self.builder = OccurrenceBuilder(plan, rank)
         self.partials = PartialBuilder(plan)
-
-
-class _Readers:
-    """Who looks at the events of one name: histories, logs of what is counted, and whether instances expect them."""
-
-    __slots__ = ("histories", "is_expected", "logs")
-
-    def __init__(self) -> None:
-        self.histories: list[AttributeHistory] = []
-        self.logs: list[Conclusions] = []
-        self.is_expected = False

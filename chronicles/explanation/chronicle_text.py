@@ -97,7 +97,7 @@ class ChronicleText:
         if isinstance(one, model.Comparison) and one.comparator == "=":
             middle = offset_us(one.offset, self._symbols, self._reporter)
             low, high = (_bound(middle + shift, one.span) for shift in (-by_us, by_us))
-            return model.Range(one.left, one.right, low, False, high, False, False, one.span)
+            return model.Range(one.left, one.right, low, False, high, False, False, span=one.span)
         return self.with_bound(constraint, end, constraint.bound_us(end) + (by_us if end == "high" else -by_us))
 
     def with_bound(self, constraint: WrittenConstraint, end: End, bound_us: int) -> model.Statement:
@@ -139,4 +139,4 @@ class ChronicleText:
 
 
 def _bound(us: int, span: Span) -> model.Bound:
-    return model.Bound(us < 0, model.Duration(abs(us), "", span), span)
+    return model.Bound(us < 0, model.Duration(abs(us), "", span=span), span=span)

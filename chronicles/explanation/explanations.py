@@ -126,9 +126,9 @@ class Shift:
     by_us: int
 
 
-@dataclass(frozen=True, slots=True)
-class HoldReading:
-    """A `hold` or `assert` and what was seen.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntervalReading:
+    """What was seen where a chronicle asks for an absence, a number of events or a value.
 
     Attributes
     ----------
@@ -136,25 +136,35 @@ class HoldReading:
     outcome : "open" if the log ends before the interval does, "not asked" if a missing event leaves the interval or the
         arguments unknown.
     start_us, end_us : the interval, half-open; None if not asked.
-    subject : the attribute with the values of its arguments, "?" where none was found.
-    wanted : the value it should have; None for any one value.
-    spans : the values it had in the interval, in the order of time.
-    slack_us : how far the interval could grow at either end with the same outcome; None is without a limit.
+    slack_us : how far one end could move with the same outcome; None is without a limit.
     shifts : smallest changes of one end that would satisfy it, smallest first; empty if met or none does.
-    alternatives : what held throughout the interval with other values of the variables that the hold itself binds.
     """
 
     kind: ObligationKind
     text: str
     line: int
-    outcome: Outcome
+    outcome: Outcome = "not asked"
     start_us: int | None = None
     end_us: int | None = None
+    slack_us: int | None = None
+    shifts: tuple[Shift, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HoldReading(IntervalReading):
+    """A `hold` or `assert` and what was seen.
+
+    Attributes
+    ----------
+    subject : the attribute with the values of its arguments, "?" where none was found.
+    wanted : the value it should have; None for any one value.
+    spans : the values it had in the interval, in the order of time.
+    alternatives : what held throughout the interval with other values of the variables that the hold itself binds.
+    """
+
     subject: str = ""
     wanted: str | None = None
     spans: tuple[ValueSpan, ...] = ()
-    slack_us: int | None = None
-    shifts: tuple[Shift, ...] = ()
     alternatives: tuple[str, ...] = ()
 
     @property
@@ -164,27 +174,19 @@ class HoldReading:
         return tuple(span for span in self.spans if span.value not in allowed)
 
 
-@dataclass(frozen=True, slots=True)
-class CountReading:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CountReading(IntervalReading):
     """A `noevent` or `occurs` and what was seen.
 
-    Fields as in `HoldReading`; `counted` are the events inside the interval that fit, `before` and `after` the nearest
-    ones outside it; `least` to `most` (None: any number) should be inside.
+    `counted` are the events inside the interval that fit, `before` and `after` the nearest ones outside it; `least` to
+    `most` (None: any number) should be inside.
     """
 
-    kind: ObligationKind
-    text: str
-    line: int
-    outcome: Outcome
     least: int
     most: int | None
-    start_us: int | None = None
-    end_us: int | None = None
     counted: tuple[Event, ...] = ()
     before: Event | None = None
     after: Event | None = None
-    slack_us: int | None = None
-    shifts: tuple[Shift, ...] = ()
 
 
 ObligationReading = HoldReading | CountReading
@@ -233,7 +235,7 @@ class Failure:
 
     kind: FailureKind
     t_us: int | None
-    subject: MissingEvent | SameValue | ConstraintReading | HoldReading | CountReading | None
+    subject: MissingEvent | SameValue | ConstraintReading | ObligationReading | None
 
 
 @dataclass(frozen=True, slots=True)

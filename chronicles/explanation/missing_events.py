@@ -117,13 +117,10 @@ def _with_values(pattern: model.Pattern, test: EventTest, values: Values) -> str
     wanted = _wanted(test, values)
     wanted |= {second: wanted[first] for first, second in test.equal if first in wanted}
     terms = [
-        model.Literal(wanted[field], False, term.span) if field in wanted else term
-        for field, term in enumerate((*pattern.arguments, *(pattern.change or ())))
+        model.Literal(wanted[field], False, span=term.span) if field in wanted else term
+        for field, term in enumerate(pattern.terms)
     ]
-    arguments, change = terms[: test.arity], terms[test.arity :]
-    return print_pattern(
-        replace(pattern, arguments=tuple(arguments), change=(change[0], change[1]) if change else None)
-    )
+    return print_pattern(replace(pattern, arguments=tuple(terms[: test.arity]), values=tuple(terms[test.arity :])))
 
 
 def _field_name(field: int, test: EventTest) -> str:

@@ -18,27 +18,37 @@ DEEPEST_DOMAIN = 100  # operations in one another: domains are evaluated, compar
 
 
 @dataclass(frozen=True, slots=True)
-class Variable:
+class Node:
+    """A construct, and where it stands."""
+
+    span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Named(Node):
+    """A construct with a name, and where the name stands."""
+
+    name: str
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Variable(Node):
     """A variable `?name`, written without the question mark."""
 
     name: str
-    span: Span = field(compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
-class Anything:
+class Anything(Node):
     """The anonymous `?`: matches every value, and two of them are unrelated."""
 
-    span: Span = field(compare=False, repr=False)
-
 
 @dataclass(frozen=True, slots=True)
-class Literal:
+class Literal(Node):
     """A value, or the name of a constant; `quoted` texts are never constants."""
 
     text: str
     quoted: bool
-    span: Span = field(compare=False, repr=False)
 
     @property
     def is_whole_number(self) -> bool:
@@ -50,20 +60,18 @@ Term = Variable | Anything | Literal
 
 
 @dataclass(frozen=True, slots=True)
-class TimePoint:
+class TimePoint(Node):
     """The name of a time point, such as `t1`."""
 
     name: str
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Duration:
+class Duration(Node):
     """A length of time in microseconds, or the name of a constant that holds one (then `us` is 0)."""
 
     us: int
     constant: str
-    span: Span = field(compare=False, repr=False)
 
     @property
     def is_read(self) -> bool:
@@ -72,114 +80,96 @@ class Duration:
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(Node):
     """One end of a range of time differences; `duration` None means unbounded ("oo")."""
 
     negative: bool
     duration: Duration | None
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class TimeExpression:
+class TimeExpression(Node):
     """A time point, moved by an offset or not."""
 
     point: TimePoint
     offset: Bound | None
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(Node):
     """The half-open interval from `start` (included) to `end` (excluded)."""
 
     start: TimeExpression
     end: TimeExpression
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
-    """What an event must look like: a message, or a change of an attribute from `old` to `new`."""
+class Pattern(Named):
+    """What an event or an attribute must look like.
 
-    name: str
+    A message has no `values`, an attribute the one that it must have, a change the old and the new one:
+    `name[arguments]`, `name[arguments]:value`, `name[arguments]:(old, new)`.
+    """
+
     arguments: tuple[Term, ...]
-    change: tuple[Term, Term] | None
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
+    values: tuple[Term, ...] = ()
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Arguments and values in one row."""
+        return self.arguments + self.values
 
 
 @dataclass(frozen=True, slots=True)
-class Fluent:
-    """An attribute with arguments and the value it must have: `name[arguments]:value`."""
-
-    name: str
-    arguments: tuple[Term, ...]
-    value: Term
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class EventStatement:
+class EventStatement(Node):
     """`event(pattern, t)`: a matching event happens at t."""
 
     pattern: Pattern
     point: TimePoint
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class NoEventStatement:
-    """`noevent(pattern, (t1, t2))`: no matching event in [t1, t2)."""
+class Obligation(Node):
+    """What is asked of an interval once all events are there."""
 
     pattern: Pattern
     interval: Interval
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class OccursStatement:
+class OccursStatement(Obligation):
     """`occurs((n, m), pattern, (t1, t2))`: n to m matching events in [t1, t2); `most` None is unbounded."""
 
     least: int
     most: int | None
-    pattern: Pattern
-    interval: Interval
-    span: Span = field(compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
-class HoldStatement:
+class NoEventStatement(Obligation):
+    """`noevent(pattern, (t1, t2))`: no matching event in [t1, t2)."""
+
+    least, most = 0, 0
+
+
+class HoldStatement(Obligation):
     """`hold(attribute:value, (t1, t2))`: the attribute is known to have the value throughout [t1, t2)."""
 
-    fluent: Fluent
-    interval: Interval
-    span: Span = field(compare=False, repr=False)
 
-
-@dataclass(frozen=True, slots=True)
-class AssertStatement:
+class AssertStatement(Obligation):
     """`assert(attribute:value, (t1, t2))`: no evidence against the value in [t1, t2)."""
 
-    fluent: Fluent
-    interval: Interval
-    span: Span = field(compare=False, repr=False)
-
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class Comparison(Node):
     """`left < right + offset` and its kin."""
 
     left: TimePoint
     comparator: Comparator
     right: TimePoint
     offset: Bound | None
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
+class Range(Node):
     """`later - earlier in [low, high]`, or the chain `low <= later - earlier <= high` when `chained`."""
 
     later: TimePoint
@@ -189,44 +179,39 @@ class Range:
     high: Bound
     high_open: bool
     chained: bool
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Equality:
+class Equality(Node):
     """`?x == term` or `?x != term`."""
 
     variable: Variable
     equal: bool
     term: Term
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Allowance:
+class Allowance(Node):
     """`allow ?x == ?y`: lifts the rule that two variables of one sort differ."""
 
     left: Variable
     right: Variable
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Membership:
+class Membership(Node):
     """`?x in domain`."""
 
     variable: Variable
     domain: DomainExpression
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class SelectStatement:
+class SelectStatement(Node):
     """`select all`, `select first(t1)` or `select non_overlapping`: which occurrences are told."""
 
     kind: OneOf["all", "first", "non_overlapping"]
     anchor: TimePoint | None
-    span: Span = field(compare=False, repr=False)
 
 
 Statement = (
@@ -245,50 +230,42 @@ Statement = (
 
 
 TimeConstraint = Comparison | Range
-# What is asked of an interval once all events are there.
-Obligation = NoEventStatement | OccursStatement | HoldStatement | AssertStatement
+CountStatement = NoEventStatement | OccursStatement
 
 
 @dataclass(frozen=True, slots=True)
-class DomainValues:
+class DomainValues(Node):
     """`{a, b, c}`."""
 
     values: tuple[Literal, ...]
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DomainRange:
+class DomainRange(Node):
     """`[low .. high]`, both ends included."""
 
     low: int
     high: int
-    span: Span = field(compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
-class DomainSymbol:
+class DomainSymbol(Node):
     """`symbol`: any name."""
 
-    span: Span = field(compare=False, repr=False)
-
 
 @dataclass(frozen=True, slots=True)
-class DomainName:
+class DomainName(Node):
     """A domain by name."""
 
     name: str
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DomainOperation:
+class DomainOperation(Node):
     """`left | right` (union) or `left ~ right` (difference); `depth` operations stand in one another at most."""
 
     left: DomainExpression
     operator: OneOf["|", "~"]
     right: DomainExpression
-    span: Span = field(compare=False, repr=False)
     depth: int = field(default=1, compare=False, repr=False)
 
 
@@ -296,115 +273,104 @@ DomainExpression = DomainValues | DomainRange | DomainSymbol | DomainName | Doma
 
 
 @dataclass(frozen=True, slots=True)
-class Emit:
+class Emit(Node):
     """`emit event(pattern, time)`; the short form `emit pattern` has no time and means the end of the occurrence."""
 
     pattern: Pattern
     time: TimeExpression | None
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class Report(Node):
     """`report "text"`; `?name` inside the text is replaced by the variable's value."""
 
     text: str
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class AssertAction:
+class AssertAction(Node):
     """`assert(attribute:value, time)` as an action."""
 
-    fluent: Fluent
+    pattern: Pattern
     time: TimeExpression
-    span: Span = field(compare=False, repr=False)
 
 
 Action = Emit | Report | AssertAction
 
 
 @dataclass(frozen=True, slots=True)
-class TimeUnit:
+class TimeUnit(Node):
     """`timeunit 1ms`: the unit of bare numbers in the same text; `UNREAD_US` if it is none, which was reported."""
 
     us: int
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Named):
     """`constant name = value`."""
 
-    name: str
     value: Literal | Duration
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Domain:
+class Domain(Named):
     """`domain name = expression`."""
 
-    name: str
     expression: DomainExpression
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterDomain:
+class ParameterDomain(Node):
     """`?parameter in domain` inside a declaration."""
 
     variable: Variable
     domain: DomainExpression
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Attribute:
+class Attribute(Named):
     """`attribute name[parameters] { ... }`: something that has a value at every time."""
 
-    name: str
     parameters: tuple[Variable, ...]
     domains: tuple[ParameterDomain, ...]
     value_domain: DomainExpression | None
     default: Literal | None
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Message:
+class Message(Named):
     """`message name[parameters] { ... }`: something that happens at one time and has no value."""
 
-    name: str
     parameters: tuple[Variable, ...]
     domains: tuple[ParameterDomain, ...]
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Chronicle:
+class Chronicle(Named):
     """`chronicle name[parameters](points) { statements when recognised { actions } }`."""
 
-    name: str
     parameters: tuple[Variable, ...]
     points: tuple[TimePoint, ...]
     statements: tuple[Statement, ...]
     actions: tuple[Action, ...]
-    name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
+
+    @property
+    def looked_at(self) -> tuple[Pattern, ...]:
+        """The events and attributes that its statements look at."""
+        return tuple(one.pattern for one in self.statements if isinstance(one, EventStatement | Obligation))
+
+    @property
+    def given(self) -> tuple[Pattern, ...]:
+        """The events that its actions emit, and the attributes that they set."""
+        return tuple(one.pattern for one in self.actions if not isinstance(one, Report))
 
 
 @dataclass(frozen=True, slots=True)
-class ExampleEvent:
+class ExampleEvent(Node):
     """`1s name[a, b]:(old, new)`: an event of an example's stream; its pattern has no variables."""
 
     t_us: int
     pattern: Pattern
-    span: Span = field(compare=False, repr=False)
 
     @property
     def name(self) -> str:
@@ -419,23 +385,22 @@ class ExampleEvent:
     @property
     def change(self) -> tuple[str, str] | None:
         """Texts of the old and the new value; None for a message."""
-        if self.pattern.change is None:
+        if not self.pattern.values:
             return None
-        old, new = _texts(self.pattern.change)
+        old, new = _texts(self.pattern.values)
         return old, new
 
 
 @dataclass(frozen=True, slots=True)
-class Role:
+class Role(Node):
     """`name=value` of an expected occurrence."""
 
     name: str
     value: Literal
-    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class ExpectedOccurrence:
+class ExpectedOccurrence(Node):
     """`expect chronicle[role=value] start..end`."""
 
     chronicle: str
@@ -443,7 +408,6 @@ class ExpectedOccurrence:
     start_us: int
     end_us: int
     name_span: Span = field(compare=False, repr=False)
-    span: Span = field(compare=False, repr=False)
 
     @property
     def roles(self) -> tuple[tuple[str, str], ...]:
@@ -452,7 +416,7 @@ class ExpectedOccurrence:
 
 
 @dataclass(frozen=True, slots=True)
-class Example:
+class Example(Node):
     """`example "title" { ... }`: a stream, and all occurrences that the loaded chronicles must find in it.
 
     `until_us` is how far time goes on after the events; None: as far as the last of them.
@@ -462,7 +426,6 @@ class Example:
     events: tuple[ExampleEvent, ...]
     until_us: int | None
     expected: tuple[ExpectedOccurrence, ...]
-    span: Span = field(compare=False, repr=False)
 
 
 def _texts(terms: tuple[Term, ...]) -> tuple[str, ...]:

@@ -48,11 +48,10 @@ def print_statement(statement: model.Statement | model.Action) -> str:
 
 
 def print_pattern(pattern: model.Pattern) -> str:
-    """Write an event pattern."""
-    change = ""
-    if pattern.change is not None:
-        change = f":({print_term(pattern.change[0])}, {print_term(pattern.change[1])})"
-    return f"{pattern.name}[{_terms(pattern.arguments)}]{change}"
+    """Write an event, or an attribute and its value."""
+    values = _terms(pattern.values)
+    behind = {0: "", 1: f":{values}", 2: f":({values})"}[len(pattern.values)]
+    return f"{pattern.name}[{_terms(pattern.arguments)}]{behind}"
 
 
 def print_term(term: model.Term) -> str:
@@ -114,10 +113,6 @@ def _time(time: model.TimeExpression) -> str:
 
 def _interval(interval: model.Interval) -> str:
     return f"({_time(interval.start)}, {_time(interval.end)})"
-
-
-def _fluent(fluent: model.Fluent) -> str:
-    return f"{fluent.name}[{_terms(fluent.arguments)}]:{print_term(fluent.value)}"
 
 
 def _occurs(statement: model.OccursStatement) -> str:
@@ -224,8 +219,8 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.EventStatement: lambda one: f"event({print_pattern(one.pattern)}, {one.point.name})",
     model.NoEventStatement: lambda one: f"noevent({print_pattern(one.pattern)}, {_interval(one.interval)})",
     model.OccursStatement: _occurs,
-    model.HoldStatement: lambda one: f"hold({_fluent(one.fluent)}, {_interval(one.interval)})",
-    model.AssertStatement: lambda one: f"assert({_fluent(one.fluent)}, {_interval(one.interval)})",
+    model.HoldStatement: lambda one: f"hold({print_pattern(one.pattern)}, {_interval(one.interval)})",
+    model.AssertStatement: lambda one: f"assert({print_pattern(one.pattern)}, {_interval(one.interval)})",
     model.Comparison: _comparison,
     model.Range: _range,
     model.Equality: lambda one: f"?{one.variable.name} {'==' if one.equal else '!='} {print_term(one.term)}",
@@ -234,5 +229,5 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.SelectStatement: _select,
     model.Emit: _emit,
     model.Report: lambda one: f"report {_quoted(one.text)}",
-    model.AssertAction: lambda one: f"assert({_fluent(one.fluent)}, {_time(one.time)})",
+    model.AssertAction: lambda one: f"assert({print_pattern(one.pattern)}, {_time(one.time)})",
 }

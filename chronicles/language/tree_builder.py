@@ -56,7 +56,7 @@ class Methods(dict[str, Callable[[Parts, Span], Any]]):
 
     def __missing__(self, rule: str) -> Callable[[Parts, Span], Any]:
         plain = _PLAIN.get(rule)
-        made = (lambda parts, span: plain(*parts, span)) if plain is not None else getattr(self._builder, rule)
+        made = (lambda parts, span: plain(*parts, span=span)) if plain is not None else getattr(self._builder, rule)
         self[rule] = made
         return made
 
@@ -93,26 +93,26 @@ class TreeBuilder:
             self._reporter.error("C0401", "expected a timeunit above zero, got 0", span)
             us = model.UNREAD_US
         self._unit_us, self._unit_span = us, span
-        return model.TimeUnit(us, span)
+        return model.TimeUnit(us, span=span)
 
     def constant(self, parts: Parts, span: Span) -> model.Constant:
         """Build `constant name = value`."""
         name, value = parts
         if isinstance(value, Word):
-            value = model.Duration(self._microseconds(value), "", self._span(value))
-        return model.Constant(name.text, value, self._span(name), span)
+            value = model.Duration(self._microseconds(value), "", span=self._span(value))
+        return model.Constant(name.text, value, name_span=self._span(name), span=span)
 
     def domain(self, parts: Parts, span: Span) -> model.Domain:
         """Build `domain name = expression`."""
         name, expression = parts
-        return model.Domain(name.text, expression, self._span(name), span)
+        return model.Domain(name.text, expression, name_span=self._span(name), span=span)
 
     def attribute(self, parts: Parts, span: Span) -> model.Attribute:
         """Build `attribute name[parameters] { ... }`."""
         name, parameters, *items = parts
         domains = tuple(item for item in items if isinstance(item, model.ParameterDomain))
         value, default = self._once(items, "value"), self._once(items, "default")
-        return model.Attribute(name.text, parameters, domains, value, default, self._span(name), span)
+        return model.Attribute(name.text, parameters, domains, value, default, name_span=self._span(name), span=span)
 
     def _once(self, items: Parts, kind: str) -> Any:
         """Give what stands behind a word that may come once, None without."""
@@ -125,20 +125,17 @@ class TreeBuilder:
     def message(self, parts: Parts, span: Span) -> model.Message:
         """Build `message name[parameters] { ... }`."""
         name, parameters, *items = parts
-        domains = tuple(item for item in items if item is not None)
-        return model.Message(name.text, parameters, domains, self._span(name), span)
+        return model.Message(name.text, parameters, _there(items), name_span=self._span(name), span=span)
 
     def chronicle(self, parts: Parts, span: Span) -> model.Chronicle:
         """Build `chronicle name[parameters](points) { ... }`."""
         name, parameters, points, *statements, actions = parts
-        statements = [one for one in statements if one is not None]
-        return model.Chronicle(
-            name.text, parameters or (), points or (), tuple(statements), actions or (), self._span(name), span
-        )
+        head = name.text, parameters or (), points or ()
+        return model.Chronicle(*head, _there(statements), actions or (), name_span=self._span(name), span=span)
 
     def parameters(self, parts: Parts, _: Span) -> tuple[model.Variable, ...]:
         """Build `[?a, ?b]` in a head."""
-        return tuple(self._variable(word) for word in parts if word is not None)
+        return tuple(map(self._variable, _there(parts)))
 
     def time_points(self, parts: Parts, _: Span) -> tuple[model.TimePoint, ...]:
         """Build the time points of a head."""
@@ -146,7 +143,7 @@ class TreeBuilder:
 
     def parameter_domain(self, parts: Parts, span: Span) -> model.ParameterDomain:
         """Build `?parameter in domain` of a declaration."""
-        return model.ParameterDomain(self._variable(parts[0]), parts[1], span)
+        return model.ParameterDomain(self._variable(parts[0]), parts[1], span=span)
 
     def value_domain(self, parts: Parts, span: Span) -> _Item:
         """Note `value in domain`."""
@@ -160,15 +157,15 @@ class TreeBuilder:
 
     def domain_values(self, parts: Parts, span: Span) -> model.DomainValues:
         """Build `{a, b}`."""
-        return model.DomainValues(tuple(parts), span)
+        return model.DomainValues(tuple(parts), span=span)
 
     def domain_range(self, parts: Parts, span: Span) -> model.DomainRange:
         """Build `[1..5]`; the word between the numbers is the second part."""
-        return model.DomainRange(parts[0], parts[2], span)
+        return model.DomainRange(parts[0], parts[2], span=span)
 
     def domain_name(self, parts: Parts, span: Span) -> model.DomainName:
         """Build the name of a domain."""
-        return model.DomainName(parts[0].text, span)
+        return model.DomainName(parts[0].text, span=span)
 
     def union(self, parts: Parts, span: Span) -> model.DomainOperation:
         """Build `left | right`."""
@@ -184,25 +181,26 @@ class TreeBuilder:
         """Build a union or difference; one that is too deep is reported once, and counts as any value."""
         depth = 1 + max(one.depth if isinstance(one, model.DomainOperation) else 0 for one in (left, right))
         if depth <= model.DEEPEST_DOMAIN:
-            return model.DomainOperation(left, operator, right, span, depth)
+            return model.DomainOperation(left, operator, right, depth, span=span)
         if depth == model.DEEPEST_DOMAIN + 1:
             message = (
                 f"expected a domain of at most {model.DEEPEST_DOMAIN} operations in one another, got at least {depth}"
             )
             hint = "write the values in one set {a, b, ...}, or give parts of the domain names of their own"
             self._reporter.error("C0109", message, span, hint)
-        return model.DomainOperation(model.DomainSymbol(span), "|", model.DomainSymbol(span), span, depth)
+        anything = model.DomainSymbol(span=span)
+        return model.DomainOperation(anything, "|", anything, depth, span=span)
 
     # ---- statements
 
     def event(self, parts: Parts, span: Span) -> model.EventStatement:
         """Build `event(pattern, t1)`."""
-        return model.EventStatement(parts[0], self._point(parts[1]), span)
+        return model.EventStatement(parts[0], self._point(parts[1]), span=span)
 
     def occurs(self, parts: Parts, span: Span) -> model.OccursStatement:
         """Build `occurs((1, 2), pattern, (t1, t2))`."""
         (least, most), pattern, interval = parts
-        return model.OccursStatement(least, most, pattern, interval, span)
+        return model.OccursStatement(pattern, interval, least, most, span=span)
 
     def count(self, parts: Parts, _: Span) -> tuple[int, int | None]:
         """Read the least and the most number of events."""
@@ -212,7 +210,7 @@ class TreeBuilder:
     def comparison(self, parts: Parts, span: Span) -> model.Comparison:
         """Build `t1 < t2 + 5s`."""
         left, comparator, right, offset = parts
-        return model.Comparison(self._point(left), comparator, self._point(right), offset, span)
+        return model.Comparison(self._point(left), comparator, self._point(right), offset, span=span)
 
     def comparator(self, parts: Parts, _: Span) -> str:
         """Read the sign between two time points."""
@@ -221,94 +219,87 @@ class TreeBuilder:
     def range(self, parts: Parts, span: Span) -> model.Range:
         """Build `t2 - t1 in [1s, 5s]`; outward brackets leave the bound out."""
         later, _, earlier, opening, low, high, closing = parts
-        return model.Range(
-            self._point(later), self._point(earlier), low, opening == "]", high, closing == "[", False, span
-        )
+        points = self._point(later), self._point(earlier)
+        return model.Range(*points, low, opening == "]", high, closing == "[", False, span=span)
 
     def chain_range(self, parts: Parts, span: Span) -> model.Range:
         """Build `1s <= t2 - t1 < 5s`."""
         low, left, later, _, earlier, right, high = parts
-        return model.Range(self._point(later), self._point(earlier), low, left == "<", high, right == "<", True, span)
+        points = self._point(later), self._point(earlier)
+        return model.Range(*points, low, left == "<", high, right == "<", True, span=span)
 
     # Both are one sign.
     chain = bracket = comparator
 
     def equal(self, parts: Parts, span: Span) -> model.Equality:
-        """Build `?x == term`."""
-        return model.Equality(self._variable(parts[0]), True, parts[2], span)
+        """Build `?x == term` or `?x != term`."""
+        variable, sign, term = parts
+        return model.Equality(self._variable(variable), sign.kind == "SAME", term, span=span)
 
-    def different(self, parts: Parts, span: Span) -> model.Equality:
-        """Build `?x != term`."""
-        return model.Equality(self._variable(parts[0]), False, parts[2], span)
+    different = equal
 
     def membership(self, parts: Parts, span: Span) -> model.Membership:
         """Build `?x in domain`."""
-        return model.Membership(self._variable(parts[0]), parts[1], span)
+        return model.Membership(self._variable(parts[0]), parts[1], span=span)
 
     def allowance(self, parts: Parts, span: Span) -> model.Allowance:
         """Build `allow ?x == ?y`."""
-        return model.Allowance(self._variable(parts[0]), self._variable(parts[2]), span)
+        return model.Allowance(self._variable(parts[0]), self._variable(parts[2]), span=span)
 
     def selection(self, parts: Parts, span: Span) -> model.SelectStatement:
         """Build `select first(t1)` and its kin; one that is none of them counts as `select all`."""
         kind, point = parts
         anchor = None if point is None else self._point(point)
         if kind.text in SELECTIONS and (kind.text == "first") == (anchor is not None):
-            return model.SelectStatement(kind.text, anchor, span)
+            return model.SelectStatement(kind.text, anchor, span=span)
         came, place, hint = kind.text, self._span(kind), suggest(kind.text, SELECTIONS)
         if kind.text in SELECTIONS:
             came, place = came if anchor is None else f"{came}({anchor.name})", span
             hint = Hint("'first' needs the time point of an event, the others take none")
         self._reporter.error("C0107", f"expected all, first(t1) or non_overlapping, got {came!r}", place, hint)
-        return model.SelectStatement("all", None, span)
+        return model.SelectStatement("all", None, span=span)
 
     # ---- actions
 
-    def reaction(self, parts: Parts, _: Span) -> tuple[model.Action, ...]:
-        """Collect what is done when an instance is recognised."""
-        return tuple(one for one in parts if one is not None)
-
     def report(self, parts: Parts, span: Span) -> model.Report:
         """Build `report "text"`."""
-        return model.Report(_unquoted(parts[0]), span)
+        return model.Report(_unquoted(parts[0]), span=span)
 
     # ---- parts of statements
 
     def pattern(self, parts: Parts, span: Span) -> model.Pattern:
-        """Build the pattern of an event."""
-        name, arguments, old, new = parts
-        change = None if old is None else (old, new)
-        return model.Pattern(name.text, arguments or (), change, self._span(name), span)
+        """Build the pattern of an event, or an attribute with the value it must have."""
+        name, arguments, *values = parts
+        return model.Pattern(name.text, arguments or (), _there(values), name_span=self._span(name), span=span)
 
-    def fluent(self, parts: Parts, span: Span) -> model.Fluent:
-        """Build an attribute with the value it must have."""
-        name, arguments, value = parts
-        return model.Fluent(name.text, arguments or (), value, self._span(name), span)
+    fluent = pattern
 
-    def arguments(self, parts: Parts, _: Span) -> tuple[model.Term, ...]:
-        """Collect arguments."""
-        return tuple(one for one in parts if one is not None)
+    def arguments(self, parts: Parts, _: Span) -> tuple[Any, ...]:
+        """Collect arguments, or what is done when an instance is recognised."""
+        return _there(parts)
+
+    reaction = arguments
 
     def variable(self, parts: Parts, span: Span) -> model.Variable:
         """Build a variable."""
-        return model.Variable(parts[0].text[1:], span)
+        return model.Variable(parts[0].text[1:], span=span)
 
     def literal(self, parts: Parts, span: Span) -> model.Literal:
         """Build a value; the sign of a negative number is a part of its own."""
         if parts[-1].kind == "STRING":
-            return model.Literal(_unquoted(parts[-1]), True, span)
-        return model.Literal("".join(word.text for word in parts), False, span)
+            return model.Literal(_unquoted(parts[-1]), True, span=span)
+        return model.Literal("".join(word.text for word in parts), False, span=span)
 
     def time(self, parts: Parts, span: Span) -> model.TimeExpression:
         """Build `t1 + 5s`."""
-        return model.TimeExpression(self._point(parts[0]), parts[1], span)
+        return model.TimeExpression(self._point(parts[0]), parts[1], span=span)
 
     def bound(self, parts: Parts, span: Span) -> model.Bound:
         """Build a duration, a constant or `oo`, with a sign or none."""
         sign, length = parts
         if isinstance(length, Word):
-            length = model.Duration(0, length.text, self._span(length)) if length.kind == "NAME" else None
-        return model.Bound(sign == "-", length, span)
+            length = model.Duration(0, length.text, span=self._span(length)) if length.kind == "NAME" else None
+        return model.Bound(sign == "-", length, span=span)
 
     offset = bound
 
@@ -322,7 +313,7 @@ class TreeBuilder:
             tuple(item for item in items if isinstance(item, model.ExampleEvent)),
             self._once(items, "until"),
             tuple(item for item in items if isinstance(item, model.ExpectedOccurrence)),
-            span,
+            span=span,
         )
 
     def until(self, parts: Parts, span: Span) -> _Item:
@@ -332,12 +323,12 @@ class TreeBuilder:
     def example_event(self, parts: Parts, span: Span) -> model.ExampleEvent:
         """Build `1s pattern`, which has values only."""
         time, pattern = parts
-        for term in pattern.arguments + (pattern.change or ()):
+        for term in pattern.terms:
             if not isinstance(term, model.Literal):
                 came = f"?{term.name}" if isinstance(term, model.Variable) else "?"
                 message = f"expected a value in an event of an example, got {came!r}"
                 self._reporter.error("C0108", message, term.span, f"write a value such as {came[1:] or 'car1'}")
-        return model.ExampleEvent(time.us, pattern, span)
+        return model.ExampleEvent(time.us, pattern, span=span)
 
     def expectation(self, parts: Parts, span: Span) -> model.ExpectedOccurrence:
         """Build `expect chronicle[role=value] 2s..4s`."""
@@ -347,18 +338,17 @@ class TreeBuilder:
             edit = f"{format_duration(end.us)}..{format_duration(start.us)}"
             hint = Hint("the earlier time comes first", edit)
             self._reporter.error("C0401", message, start.span.to(end.span), hint)
-        fillings = tuple(role for role in roles if role is not None)
-        return model.ExpectedOccurrence(name.text, fillings, start.us, end.us, self._span(name), span)
+        return model.ExpectedOccurrence(name.text, _there(roles), start.us, end.us, self._span(name), span=span)
 
     def role(self, parts: Parts, span: Span) -> model.Role:
         """Build `name=value`."""
-        return model.Role(parts[0].text.removeprefix("?"), parts[2], span)
+        return model.Role(parts[0].text.removeprefix("?"), parts[2], span=span)
 
     # ---- numbers
 
     def duration(self, parts: Parts, span: Span) -> model.Duration:
         """Read a length of time; a bare number counts the unit of the text."""
-        return model.Duration(self._microseconds(parts[0]), "", span)
+        return model.Duration(self._microseconds(parts[0]), "", span=span)
 
     def integer(self, parts: Parts, _: Span) -> int:
         """Read a whole number."""
@@ -416,13 +406,18 @@ class TreeBuilder:
     # ---- words
 
     def _variable(self, word: Word) -> model.Variable:
-        return model.Variable(word.text[1:], self._span(word))
+        return model.Variable(word.text[1:], span=self._span(word))
 
     def _point(self, word: Word) -> model.TimePoint:
-        return model.TimePoint(word.text, self._span(word))
+        return model.TimePoint(word.text, span=self._span(word))
 
     def _span(self, word: Word) -> Span:
         return word.span(self._file)
+
+
+def _there(parts: Parts) -> tuple[Any, ...]:
+    """Leave out the places of optional parts that do not stand in the text."""
+    return tuple(one for one in parts if one is not None)
 
 
 def _unquoted(word: Word) -> str:

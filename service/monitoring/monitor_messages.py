@@ -4,7 +4,7 @@ One rule for processing, recognising again and checking: each monitor gives ``NA
 with the objects of its variables as arguments and without values. What asks for another shape would never match.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import get_args
 
 from chronicles.errors import ChronicleError
@@ -66,20 +66,12 @@ def misuses(texts: Sequence[tuple[str, str]], messages: Messages) -> tuple[Diagn
     for name, text in texts:
         for declaration in parse(text, name, unread).declarations:
             if isinstance(declaration, model.Chronicle):
-                for used, has_values in _looked_at(declaration):
-                    _check_use(used, messages, reporter, has_values=has_values)
+                for used in declaration.looked_at:
+                    _check_use(used, messages, reporter)
     return reporter.diagnostics
 
 
-def _looked_at(chronicle: model.Chronicle) -> Iterator[tuple[model.Pattern | model.Fluent, bool]]:
-    for one in chronicle.statements:
-        if isinstance(one, model.EventStatement | model.NoEventStatement | model.OccursStatement):
-            yield one.pattern, one.pattern.change is not None
-        elif isinstance(one, model.HoldStatement):
-            yield one.fluent, True
-
-
-def _check_use(used: model.Pattern | model.Fluent, messages: Messages, reporter: Reporter, *, has_values: bool) -> None:
+def _check_use(used: model.Pattern, messages: Messages, reporter: Reporter) -> None:
     expected = messages.get(used.name)
     if expected is None:
         return
@@ -87,6 +79,6 @@ def _check_use(used: model.Pattern | model.Fluent, messages: Messages, reporter:
         arguments = "1 argument" if expected == 1 else f"{expected} arguments"
         message = f"expected {arguments} of {used.name!r}, as its monitor has, got {len(used.arguments)}"
         reporter.error("C0301", message, used.name_span)
-    elif has_values:
+    elif used.values:
         message = f"expected {used.name!r} without values, as its monitor gives it, got one with values"
         reporter.error("C0302", message, used.name_span)

@@ -1,4 +1,4 @@
-"""How are stored events kept as columns?
+"""How are stored events kept as columns, and which rows fit an event pattern?
 
 `EventColumns` keeps the events in the order of time, and one table for each kind of event (name, number of arguments,
 message or change) that somebody looks at: times, and texts as codes into one list.
@@ -6,7 +6,7 @@ message or change) that somebody looks at: times, and texts as codes into one li
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from operator import attrgetter
@@ -20,6 +20,8 @@ from chronicles.events import Event
 
 Times = NDArray[np.int64]
 Codes = NDArray[np.int32]
+Rows = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 Kind = tuple[str, int, bool]  # name, number of arguments, whether a change
 
 NO_CODE = -1
@@ -110,3 +112,40 @@ class EventColumns:
 def kind_of(test: EventTest) -> Kind:
     """Give the kind of the events that can fit a pattern."""
     return test.name, test.arity, test.is_change
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """The rows of a table that fit a pattern: their numbers, ascending, their times and the values of variables."""
+
+    rows: Rows
+    times_us: Times
+    slots: Mapping[int, Codes]
+
+    def cut(self, part: slice) -> Fitting:
+        """Give neighbouring ones."""
+        return Fitting(self.rows[part], self.times_us[part], {slot: one[part] for slot, one in self.slots.items()})
+
+
+def fitting(columns: EventColumns, test: EventTest) -> Fitting:
+    """Find the rows that pass a test."""
+    table = columns.table(kind_of(test))
+    rows = np.flatnonzero(_passing(columns, test))
+    return Fitting(rows, table.t_us[rows], {slot: table.codes[rows, field] for field, slot in test.variables})
+
+
+def _passing(columns: EventColumns, test: EventTest) -> Mask:
+    table = columns.table(kind_of(test))
+    values = table.codes.T
+    passing: Mask = np.ones(len(table), bool)
+    if test.is_change:
+        passing &= values[test.arity] != values[test.arity + 1]  # a value stated again is no change
+    for field, text in test.constants:
+        passing &= values[field] == columns.code(text)
+    for field, allowed in test.filters:
+        passing &= np.fromiter((text in allowed for text in columns.texts), bool, len(columns.texts))[values[field]]
+    for first, second in test.equal:
+        passing &= values[first] == values[second]
+    for first, second in test.different:
+        passing &= values[first] != values[second]
+    return passing

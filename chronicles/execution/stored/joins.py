@@ -20,8 +20,7 @@ from functools import reduce
 import numpy as np
 
 from chronicles.compilation.plan import Plan
-from chronicles.execution.stored.columns import Codes, Times, kind_of
-from chronicles.execution.stored.fitting import Fitting, Mask, Rows
+from chronicles.execution.stored.columns import Codes, Fitting, Mask, Rows, Times, kind_of
 from chronicles.execution.stored.row_index import Partners, RowIndex, is_too_long
 
 MOST_ROWS = 1 << 17

@@ -8,8 +8,7 @@ import numpy as np
 
 from chronicles.compilation.plan import Plan
 from chronicles.execution.instances import Instance
-from chronicles.execution.stored.columns import Codes, EventColumns, EventTable, Times, kind_of
-from chronicles.execution.stored.fitting import Rows, fitting
+from chronicles.execution.stored.columns import Codes, EventColumns, EventTable, Rows, Times, fitting, kind_of
 from chronicles.execution.stored.joins import complete_rows
 
 

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.errors import ChronicleError
-from chronicles.execution.stored.columns import Codes, Times
-from chronicles.execution.stored.fitting import Mask, Rows
+from chronicles.execution.stored.columns import Codes, Mask, Rows, Times
 
 Numbers = NDArray[np.int64]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
+from dataclasses import replace
 from operator import attrgetter
 
 from chronicles.compilation.plan import Count
@@ -24,27 +25,23 @@ class CountReader:
         self._place = place
         self._until_us = log.until_us
         self._events = log.counted(one)
+        kind: ObligationKind = "noevent" if one.text.startswith("noevent") else "occurs"
+        self._not_asked = CountReading(kind=kind, text=one.text, line=place.line, least=one.least, most=one.most)
 
     def read(self, times: Times, values: Values) -> CountReading:
         """Count the events in the interval that the times give."""
-        one = self._one
-        window = window_of(one.start, one.end, times)
-        kind: ObligationKind = "noevent" if one.text.startswith("noevent") else "occurs"
+        window = window_of(self._one.start, self._one.end, times)
         if window is None or any(values[slot] is None for slot in self._events.slots):
-            return CountReading(kind, one.text, self._place.line, "not asked", one.least, one.most)
+            return self._not_asked
         start_us, end_us = window
         events = self.evidence(values)
         first = bisect_left(events, start_us, key=_time)
         last = max(first, bisect_left(events, end_us, key=_time))
         before, inside, after = events[:first], events[first:last], events[last:]
         outcome = self._outcome(len(inside), end_us)
-        return CountReading(
-            kind=kind,
-            text=one.text,
-            line=self._place.line,
+        return replace(
+            self._not_asked,
             outcome=outcome,
-            least=one.least,
-            most=one.most,
             start_us=start_us,
             end_us=end_us,
             counted=tuple(inside),

@@ -26,12 +26,13 @@ class HoldReader:
         self._place = place
         self._log = log
         self._needed = [slot for _, slot in one.bound]
+        self._not_asked = HoldReading(kind="assert" if one.is_assumed else "hold", text=one.text, line=place.line)
 
     def readings(self, times: Times, values: Values) -> Iterator[tuple[Values, HoldReading]]:
         """Give every way to read the statement with the values it binds, the cheapest first."""
         window = window_of(self._one.start, self._one.end, times)
         if window is None or any(values[slot] is None for slot in self._needed):
-            yield values, self._reading("not asked")
+            yield values, self._not_asked
             return
         found = [
             (extended, reading)
@@ -132,32 +133,14 @@ class HoldReader:
         first_us = start_us if is_reported else reported_us
         shifts = () if outcome == "met" else self._shifts(bad, first_us, window)
         slack_us = least([_minus(start_us, spans[0].start_us), _minus(spans[-1].end_us, end_us)])
-        subject = f"{one.attribute}[{', '.join(args)}]"
-        return self._reading(
-            outcome, window, subject=subject, wanted=wanted, spans=tuple(spans), slack_us=slack_us, shifts=shifts
-        )
-
-    def _reading(
-        self,
-        outcome: Outcome,
-        window: tuple[int | None, int | None] = (None, None),
-        *,
-        subject: str = "",
-        wanted: str | None = None,
-        spans: tuple[ValueSpan, ...] = (),
-        slack_us: int | None = None,
-        shifts: tuple[Shift, ...] = (),
-    ) -> HoldReading:
-        return HoldReading(
-            kind="assert" if self._one.is_assumed else "hold",
-            text=self._one.text,
-            line=self._place.line,
+        return replace(
+            self._not_asked,
             outcome=outcome,
-            start_us=window[0],
-            end_us=window[1],
-            subject=subject,
+            start_us=start_us,
+            end_us=end_us,
+            subject=f"{one.attribute}[{', '.join(args)}]",
             wanted=wanted,
-            spans=spans,
+            spans=tuple(spans),
             slack_us=slack_us if outcome == "met" else None,
             shifts=shifts,
         )

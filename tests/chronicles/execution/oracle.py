@@ -22,7 +22,6 @@ from tests.chronicles.execution.oracle_statements import (
     renamed,
     signed,
     start_of,
-    terms_of,
     text_of,
     unify,
     variables_of,
@@ -104,9 +103,9 @@ class _OneChronicle:
         self.texts = sorted({text for event in events for text in (*event.args, event.old, event.new) if text})
         self.texts += [one for one in {*self._literals(), *map(self._initial, declared)} if one not in self.texts]
         self.sorts = self._sorts()
-        self.bound = {name for one in self.of(model.EventStatement) for name in variables_of(terms_of(one.pattern))}
+        self.bound = {name for one in self.of(model.EventStatement) for name in variables_of(one.pattern.terms)}
         self.asserted: list[_Asserted] = []
-        self.held = {name for one in self.of(model.HoldStatement) for name in variables_of(terms_of(one.fluent))}
+        self.held = {name for one in self.of(model.HoldStatement) for name in variables_of(one.pattern.terms)}
 
     def of(self, kind: type[Kind]) -> list[Kind]:
         """Give the statements of one kind."""
@@ -233,21 +232,21 @@ class _OneChronicle:
         """List the arguments for which a hold is true: several where it says "?"."""
         found = []
         start_us, end_us = start_of(one, times), end_of(one, times)
-        places = [i for i, term in enumerate(one.fluent.arguments) if isinstance(term, model.Anything)]
+        places = [i for i, term in enumerate(one.pattern.arguments) if isinstance(term, model.Anything)]
         # Arguments that the hold itself gives values to need a report: a default is no evidence for them.
         searches = bool(places) or any(
-            isinstance(term, model.Variable) and term.name in free for term in one.fluent.arguments
+            isinstance(term, model.Variable) and term.name in free for term in one.pattern.arguments
         )
         for filling in product(self.texts, repeat=len(places)):
-            args = [text_of(term, binding) for term in one.fluent.arguments]
+            args = [text_of(term, binding) for term in one.pattern.arguments]
             for place, text in zip(places, filling, strict=True):
                 args[place] = text
-            if searches and not self._is_reported(one.fluent.name, tuple(args), start_us):
+            if searches and not self._is_reported(one.pattern.name, tuple(args), start_us):
                 continue
-            values = {self._value(one.fluent.name, tuple(args), t_us) for t_us in range(start_us, end_us)}
+            values = {self._value(one.pattern.name, tuple(args), t_us) for t_us in range(start_us, end_us)}
             if searches and "unknown" in values:
                 continue
-            if len(values) == 1 and self._is_wanted(one.fluent.value, values.pop(), binding, free):
+            if len(values) == 1 and self._is_wanted(one.pattern.values[0], values.pop(), binding, free):
                 found.append(tuple(args))
         return found
 
@@ -286,10 +285,10 @@ class _OneChronicle:
         return sum(full is not None and self._values_fit(full) for full in extended)
 
     def _is_uncontradicted(self, one: model.AssertStatement, binding: Binding, times: Times) -> bool:
-        args = tuple(text_of(term, binding) for term in one.fluent.arguments)
-        wanted = {text_of(one.fluent.value, binding), "unknown"}
+        args = tuple(text_of(term, binding) for term in one.pattern.arguments)
+        wanted = {text_of(one.pattern.values[0], binding), "unknown"}
         return all(
-            self._value(one.fluent.name, args, t_us) in wanted
+            self._value(one.pattern.name, args, t_us) in wanted
             for t_us in range(start_of(one, times), end_of(one, times))
         )
 
@@ -318,13 +317,11 @@ class _OneChronicle:
     def _sorts(self) -> dict[str, set[str]]:
         sorts: dict[str, set[str]] = {}
         for one in self.chronicle.statements:
-            if isinstance(one, model.EventStatement | model.NoEventStatement | model.OccursStatement):
+            if isinstance(one, model.EventStatement | model.Obligation):
                 self._add_sorts(one.pattern, sorts)
-            elif isinstance(one, model.HoldStatement | model.AssertStatement):
-                self._add_sorts(one.fluent, sorts)
         return {name: {sort for sort in found if sort} or {""} for name, found in sorts.items()}
 
-    def _add_sorts(self, pattern: model.Pattern | model.Fluent, sorts: dict[str, set[str]]) -> None:
+    def _add_sorts(self, pattern: model.Pattern, sorts: dict[str, set[str]]) -> None:
         declaration = self.declared.get(pattern.name)
         names = ["" for _ in pattern.arguments]
         value = ""
@@ -334,14 +331,14 @@ class _OneChronicle:
             if isinstance(declaration, model.Attribute) and declaration.value_domain is not None:
                 value = print_domain(declaration.value_domain)
         fields = [*names, value, value]
-        for term, sort in zip(terms_of(pattern), fields, strict=False):
+        for term, sort in zip(pattern.terms, fields, strict=False):
             if isinstance(term, model.Variable):
                 sorts.setdefault(term.name, set()).add(sort)
 
     def _literals(self) -> Iterable[str]:
         for one in self.chronicle.statements:
             if isinstance(one, model.HoldStatement):
-                yield from (term.text for term in terms_of(one.fluent) if isinstance(term, model.Literal))
+                yield from (term.text for term in one.pattern.terms if isinstance(term, model.Literal))
 
     # ---- evidence
 
@@ -350,14 +347,14 @@ class _OneChronicle:
         free = sorted(name for name in self.held - self.bound if not self._is_constant(name))
         for hold in self.of(model.HoldStatement):
             for args in self._holding(hold, binding, times, free):
-                found |= self._labels_in_force(hold.fluent.name, args, start_of(hold, times))
+                found |= self._labels_in_force(hold.pattern.name, args, start_of(hold, times))
         for one in self.of(model.AssertStatement):
-            args = tuple(text_of(term, binding) for term in one.fluent.arguments)
+            args = tuple(text_of(term, binding) for term in one.pattern.arguments)
             before = "unknown"
             for t_us in range(start_of(one, times), end_of(one, times)):
-                value = self._value(one.fluent.name, args, t_us)
+                value = self._value(one.pattern.name, args, t_us)
                 if value not in ("unknown", before):
-                    found |= self._labels_in_force(one.fluent.name, args, t_us)
+                    found |= self._labels_in_force(one.pattern.name, args, t_us)
                 before = value
         return tuple(sorted(found))
 
@@ -406,13 +403,16 @@ class _OneChronicle:
         return replace(found.match, emitted=tuple(emitted))
 
     def _change(self, one: model.AssertAction, found: _Found) -> list[Event]:
-        args = tuple(text_of(term, found.binding) for term in one.fluent.arguments)
-        t_us, new = found.times[one.time.point.name] + signed(one.time.offset), text_of(one.fluent.value, found.binding)
-        old = self._value(one.fluent.name, args, t_us)
+        args = tuple(text_of(term, found.binding) for term in one.pattern.arguments)
+        t_us, new = (
+            found.times[one.time.point.name] + signed(one.time.offset),
+            text_of(one.pattern.values[0], found.binding),
+        )
+        old = self._value(one.pattern.name, args, t_us)
         if old == new:
             return []
-        self.asserted.append(_Asserted(one.fluent.name, args, t_us, new, found.match.closes_us))
-        return [Event(one.fluent.name, args, t_us, old, new, found.match.hypotheses)]
+        self.asserted.append(_Asserted(one.pattern.name, args, t_us, new, found.match.closes_us))
+        return [Event(one.pattern.name, args, t_us, old, new, found.match.hypotheses)]
 
     def _match(self, binding: Binding, times: Times, chosen: tuple[int, ...]) -> Match:
         kinds = (model.NoEventStatement, model.OccursStatement, model.HoldStatement, model.AssertStatement)
@@ -440,9 +440,9 @@ class _OneChronicle:
         point = self.chronicle.points[-1].name if one.time is None else one.time.point.name
         t_us = times[point] + (0 if one.time is None else signed(one.time.offset))
         args = tuple(text_of(term, binding) for term in one.pattern.arguments)
-        if one.pattern.change is None:
+        if not one.pattern.values:
             return Event(one.pattern.name, args, t_us)
-        old, new = (text_of(term, binding) for term in one.pattern.change)
+        old, new = (text_of(term, binding) for term in one.pattern.values)
         return Event(one.pattern.name, args, t_us, old, new)
 
 

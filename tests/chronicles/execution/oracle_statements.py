@@ -33,11 +33,10 @@ def renamed(node: Any, names: dict[str, str]) -> Any:
 
 
 def unify(pattern: model.Pattern, event: Event, binding: Binding) -> Binding | None:
-    terms = terms_of(pattern)
     values: tuple[str, ...] = event.args
     if event.name != pattern.name or len(event.args) != len(pattern.arguments):
         return None
-    if (event.new is None) != (pattern.change is None):
+    if (event.new is not None) != bool(pattern.values):
         return None
     if event.new is not None:
         old = event.old or "unknown"
@@ -45,18 +44,12 @@ def unify(pattern: model.Pattern, event: Event, binding: Binding) -> Binding | N
             return None
         values = (*values, old, event.new)
     extended = dict(binding)
-    for term, value in zip(terms, values, strict=True):
+    for term, value in zip(pattern.terms, values, strict=True):
         if isinstance(term, model.Literal) and term.text != value:
             return None
         if isinstance(term, model.Variable) and extended.setdefault(term.name, value) != value:
             return None
     return extended
-
-
-def terms_of(pattern: model.Pattern | model.Fluent) -> tuple[model.Term, ...]:
-    if isinstance(pattern, model.Fluent):
-        return (*pattern.arguments, pattern.value)
-    return (*pattern.arguments, *(pattern.change or ()))
 
 
 def variables_of(terms: Iterable[model.Term]) -> set[str]:

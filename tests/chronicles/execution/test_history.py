@@ -36,7 +36,7 @@ def test_change_and_change_back_at_one_time_is_no_change() -> None:
 
 def test_forgetting_keeps_the_value_that_still_lasts() -> None:
     kept = history(("a", 5, "unknown", "on"), ("a", 10, "on", "off"), ("b", 3, "on", "unknown"))
-    assert kept.forget_before("p", 50) == 1
+    assert kept.forget_before("p", 50, 50) == 1
     assert kept.value_throughout("p", ("a",), 50, 60) == "off"
 
 
@@ -49,9 +49,17 @@ def test_forgotten_things_are_found_no_more_and_unknown() -> None:
     for thing, new in (("a", "on"), ("b", "unknown")):
         kept.append(Event("p", (thing,), 3, "off", new))
     assert kept.matching("p", (), ()) == (("a",), ("b",))
-    kept.forget_before("p", 10)
+    kept.forget_before("p", 10, 10)
     assert kept.matching("p", (), ()) == (("a",),)
     assert kept.value_throughout("p", ("b",), 10, 20) == "unknown"
+
+
+def test_what_is_unknown_may_be_forgotten_sooner_than_what_is_known() -> None:
+    kept = history(("a", 5, "unknown", "on"), ("a", 10, "on", "unknown"), ("b", 5, "unknown", "on"))
+    assert kept.forget_before("p", 1, 10) == 2
+    assert kept.forget_before("p", 1, 11) == 1
+    assert kept.value_throughout("p", ("a",), 5, 6) == "unknown"
+    assert kept.value_throughout("p", ("b",), 5, 6) == "on"
 
 
 def test_value_comes_with_the_hypotheses_of_the_change_that_brought_it() -> None:
@@ -61,7 +69,7 @@ def test_value_comes_with_the_hypotheses_of_the_change_that_brought_it() -> None
     assert kept.values_within("p", ("a",), 6, 8) == [("on", ("h1", "h2"))]
     assert kept.values_within("p", ("a",), 0, 20) == [("unknown", ()), ("on", ("h1", "h2")), ("off", ())]
     assert kept.values_within("p", ("a",), 9, 10) == [("on", ("h3",))]
-    kept.forget_before("p", 10)
+    kept.forget_before("p", 10, 10)
     assert kept.values_within("p", ("a",), 10, 12) == [("on", ("h3",))]
 
 

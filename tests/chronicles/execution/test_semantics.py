@@ -63,6 +63,23 @@ def test_memory_does_not_grow_with_the_length_of_the_stream() -> None:
     assert max(sizes) == min(sizes)
 
 
+def test_who_left_is_forgotten_long_before_the_longest_hold() -> None:
+    text = """chronicle c[?x] {
+      event(p[?x]:(?, on), t1) hold(p[?x]:on, (t1, t2)) event(p[?x]:(on, ?), t2) t2 - t1 in [5s, 10min]
+    }"""
+    recogniser = Recogniser(load(text))
+    stage = recogniser._engine._stages[0]
+    found = 0
+    for second in range(0, 6000, 2):
+        told = recogniser.observe(Event("p", (f"x{second}",), second * 1_000_000, "unknown", "on"))
+        if second >= 10:
+            told = recogniser.observe(Event("p", (f"x{second - 10}",), second * 1_000_000, "on", "unknown"))
+        found += len(told)
+    assert found == 2_995
+    stage._sweep(recogniser._engine.watermark_us)
+    assert len(stage.state()["history"][0]) < 10
+
+
 def test_absence_is_refuted_by_an_event_inside_and_not_by_one_at_its_end() -> None:
     text = "chronicle c(t1) { event(a[], t1) noevent(b[], (t1, t1 + 5s)) }"
     assert run(text, "0s a[]\n0s b[]\nuntil 9s") == []

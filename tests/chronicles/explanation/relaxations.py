@@ -53,4 +53,4 @@ def _moved(bound: model.Bound | None, by_us: int, place: model.Statement) -> mod
     if bound is not None and bound.duration is not None:
         assert not bound.duration.constant
         written_us += -bound.duration.us if bound.negative else bound.duration.us
-    return model.Bound(written_us < 0, model.Duration(abs(written_us), "", place.span), place.span)
+    return model.Bound(written_us < 0, model.Duration(abs(written_us), "", span=place.span), span=place.span)

@@ -61,7 +61,7 @@ example "a car comes \\"near\\"" {
 
 def test_example_may_be_empty_and_expect_nothing() -> None:
     [found] = read('example "nothing" { }').declarations
-    assert found == model.Example("nothing", (), None, (), found.span)
+    assert found == model.Example("nothing", (), None, (), span=found.span)
 
 
 def test_loaded_examples_have_the_values_of_constants() -> None:

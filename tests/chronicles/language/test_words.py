@@ -1,6 +1,7 @@
 """Words and tables against Lark's own lexer and parser, which read the same grammar."""
 
 import random
+from dataclasses import fields, is_dataclass
 from importlib.resources import files
 
 import pytest
@@ -76,9 +77,9 @@ def repr_places(node: object) -> set[tuple[int, int, int, int]]:
     span = getattr(node, "span", None)
     if span is not None:
         found.add(tuple(span[1:]))
-    for name in getattr(node, "__slots__", ()):
-        value = getattr(node, name)
-        if name not in ("span", "name_span"):
+    for field in fields(node) if is_dataclass(node) else ():
+        value = getattr(node, field.name)
+        if field.name not in ("span", "name_span"):
             for part in value if isinstance(value, tuple) else (value,):
                 found |= repr_places(part)
     return found

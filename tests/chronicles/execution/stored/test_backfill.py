@@ -7,9 +7,8 @@ import pytest
 from chronicles.chronicle_set import ChronicleSet, load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
-from chronicles.execution.stored.backfill import recognise_columns
+from chronicles.execution.stored.backfill import FoundOccurrences, recognise_columns
 from chronicles.execution.stored.columns import EventColumns
-from chronicles.execution.stored.found import FoundOccurrences
 from chronicles.recogniser import Recogniser
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.support import shown, steps, us
@@ -107,7 +106,7 @@ def test_number_is_known_before_any_occurrence_is_built(monkeypatch: pytest.Monk
 def test_what_one_event_completes_is_told_in_the_order_of_values_wherever_it_is_cut(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("chronicles.execution.stored.found._MATCHES_AT_A_TIME", 2)
+    monkeypatch.setattr("chronicles.execution.stored.backfill._MATCHES_AT_A_TIME", 2)
     text = "chronicle both[?x](t1, t2) { event(enter[?x], t1) event(end[], t2) t2 - t1 in [1s, 9s] }"
     found = backfill(text, "1s enter[c]\n2s enter[a]\n3s enter[b]\n4s end[]\n5s end[]")
     assert [(one.roles["x"], one.end_us // 1_000_000) for one in found] == [(x, t) for t in (4, 5) for x in "abc"]

@@ -10,8 +10,7 @@ from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.execution.stored.columns import EventColumns
-from chronicles.execution.stored.fitting import Fitting, fitting
+from chronicles.execution.stored.columns import EventColumns, Fitting, fitting
 from chronicles.execution.stored.joins import complete_rows
 from chronicles.execution.stored.matches import find_matches
 from chronicles.execution.stored.row_index import Numbering, RowIndex
