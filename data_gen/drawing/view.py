@@ -195,20 +195,19 @@ class Raster:
             ]
         )
 
-    def seen_by(self, picture: ByteArray, view: CameraView, height_m: float = 0.0) -> ByteArray:
+    def seen_by(self, picture: ByteArray, view: CameraView) -> ByteArray:
         """Warp a picture of the raster into a camera's image.
 
         Parameters
         ----------
         picture : of the raster's size, any number of channels.
         view : the camera.
-        height_m : of the plane that the picture lies in, over the ground; other than 0 needs a view with a pose.
 
         Returns
         -------
         (h, w, ...); where the raster ends, its border is repeated.
         """
-        matrix = plane_to_pixels(view, height_m) @ self.camera.ground_from_pixel
+        matrix = plane_to_pixels(view, 0.0) @ self.camera.ground_from_pixel
         return np.asarray(
             cv2.warpPerspective(picture, matrix, view.size_px, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
             dtype=np.uint8,
@@ -221,7 +220,7 @@ class Raster:
         ----------
         picture : of the raster's size.
         view : the camera.
-        height_m : as for `seen_by`.
+        height_m : of the plane that the picture lies in, over the ground; other than 0 needs a view with a pose.
 
         Returns
         -------

@@ -110,9 +110,6 @@ class _Solid:
         mapped = np.column_stack((ground_m, np.full(len(ground_m), up_m), np.ones(len(ground_m)))) @ self._space.T
         return np.asarray(mapped[:, :2] / mapped[:, 2:], dtype=np.float64)
 
-    def turn_to_ground(self, vector: FloatArray) -> FloatArray:
-        return np.asarray(vector @ self._turn, dtype=np.float64)
-
     def faces(self, sun: Sun) -> Iterator[tuple[FloatArray, Colour]]:
         """Give the faces that the camera sees, in the order of drawing: outline in pixels and colour."""
         for part in sorted(self.parts, key=self._order):
@@ -140,8 +137,8 @@ class _Solid:
         for corner in np.flatnonzero(seen):
             after = (corner + 1) % len(base_px)
             quad = np.array([base_px[corner], base_px[after], top_px[after], top_px[corner]])
-            normal = self.turn_to_ground(outward[corner] / max(1e-9, float(np.hypot(*outward[corner]))))
-            light = sun.wall_light(normal)
+            normal = outward[corner] / max(1e-9, float(np.hypot(*outward[corner])))
+            light = sun.wall_light(normal @ self._turn)
             blue, green, red = (light * value for value in part.side)
             yield quad, (blue, green, red)
 
