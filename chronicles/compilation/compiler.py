@@ -91,7 +91,7 @@ def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -
 
 
 def _select(chronicle: model.Chronicle, reporter: Reporter) -> model.SelectStatement | None:
-    found = [one for one in chronicle.statements if isinstance(one, model.SelectStatement)]
+    found = chronicle.of(model.SelectStatement)
     for second in found[1:]:
         message = f"expected one select in chronicle {chronicle.name!r}, got another one than in line"
         reporter.error("C0203", f"{message} {found[0].span.line}", second.span, "keep one of them")

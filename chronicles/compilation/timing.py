@@ -50,7 +50,7 @@ def resolve_timing(chronicle: model.Chronicle, symbols: Symbols, reporter: Repor
     None if something was reported.
     """
     before = reporter.error_count
-    event_points = {one.point.name: one for one in chronicle.statements if isinstance(one, model.EventStatement)}
+    event_points = {one.point.name: one for one in chronicle.of(model.EventStatement)}
     mentioned = _mentioned(chronicle)
     points = tuple(sorted(mentioned))
     edges = _EdgeBuilder(points, symbols, reporter).edges(chronicle)

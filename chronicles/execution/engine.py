@@ -37,12 +37,7 @@ class Engine:
     watermark_us : the clock minus the lateness; nothing before it may come any more.
     """
 
-    def __init__(
-        self,
-        chronicles: ChronicleSet,
-        lateness_us: int,
-        stored: Sequence[Event] | None = None,
-    ) -> None:
+    def __init__(self, chronicles: ChronicleSet, lateness_us: int, stored: Sequence[Event] | None = None) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self._lateness_us = lateness_us

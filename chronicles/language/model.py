@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Literal as OneOf
+from typing import TypeVar
 
 from dyknow.language.places import Span
 
@@ -345,6 +346,9 @@ class Message(Named):
     domains: tuple[ParameterDomain, ...]
 
 
+_Kind = TypeVar("_Kind", bound=Node)
+
+
 @dataclass(frozen=True, slots=True)
 class Chronicle(Named):
     """`chronicle name[parameters](points) { statements when recognised { actions } }`."""
@@ -353,6 +357,10 @@ class Chronicle(Named):
     points: tuple[TimePoint, ...]
     statements: tuple[Statement, ...]
     actions: tuple[Action, ...]
+
+    def of(self, kind: type[_Kind]) -> list[_Kind]:
+        """List its statements of one kind."""
+        return [one for one in self.statements if isinstance(one, kind)]
 
     @property
     def looked_at(self) -> tuple[Pattern, ...]:
