@@ -206,14 +206,9 @@ class Assembly:
         is_assertion = isinstance(one, model.AssertAction)
         if is_assertion:
             values.insert(0, Filling(-1))
-        return Emission(
-            cells.name,
-            tuple(arguments),
-            (values[0], values[1]) if values else None,
-            time,
-            max(0, self._after_us(time)),
-            is_assertion,
-        )
+        change = (values[0], values[1]) if values else None
+        delay_us = max(0, self._after_us(time))
+        return Emission(cells.name, tuple(arguments), change, time, delay_us, is_assertion)
 
     def _cell_filling(self, cell: Cell) -> Filling:
         return self._filling(cell.variable) if cell.variable else Filling(-1, cell.constant or "")
@@ -223,10 +218,8 @@ class Assembly:
             return self._moved(one.time)
         if self._chronicle.points:
             return self._anchor(self._timing.anchors[self._chronicle.points[-1].name])
-        message = (
-            f"expected a time for the emitted event, got none and no time point in the head of {self._chronicle.name!r}"
-        )
-        self._reporter.error("C0407", message, one.span, "write emit event(..., t1)")
+        message = "expected a time for the emitted event, got none and no time point in the head of"
+        self._reporter.error("C0407", f"{message} {self._chronicle.name!r}", one.span, "write emit event(..., t1)")
         return Anchor(0, 0)
 
     def _after_us(self, start: Anchor) -> int:

@@ -181,9 +181,8 @@ def _check_selection(resolved: Resolved, reporter: Reporter) -> None:
         reporter.error("C0408", message, anchor.span, suggest(anchor.name, sorted(set(points))))
     elif points.count(anchor.name) > 1:
         message = f"expected the time point of one event, got {anchor.name}, which {points.count(anchor.name)} share"
-        hint = (
-            f"give one of them a time point of its own, such as {anchor.name}b, and add {anchor.name}b = {anchor.name}"
-        )
+        new = f"{anchor.name}b"
+        hint = f"give one of them a time point of its own, such as {new}, and add {new} = {anchor.name}"
         reporter.error("C0408", message, anchor.span, hint)
 
 

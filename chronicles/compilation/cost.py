@@ -243,11 +243,8 @@ def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:
         named = " and ".join(plan.positions[group[0]].label for group in groups)
         count = len(groups)
         message = f"expected events that share a variable, got {count} groups without one in common, at {named}"
-        hint = (
-            f"within {format_duration(spread_us)} every combination is kept: with n things each, n^{count} instances; "
-            "join them by a variable, or narrow the time between them"
-        )
-        reporter.warning("C1001", message, place, hint)
+        hint = f"within {format_duration(spread_us)} every combination is kept: with n things each, n^{count} instances"
+        reporter.warning("C1001", message, place, f"{hint}; join them by a variable, or narrow the time between them")
 
 
 def _joined_groups(plan: Plan) -> list[list[int]]:

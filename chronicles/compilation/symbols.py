@@ -73,12 +73,8 @@ class Symbols:
             return literal.text
         if isinstance(constant.value, model.Duration):
             message = f"expected a value, got the constant {literal.text!r}, which is a duration"
-            reporter.error(
-                "C0305",
-                message,
-                literal.span,
-                Hint(f'as a value it needs quotes: "{literal.text}"', f'"{literal.text}"'),
-            )
+            quoted = f'"{literal.text}"'
+            reporter.error("C0305", message, literal.span, Hint(f"as a value it needs quotes: {quoted}", quoted))
             return literal.text
         return constant.value.text
 
@@ -100,9 +96,8 @@ class Symbols:
             reporter.error("C0204", message, duration.span, hint)
         else:
             message = f"expected a duration, got the constant {duration.constant!r}, which is {value.text!r}"
-            reporter.error(
-                "C0305", message, duration.span, f"write constant {duration.constant} = 5s, or the duration itself"
-            )
+            hint = Hint(f"write constant {duration.constant} = 5s, or the duration itself")
+            reporter.error("C0305", message, duration.span, hint)
         return 0
 
     def _read_us(self, duration: model.Duration, reporter: Reporter) -> int:

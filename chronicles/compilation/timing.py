@@ -100,10 +100,9 @@ def closed_bounds_us(one: model.TimeConstraint, symbols: Symbols, reporter: Repo
     Open ends move inwards by the one tick that time has.
     """
     if isinstance(one, model.Range):
-        low, high = (
-            None if bound.duration is None else offset_us(bound, symbols, reporter) for bound in (one.low, one.high)
-        )
-        return None if low is None else low + one.low_open, None if high is None else high - one.high_open
+        low = None if one.low.duration is None else offset_us(one.low, symbols, reporter) + one.low_open
+        high = None if one.high.duration is None else offset_us(one.high, symbols, reporter) - one.high_open
+        return low, high
     offset = offset_us(one.offset, symbols, reporter)
     low = offset + (one.comparator == ">") if one.comparator in (">", ">=", "=") else None
     high = offset - (one.comparator == "<") if one.comparator in ("<", "<=", "=") else None
@@ -169,11 +168,8 @@ class _EdgeBuilder:
             is_narrow = low - one.low_open <= high + one.high_open
             came = print_statement(one) if is_narrow else f"{format_duration(low)} to {format_duration(high)}"
             message = f"expected bounds with a time between them, got {came}"
-            hint = (
-                Hint("a bound is left out here, and no time is left: let both bounds in")
-                if is_narrow
-                else _swapped(one)
-            )
+            hint = Hint("a bound is left out here, and no time is left: let both bounds in")
+            hint = hint if is_narrow else _swapped(one)
             self._reporter.error("C0401", message, one.low.span.to(one.high.span), hint)
             return
         if high is not None:
@@ -266,10 +262,8 @@ def _check_bounded(
     for start, start_name in places:
         for end, end_name in places:
             if least[start][end] >= UNBOUNDED_US:
-                message = (
-                    f"an instance of {chronicle.name!r} could wait for ever: "
-                    f"expected a bound on how long after {start_name} the event at {end_name} may come, got none"
-                )
+                wanted = f"a bound on how long after {start_name} the event at {end_name} may come"
+                message = f"an instance of {chronicle.name!r} could wait for ever: expected {wanted}, got none"
                 hint = f"add a constraint such as {end_name} - {start_name} in [0s, 1min]"
                 reporter.error("C0701", message, event_points[end_name].point.span, hint)
                 return

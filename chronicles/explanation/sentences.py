@@ -143,9 +143,8 @@ def of_change(one: BoundChange) -> str:
 def _allowed(one: ConstraintReading) -> str:
     if one.low_us is None:
         return "any time" if one.high_us is None else f"at most {seconds(one.high_us)}"
-    return (
-        f"at least {seconds(one.low_us)}" if one.high_us is None else f"{seconds(one.low_us)} to {seconds(one.high_us)}"
-    )
+    low = seconds(one.low_us)
+    return f"at least {low}" if one.high_us is None else f"{low} to {seconds(one.high_us)}"
 
 
 def _room(one: ConstraintReading) -> str:

@@ -85,9 +85,8 @@ class TreeBuilder:
         """Build `timeunit 1ms`."""
         if self._unit_span is not None:
             related = [(self._unit_span, "the first")]
-            self._reporter.error(
-                "C0203", "expected one timeunit in a text, got a second", span, "keep one", related=related
-            )
+            message = "expected one timeunit in a text, got a second"
+            self._reporter.error("C0203", message, span, "keep one", related=related)
         us = cast(model.Duration, parts[0]).us
         if us == 0:
             self._reporter.error("C0401", "expected a timeunit above zero, got 0", span)
@@ -183,9 +182,8 @@ class TreeBuilder:
         if depth <= model.DEEPEST_DOMAIN:
             return model.DomainOperation(left, operator, right, depth, span=span)
         if depth == model.DEEPEST_DOMAIN + 1:
-            message = (
-                f"expected a domain of at most {model.DEEPEST_DOMAIN} operations in one another, got at least {depth}"
-            )
+            wanted = f"a domain of at most {model.DEEPEST_DOMAIN} operations in one another"
+            message = f"expected {wanted}, got at least {depth}"
             hint = "write the values in one set {a, b, ...}, or give parts of the domain names of their own"
             self._reporter.error("C0109", message, span, hint)
         anything = model.DomainSymbol(span=span)
