@@ -87,15 +87,17 @@ def _run(example: model.Example, loaded: ChronicleSet, defined: Mapping[str, fro
     events = [_event(one) for one in example.events]
     own = defined[example.span.file]
     found = [one for one in recognise(loaded, events, until_us=example.until_us) if one.chronicle in own]
-    partner = _pair(example.expected, found)
-    return ExampleResult(
-        title=example.title,
-        file=example.span.file,
-        line=example.span.line,
-        matched=tuple(one for place, one in enumerate(found) if place in partner),
-        missing=tuple(one for place, one in enumerate(example.expected) if place not in partner.values()),
-        unexpected=tuple(one for place, one in enumerate(found) if place not in partner),
-    )
+    missing = list(example.expected)
+    matched, unexpected = list[Occurrence](), list[Occurrence]()
+    for one in found:
+        equal = next((wanted for wanted in missing if _is_equal(wanted, one)), None)
+        if equal is None:
+            unexpected.append(one)
+        else:
+            matched.append(one)
+            missing.remove(equal)
+    place = example.span.file, example.span.line
+    return ExampleResult(example.title, *place, tuple(matched), tuple(missing), tuple(unexpected))
 
 
 def _event(event: model.ExampleEvent) -> Event:
@@ -105,18 +107,6 @@ def _event(event: model.ExampleEvent) -> Event:
 
 def _chronicle_names(file: model.ChronicleFile) -> frozenset[str]:
     return frozenset(one.name for one in file.declarations if isinstance(one, model.Chronicle))
-
-
-def _pair(expected: Sequence[model.ExpectedOccurrence], found: Sequence[Occurrence]) -> dict[int, int]:
-    """Give each found occurrence an expected one that is equal to it, if one is left."""
-    left = dict(enumerate(expected))
-    partner: dict[int, int] = {}
-    for place, one in enumerate(found):
-        equal = next((wanted for wanted, other in left.items() if _is_equal(other, one)), None)
-        if equal is not None:
-            partner[place] = equal
-            del left[equal]
-    return partner
 
 
 def _is_equal(expected: model.ExpectedOccurrence, found: Occurrence) -> bool:

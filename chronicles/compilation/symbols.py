@@ -6,9 +6,10 @@ is a clash.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
@@ -173,6 +174,8 @@ class _Resolver:
         self._domains = domains
         self._reporter = reporter
         self._sets: dict[str, ValueSet] = {}
+        # One that is asked for and not yet resolved is part of a circle, which was reported.
+        self._known = ChainMap(self._sets, dict.fromkeys(domains, ANY_VALUE))
         self._circles: set[frozenset[str]] = set()
 
     def named(self, name: str) -> ValueSet:
@@ -183,7 +186,7 @@ class _Resolver:
             following = next((one for one in others if one in self._domains and one not in self._sets), None)
             if following is None:
                 expression = self._domains[last].expression
-                self._sets[last] = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+                self._sets[last] = resolve_domain(expression, self._known, self._symbols, self._reporter)
                 del path[last]
             elif following in path:
                 names = list(path)
@@ -191,12 +194,6 @@ class _Resolver:
             else:
                 path[following] = iter(_names_in(self._domains[following].expression))
         return self._sets[name]
-
-    def _named_or_error(self, expression: model.DomainName) -> ValueSet:
-        if expression.name in self._domains:
-            # One that is missing is part of a circle, which was reported.
-            return self._sets.get(expression.name, ANY_VALUE)
-        return _unknown_domain(expression, list(self._domains), self._reporter)
 
     def _report_circle(self, names: list[str]) -> None:
         if frozenset(names) not in self._circles:
@@ -234,7 +231,7 @@ class _Resolver:
     def _field(self, expression: model.DomainExpression | None) -> Field:
         if expression is None:
             return UNDECLARED_FIELD
-        values = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+        values = resolve_domain(expression, self._known, self._symbols, self._reporter)
         _warn_empty(expression, values, self._reporter)
         return Field(print_domain(expression), values)
 
@@ -248,14 +245,10 @@ def _names_in(expression: model.DomainExpression) -> Iterator[str]:
         yield from _names_in(expression.right)
 
 
-class _DomainLookUp(Protocol):
-    def __call__(self, expression: model.DomainName, /) -> ValueSet: ...
-
-
 def resolve_domain(
-    expression: model.DomainExpression, symbols: Symbols, reporter: Reporter, look_up: _DomainLookUp
+    expression: model.DomainExpression, known: Mapping[str, ValueSet], symbols: Symbols, reporter: Reporter
 ) -> ValueSet:
-    """Give the values that a domain expression allows."""
+    """Give the values that an expression over `known` domains allows; anything where that counts an error."""
     match expression:
         case model.DomainValues(values):
             return one_of(*(symbols.value_of(value, reporter) for value in values))
@@ -268,24 +261,15 @@ def resolve_domain(
             return one_of(*map(str, range(low, high + 1)))
         case model.DomainSymbol():
             return ANY_VALUE
-        case model.DomainName():
-            return look_up(expression)
+        case model.DomainName(name):
+            if name not in known:
+                message = f"expected a domain, got the unknown name {name!r}"
+                reporter.error("C0202", message, expression.span, suggest(name, list(known)))
+            return known.get(name, ANY_VALUE)
         case model.DomainOperation(left, operator, right):
-            first = resolve_domain(left, symbols, reporter, look_up)
-            second = resolve_domain(right, symbols, reporter, look_up)
+            first = resolve_domain(left, known, symbols, reporter)
+            second = resolve_domain(right, known, symbols, reporter)
             return first.union(second) if operator == "|" else first.difference(second)
-
-
-def domain_of(expression: model.DomainExpression, symbols: Symbols, reporter: Reporter) -> ValueSet:
-    """Give the values that an expression in a chronicle's body allows."""
-
-    def look_up(name: model.DomainName) -> ValueSet:
-        """Return the values of a domain by name; report an unknown name."""
-        if name.name in symbols.domains:
-            return symbols.domains[name.name]
-        return _unknown_domain(name, list(symbols.domains), reporter)
-
-    return resolve_domain(expression, symbols, reporter, look_up)
 
 
 def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None:
@@ -297,12 +281,6 @@ def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None
         if hint.edit is not None:
             hint = hint._replace(edit=print_term(model.Literal(hint.edit, False, span=span)))
         reporter.error("C0303", f"expected a value of {field.sort}, got {named}", span, hint)
-
-
-def _unknown_domain(expression: model.DomainName, known: list[str], reporter: Reporter) -> ValueSet:
-    message = f"expected a domain, got the unknown name {expression.name!r}"
-    reporter.error("C0202", message, expression.span, suggest(expression.name, known))
-    return ANY_VALUE
 
 
 def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> None:

@@ -12,7 +12,7 @@ from itertools import combinations
 
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.compilation.patterns import Cell, Cells
-from chronicles.compilation.symbols import UNKNOWN, Symbols, domain_of
+from chronicles.compilation.symbols import UNKNOWN, Symbols, resolve_domain
 from chronicles.compilation.usage import warn_single_uses
 from chronicles.language import model
 from dyknow.language.diagnostics import Reporter, suggest
@@ -204,7 +204,8 @@ class _Resolver:
                 self._reporter.error("C0307", f"{message}, got constraints that allow none", span, near)
 
         for member in self._members:
-            restrict(member.variable, domain_of(member.domain, self._symbols, self._reporter), member.span)
+            values = resolve_domain(member.domain, self._symbols.domains, self._symbols, self._reporter)
+            restrict(member.variable, values, member.span)
         for one in self._different:
             if isinstance(one.term, model.Literal):
                 restrict(one.variable, one_of(self._symbols.value_of(one.term, self._reporter)).inverse(), one.span)

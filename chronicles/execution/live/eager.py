@@ -11,7 +11,7 @@ And the comparisons are written as Python programs (`live.programs`).
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import Any  # an instance is a heterogeneous list; states are plain data
 
@@ -84,16 +84,14 @@ class _Reader:
         return self.read(record)
 
 
+@dataclass(slots=True, eq=False)
 class _Chronicle:
     """The states of one chronicle, by mask; `readers` by position."""
 
-    __slots__ = ("number", "plan", "readers", "states")
-
-    def __init__(self, number: int, plan: Plan, readers: Sequence[_Reader]) -> None:
-        self.number = number
-        self.plan = plan
-        self.readers = readers
-        self.states: dict[int, _State] = {}
+    number: int
+    plan: Plan
+    readers: Sequence[_Reader]
+    states: dict[int, _State] = field(default_factory=dict)
 
     @property
     def partial(self) -> list[_State]:
