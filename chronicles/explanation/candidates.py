@@ -21,7 +21,7 @@ import numpy as np
 
 from chronicles.chronicle_set import load
 from chronicles.compilation.network import minimise
-from chronicles.compilation.plan import Plan
+from chronicles.compilation.plan import Persistence, Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Occurrence
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
@@ -252,9 +252,8 @@ class CandidateSearch:
                     self._try(reader, plan, assignment, base=base)
 
     def _obligations(self) -> list[tuple[int, int]]:
-        plan = self._case.plan
-        counted = [(one.start.position, one.end.position) for one in plan.counts]
-        return counted + [(one.start.position, one.end.position) for one in plan.persistences if not one.is_reading]
+        asked = [one for one in self._case.plan.obligations if not (isinstance(one, Persistence) and one.is_reading)]
+        return [(one.start.position, one.end.position) for one in asked]
 
     # ---- what is common to all
 

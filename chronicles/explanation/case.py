@@ -136,8 +136,7 @@ def _deciding(involved: ChronicleSet, plan: Plan, events: list[Event], fixed: Va
     """Leave out events that cannot matter for occurrences with these values, where that is known."""
     if len(involved.plans) > 1 or plan.selection.kind != "all":
         return events
-    tests = [one.test for one in plan.positions] + [one.test for one in plan.counts]
-    places = [(test.name, [pair for pair in test.variables if pair[0] < test.arity]) for test in tests]
+    places = [(test.name, [pair for pair in test.variables if pair[0] < test.arity]) for test in plan.tests]
     places += [(one.attribute, [*one.bound, *one.binds]) for one in plan.persistences]
     wanted: dict[str, list[list[tuple[int, str]]]] = {}
     for name, pairs in places:
