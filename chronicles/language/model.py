@@ -201,7 +201,7 @@ class Allowance(Node):
 
 @dataclass(frozen=True, slots=True)
 class Membership(Node):
-    """`?x in domain`."""
+    """`?x in domain`, in a chronicle or for a parameter of a declaration."""
 
     variable: Variable
     domain: DomainExpression
@@ -321,19 +321,11 @@ class Domain(Named):
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterDomain(Node):
-    """`?parameter in domain` inside a declaration."""
-
-    variable: Variable
-    domain: DomainExpression
-
-
-@dataclass(frozen=True, slots=True)
 class Attribute(Named):
     """`attribute name[parameters] { ... }`: something that has a value at every time."""
 
     parameters: tuple[Variable, ...]
-    domains: tuple[ParameterDomain, ...]
+    domains: tuple[Membership, ...]
     value_domain: DomainExpression | None
     default: Literal | None
 
@@ -343,7 +335,7 @@ class Message(Named):
     """`message name[parameters] { ... }`: something that happens at one time and has no value."""
 
     parameters: tuple[Variable, ...]
-    domains: tuple[ParameterDomain, ...]
+    domains: tuple[Membership, ...]
 
 
 _Kind = TypeVar("_Kind", bound=Node)

@@ -109,7 +109,7 @@ class TreeBuilder:
     def attribute(self, parts: Parts, span: Span) -> model.Attribute:
         """Build `attribute name[parameters] { ... }`."""
         name, parameters, *items = parts
-        domains = tuple(item for item in items if isinstance(item, model.ParameterDomain))
+        domains = tuple(item for item in items if isinstance(item, model.Membership))
         value, default = self._once(items, "value"), self._once(items, "default")
         return model.Attribute(name.text, parameters, domains, value, default, name_span=self._span(name), span=span)
 
@@ -139,10 +139,6 @@ class TreeBuilder:
     def time_points(self, parts: Parts, _: Span) -> tuple[model.TimePoint, ...]:
         """Build the time points of a head."""
         return tuple(map(self._point, parts))
-
-    def parameter_domain(self, parts: Parts, span: Span) -> model.ParameterDomain:
-        """Build `?parameter in domain` of a declaration."""
-        return model.ParameterDomain(self._variable(parts[0]), parts[1], span=span)
 
     def value_domain(self, parts: Parts, span: Span) -> _Item:
         """Note `value in domain`."""
@@ -239,6 +235,8 @@ class TreeBuilder:
     def membership(self, parts: Parts, span: Span) -> model.Membership:
         """Build `?x in domain`."""
         return model.Membership(self._variable(parts[0]), parts[1], span=span)
+
+    parameter_domain = membership
 
     def allowance(self, parts: Parts, span: Span) -> model.Allowance:
         """Build `allow ?x == ?y`."""
