@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from chronicles.events import Event, Occurrence
 from chronicles.language import model
-from chronicles.language.parser import parse
 from chronicles.recogniser import recognise
-from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
 
 
@@ -68,9 +66,7 @@ def run_examples(texts: Sequence[tuple[str, str]]) -> tuple[ExampleResult, ...]:
       + twice[car=a] 1s..2s
     """
     loaded = load_texts(texts)
-    reporter = Reporter(dict(texts))
-    defined = {name: _chronicle_names(parse(text, name, reporter)) for name, text in texts}
-    return tuple(_run(example, loaded, defined) for example in loaded.examples)
+    return tuple(_run(example, loaded) for example in loaded.examples)
 
 
 def render(result: ExampleResult) -> str:
@@ -83,9 +79,9 @@ def render(result: ExampleResult) -> str:
     return "\n".join(lines)
 
 
-def _run(example: model.Example, loaded: ChronicleSet, defined: Mapping[str, frozenset[str]]) -> ExampleResult:
+def _run(example: model.Example, loaded: ChronicleSet) -> ExampleResult:
     events = [_event(one) for one in example.events]
-    own = defined[example.span.file]
+    own = {name for name, places in loaded.statement_places if places[0][0] == example.span.file}
     found = [one for one in recognise(loaded, events, until_us=example.until_us) if one.chronicle in own]
     missing = list(example.expected)
     matched, unexpected = list[Occurrence](), list[Occurrence]()
@@ -103,10 +99,6 @@ def _run(example: model.Example, loaded: ChronicleSet, defined: Mapping[str, fro
 def _event(event: model.ExampleEvent) -> Event:
     old, new = event.change or (None, None)
     return Event(event.name, event.arguments, event.t_us, old, new)
-
-
-def _chronicle_names(file: model.ChronicleFile) -> frozenset[str]:
-    return frozenset(one.name for one in file.declarations if isinstance(one, model.Chronicle))
 
 
 def _is_equal(expected: model.ExpectedOccurrence, found: Occurrence) -> bool:

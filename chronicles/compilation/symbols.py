@@ -44,11 +44,6 @@ class Signature:
     value: Field | None
     default: str
 
-    @property
-    def kind(self) -> str:
-        """The word of the declaration."""
-        return "message" if self.value is None else "attribute"
-
 
 _Kind = TypeVar("_Kind", bound=model.Named)
 

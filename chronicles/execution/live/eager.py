@@ -157,7 +157,9 @@ class EagerExecutor:
         # Only now may the new rows be seen: one event fills at most one position of an instance.
         self._recent[sequence % _RECENT] = record
         for reader, row in firsts:
-            self._start(reader, row, t_us)
+            if not reader.is_open:
+                self._open_starts(reader)
+            reader.firsts.add((row,), t_us)
         complete, created = self._keep(extended, t_us) if extended else ([], 0)
         return complete, created + len(firsts)
 
@@ -204,11 +206,6 @@ class EagerExecutor:
                     one.rows.replace(states.get(one.mask, ()))
 
     # ---- an event
-
-    def _start(self, reader: _Reader, row: Row, t_us: int) -> None:
-        if not reader.is_open:
-            self._open_starts(reader)
-        reader.firsts.add((row,), t_us)
 
     def _keep(self, extended: Sequence[tuple[_State, _State | None, list[Any]]], t_us: int) -> tuple[Completed, int]:
         complete: Completed = []
