@@ -34,16 +34,6 @@ class Resolved:
     emits: Sequence[tuple[model.Emit | model.AssertAction, Cells]]
     selection: model.SelectStatement | None
 
-    @property
-    def binding(self) -> tuple[Cells, ...]:
-        """The patterns that give variables their values."""
-        return tuple(cells for _, cells in self.events) + tuple(cells for _, cells in self.holds)
-
-    @property
-    def testing(self) -> tuple[Cells, ...]:
-        """The patterns that give none: those of noevents, occurs and asserts."""
-        return tuple(cells for _, cells in self.counts) + tuple(cells for _, cells in self.asserts)
-
 
 class Assembly:
     """Numbers the parts of one chronicle that has no errors so far."""

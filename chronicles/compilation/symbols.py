@@ -292,11 +292,16 @@ def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> No
         known, count = first.setdefault(one.name, one), len(one.arguments)
         if count != len(known.arguments) and (one.name, count) not in warned:
             warned.add((one.name, count))
-            wanted = "1 argument" if len(known.arguments) == 1 else f"{len(known.arguments)} arguments"
+            wanted = arguments_text(len(known.arguments))
             message = f"expected {wanted} for {one.name!r} as in line {known.span.line}"
             hint = "an event fits only a pattern with as many arguments as it has; ? stands for anything"
             related = [(known.span, f"{wanted} here")]
             reporter.warning("C0308", f"{message}, got {count}", one.span, hint, related=related)
+
+
+def arguments_text(count: int) -> str:
+    """Write a number of arguments."""
+    return "1 argument" if count == 1 else f"{count} arguments"
 
 
 def _patterns(declaration: model.Declaration) -> Sequence[model.Pattern]:

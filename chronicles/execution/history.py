@@ -98,15 +98,13 @@ class FluentHistory:
 
     def state(self) -> list[Any]:
         """Give everything, as plain data."""
-        labels = None if self._labels is None else list(self._labels.items())
-        return [list(self._times), list(self._values), list(self._instant), labels]
+        return [list(self._times), list(self._values), list(self._instant), self._labels and dict(self._labels)]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given."""
         times, values, instant, labels = state
-        self._times, self._values = list(times), list(values)
-        self._instant = [(old, new) for old, new in instant]
-        self._labels = None if labels is None else {at_us: tuple(found) for at_us, found in labels}
+        self._times, self._values, self._instant = list(times), list(values), list(instant)
+        self._labels = labels and dict(labels)
 
     def _add_labels(self, t_us: int, labels: Labels) -> None:
         if self._labels is None:

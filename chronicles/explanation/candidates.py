@@ -176,20 +176,15 @@ class CandidateSearch:
     # ---- all events in time
 
     def _whole(self, budget: Budget) -> None:
-        plan = self._case.plan
+        plan, everything = self._case.plan, range(len(self._case.plan.positions))
         reader = ObligationReader(plan, self._case.text, self._case.log)
-        for assignment in self._assignments.assignments(plan.distance_us, range(len(plan.positions)), budget):
+        for assignment in self._assignments.assignments(plan.distance_us, everything, budget):
             self._try(reader, plan, assignment, base=NO_COST)
         # Pairs that stand in one event are already tested with that event.
-        if any(not any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
-            self._whole_with_same_values(reader, budget)
-
-    def _whole_with_same_values(self, reader: ObligationReader, budget: Budget) -> None:
-        plan, everything = self._case.plan, range(len(self._case.plan.positions))
-        found = self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True)
-        for assignment in found:
-            count = len(equal_pairs(plan, assignment.values))
-            if count:
+        if all(any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
+            return
+        for assignment in self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True):
+            if count := len(equal_pairs(plan, assignment.values)):
                 self._try(reader, plan, assignment, base=(count, count, 0))
 
     # ---- one bound broken

@@ -138,17 +138,19 @@ class Obligation(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class OccursStatement(Obligation):
-    """`occurs((n, m), pattern, (t1, t2))`: n to m matching events in [t1, t2); `most` None is unbounded."""
+class CountStatement(Obligation):
+    """How many matching events there are in an interval; `most` None is unbounded."""
 
-    least: int
-    most: int | None
+    least: int = 0
+    most: int | None = 0
 
 
-class NoEventStatement(Obligation):
+class OccursStatement(CountStatement):
+    """`occurs((n, m), pattern, (t1, t2))`: n to m matching events in [t1, t2)."""
+
+
+class NoEventStatement(CountStatement):
     """`noevent(pattern, (t1, t2))`: no matching event in [t1, t2)."""
-
-    least, most = 0, 0
 
 
 class HoldStatement(Obligation):
@@ -215,23 +217,8 @@ class SelectStatement(Node):
     anchor: TimePoint | None
 
 
-Statement = (
-    EventStatement
-    | NoEventStatement
-    | OccursStatement
-    | HoldStatement
-    | AssertStatement
-    | Comparison
-    | Range
-    | Equality
-    | Allowance
-    | Membership
-    | SelectStatement
-)
-
-
 TimeConstraint = Comparison | Range
-CountStatement = NoEventStatement | OccursStatement
+Statement = EventStatement | Obligation | TimeConstraint | Equality | Allowance | Membership | SelectStatement
 
 
 @dataclass(frozen=True, slots=True)
