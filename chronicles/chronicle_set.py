@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
 from chronicles.compilation.compiler import compile_chronicle
 from chronicles.compilation.cost import warn_unjoined
@@ -136,7 +136,8 @@ def _read(
     examples = check_examples(files, {one.name: one for one in chronicles}, symbols, reporter)
     printed = print_all(files)
     canonical = canonical_texts(printed)
-    plans = [compile_chronicle(one, symbols, _digest(canonical[one.name]), reporter) for one in chronicles]
+    digests = {name: sha256(text.encode()).hexdigest()[:_VERSION_LENGTH] for name, text in canonical.items()}
+    plans = [compile_chronicle(one, symbols, digests[one.name], reporter) for one in chronicles]
     compiled = [plan for plan in plans if plan is not None]
     places = {one.name: one.name_span for one in chronicles}
     ordered = order_by_emission(compiled, places, reporter)
@@ -150,9 +151,9 @@ def _read(
     if reporter.errors:
         return None, found
     texts_of = tuple((plan.name, canonical[plan.name]) for plan in ordered)
-    statement_places = tuple((one.name, _statement_places(one)) for one in chronicles)
+    statement_places = tuple((one.name, tuple(part.span[:2] for part in one.statements)) for one in chronicles)
     signatures = tuple(symbols.signatures.values())
-    defaults = _defaults(signatures)
+    defaults = tuple((one.name, one.default) for one in signatures if one.value is not None)
     return ChronicleSet(ordered, defaults, texts_of, found, examples, statement_places, signatures), found
 
 
@@ -169,15 +170,3 @@ def _chronicles(files: Iterable[model.ChronicleFile], reporter: Reporter) -> lis
                 reporter.error("C0206", message, one.name_span, "choose another name", related=related)
             found.setdefault(one.name, one)
     return list(found.values())
-
-
-def _statement_places(chronicle: model.Chronicle) -> tuple[tuple[str, int], ...]:
-    return tuple((one.span.file, one.span.line) for one in chronicle.statements)
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:_VERSION_LENGTH]
-
-
-def _defaults(signatures: Iterable[Signature]) -> tuple[tuple[str, str], ...]:
-    return tuple((one.name, one.default) for one in signatures if one.value is not None)

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from chronicles.events import Event, Occurrence
 from chronicles.language import model
-from chronicles.language.parser import parse
 from chronicles.recogniser import recognise
-from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
 
 
@@ -68,9 +66,7 @@ def run_examples(texts: Sequence[tuple[str, str]]) -> tuple[ExampleResult, ...]:
       + twice[car=a] 1s..2s
     """
     loaded = load_texts(texts)
-    reporter = Reporter(dict(texts))
-    defined = {name: _chronicle_names(parse(text, name, reporter)) for name, text in texts}
-    return tuple(_run(example, loaded, defined) for example in loaded.examples)
+    return tuple(_run(example, loaded) for example in loaded.examples)
 
 
 def render(result: ExampleResult) -> str:
@@ -83,40 +79,26 @@ def render(result: ExampleResult) -> str:
     return "\n".join(lines)
 
 
-def _run(example: model.Example, loaded: ChronicleSet, defined: Mapping[str, frozenset[str]]) -> ExampleResult:
+def _run(example: model.Example, loaded: ChronicleSet) -> ExampleResult:
     events = [_event(one) for one in example.events]
-    own = defined[example.span.file]
+    own = {name for name, places in loaded.statement_places if places[0][0] == example.span.file}
     found = [one for one in recognise(loaded, events, until_us=example.until_us) if one.chronicle in own]
-    partner = _pair(example.expected, found)
-    return ExampleResult(
-        title=example.title,
-        file=example.span.file,
-        line=example.span.line,
-        matched=tuple(one for place, one in enumerate(found) if place in partner),
-        missing=tuple(one for place, one in enumerate(example.expected) if place not in partner.values()),
-        unexpected=tuple(one for place, one in enumerate(found) if place not in partner),
-    )
+    missing = list(example.expected)
+    matched, unexpected = list[Occurrence](), list[Occurrence]()
+    for one in found:
+        equal = next((wanted for wanted in missing if _is_equal(wanted, one)), None)
+        if equal is None:
+            unexpected.append(one)
+        else:
+            matched.append(one)
+            missing.remove(equal)
+    place = example.span.file, example.span.line
+    return ExampleResult(example.title, *place, tuple(matched), tuple(missing), tuple(unexpected))
 
 
 def _event(event: model.ExampleEvent) -> Event:
     old, new = event.change or (None, None)
     return Event(event.name, event.arguments, event.t_us, old, new)
-
-
-def _chronicle_names(file: model.ChronicleFile) -> frozenset[str]:
-    return frozenset(one.name for one in file.declarations if isinstance(one, model.Chronicle))
-
-
-def _pair(expected: Sequence[model.ExpectedOccurrence], found: Sequence[Occurrence]) -> dict[int, int]:
-    """Give each found occurrence an expected one that is equal to it, if one is left."""
-    left = dict(enumerate(expected))
-    partner: dict[int, int] = {}
-    for place, one in enumerate(found):
-        equal = next((wanted for wanted, other in left.items() if _is_equal(other, one)), None)
-        if equal is not None:
-            partner[place] = equal
-            del left[equal]
-    return partner
 
 
 def _is_equal(expected: model.ExpectedOccurrence, found: Occurrence) -> bool:

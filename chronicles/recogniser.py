@@ -68,7 +68,7 @@ class Recogniser:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
         self._setup: dict[str, Any] = {
-            "chronicles": _versions(chronicles),
+            "chronicles": [[plan.name, plan.version] for plan in chronicles.plans],
             "lateness_us": lateness_us,
             "executor": executor,
         }
@@ -255,10 +255,6 @@ def recognise(
     if until_us is not None:
         found += recogniser.advance(until_us)
     return found
-
-
-def _versions(chronicles: ChronicleSet) -> list[list[str]]:
-    return [[plan.name, plan.version] for plan in chronicles.plans]
 
 
 def _digest(state: object) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 from chronicles.compilation.obligations import ObligationBuilder, event_test
 from chronicles.compilation.patterns import Cell, Cells
@@ -32,16 +33,6 @@ class Resolved:
     asserts: Sequence[tuple[model.AssertStatement, Cells]]
     emits: Sequence[tuple[model.Emit | model.AssertAction, Cells]]
     selection: model.SelectStatement | None
-
-    @property
-    def binding(self) -> tuple[Cells, ...]:
-        """The patterns that give variables their values."""
-        return tuple(cells for _, cells in self.events) + tuple(cells for _, cells in self.holds)
-
-    @property
-    def testing(self) -> tuple[Cells, ...]:
-        """The patterns that give none: those of noevents, occurs and asserts."""
-        return tuple(cells for _, cells in self.counts) + tuple(cells for _, cells in self.asserts)
 
 
 class Assembly:
@@ -70,9 +61,9 @@ class Assembly:
     def _build_obligations(self) -> None:
         resolved = self._resolved
         builder = ObligationBuilder(self._variables, self._slots, self._event_slot_count, self._reporter)
-        counts = [builder.count(one, cells, *self._window(one.interval)) for one, cells in resolved.counts]
-        holds = [builder.candidate(one, cells, *self._window(one.interval)) for one, cells in resolved.holds]
-        asserts = [builder.assumption(one, cells, *self._window(one.interval)) for one, cells in resolved.asserts]
+        counts = [builder.count(one, cells, self._window(one.interval)) for one, cells in resolved.counts]
+        holds = builder.holds((one, cells, self._window(one.interval)) for one, cells in resolved.holds)
+        asserts = [builder.assumption(one, cells, self._window(one.interval)) for one, cells in resolved.asserts]
         asserts += [
             builder.reading(one, cells, self._moved(one.time))
             for one, cells in resolved.emits
@@ -80,10 +71,9 @@ class Assembly:
         ]
         builder.check_differences(self._chronicle, [cells for _, cells in resolved.counts])
         self._counts = tuple(sorted(counts, key=lambda count: count.text))
-        self._persistences = builder.ordered(holds) + tuple(sorted(asserts, key=lambda one: one.text))
+        self._persistences = holds + tuple(sorted(asserts, key=lambda one: one.text))
         self._ends = [Anchor(index, 0) for index in range(len(self._events))]
-        self._ends += [one.end for one in self._counts]
-        self._ends += [one.end for one in self._persistences]
+        self._ends += [one.end for one in self._counts] + [one.end for one in self._persistences]
         is_ordered = resolved.selection is not None and resolved.selection.kind != "all"
         self._settling_us = int(is_ordered or any(isinstance(one, model.AssertAction) for one, _ in resolved.emits))
 
@@ -179,9 +169,8 @@ class Assembly:
         return Position(one.point.name, event_test(cells, self._variables, self._slot_of), print_pattern(one.pattern))
 
     def _different_slots(self) -> tuple[tuple[int, int], ...]:
-        slots = self._slots[: self._event_slot_count]
-        pairs = [(first, second) for first in range(len(slots)) for second in range(first + 1, len(slots))]
-        return tuple(pair for pair in pairs if self._variables.must_differ(slots[pair[0]], slots[pair[1]]))
+        slots = combinations(enumerate(self._slots[: self._event_slot_count]), 2)
+        return tuple((one, two) for (one, left), (two, right) in slots if self._variables.must_differ(left, right))
 
     def _window(self, interval: model.Interval) -> tuple[Anchor, Anchor]:
         return self._moved(interval.start), self._moved(interval.end)
@@ -206,14 +195,9 @@ class Assembly:
         is_assertion = isinstance(one, model.AssertAction)
         if is_assertion:
             values.insert(0, Filling(-1))
-        return Emission(
-            cells.name,
-            tuple(arguments),
-            (values[0], values[1]) if values else None,
-            time,
-            max(0, self._after_us(time)),
-            is_assertion,
-        )
+        change = (values[0], values[1]) if values else None
+        delay_us = max(0, self._after_us(time))
+        return Emission(cells.name, tuple(arguments), change, time, delay_us, is_assertion)
 
     def _cell_filling(self, cell: Cell) -> Filling:
         return self._filling(cell.variable) if cell.variable else Filling(-1, cell.constant or "")
@@ -223,10 +207,8 @@ class Assembly:
             return self._moved(one.time)
         if self._chronicle.points:
             return self._anchor(self._timing.anchors[self._chronicle.points[-1].name])
-        message = (
-            f"expected a time for the emitted event, got none and no time point in the head of {self._chronicle.name!r}"
-        )
-        self._reporter.error("C0407", message, one.span, "write emit event(..., t1)")
+        message = "expected a time for the emitted event, got none and no time point in the head of"
+        self._reporter.error("C0407", f"{message} {self._chronicle.name!r}", one.span, "write emit event(..., t1)")
         return Anchor(0, 0)
 
     def _after_us(self, start: Anchor) -> int:
@@ -257,18 +239,16 @@ def _free_classes(pairs: Iterable[tuple[object, Cells]], variables: Variables) -
 
 def _report_parts(text: str, fillings: Mapping[str, Filling]) -> tuple[ReportPart, ...]:
     """Cut a text at its ?variables; what is no variable stays as it is."""
-    parts: list[ReportPart] = []
-    for index, piece in enumerate(VARIABLE.split(text)):
-        parts.append(piece if index % 2 == 0 else fillings.get(piece, f"?{piece}"))
+    pieces = enumerate(VARIABLE.split(text))
+    parts = [piece if index % 2 == 0 else fillings.get(piece, f"?{piece}") for index, piece in pieces]
     return tuple(part for part in parts if part != "")
 
 
 def _is_symmetric(tests: Sequence[EventTest]) -> bool:
     """Say whether one event could pass two of the tests."""
-    for index, first in enumerate(tests):
-        for second in tests[index + 1 :]:
-            same = (first.name, first.arity, first.is_change) == (second.name, second.arity, second.is_change)
-            values = dict(first.constants)
-            if same and all(values.get(field, text) == text for field, text in second.constants):
-                return True
+    for first, second in combinations(tests, 2):
+        same = (first.name, first.arity, first.is_change) == (second.name, second.arity, second.is_change)
+        values = dict(first.constants)
+        if same and all(values.get(field, text) == text for field, text in second.constants):
+            return True
     return False

@@ -43,7 +43,9 @@ def compile_chronicle(chronicle: model.Chronicle, symbols: Symbols, version: str
     resolved = _resolve(chronicle, symbols, reporter)
     if not is_whole:
         return None
-    variables = resolve_variables(chronicle, resolved.binding, resolved.testing, symbols, reporter)
+    binding = [cells for _, cells in (*resolved.events, *resolved.holds)]
+    testing = [cells for _, cells in (*resolved.counts, *resolved.asserts)]
+    variables = resolve_variables(chronicle, binding, testing, symbols, reporter)
     if not resolved.events:
         message = f"expected at least one event in chronicle {chronicle.name!r}, got none"
         reporter.error("C0802", message, chronicle.name_span, "add event(name[...], t1)")
@@ -73,29 +75,16 @@ def _check_head(chronicle: model.Chronicle, reporter: Reporter) -> None:
 
 def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -> Resolved:
     resolver = PatternResolver(symbols, reporter)
-    events, counts, holds, asserts = [], [], [], []
-    for one in chronicle.statements:
-        match one:
-            case model.EventStatement():
-                events.append((one, resolver.cells(one.pattern)))
-            case model.NoEventStatement() | model.OccursStatement():
-                counts.append((one, resolver.cells(one.pattern)))
-            case model.HoldStatement():
-                holds.append((one, resolver.cells(one.pattern)))
-            case model.AssertStatement():
-                asserts.append((one, resolver.cells(one.pattern)))
-            case _:
-                pass
+    events = [(one, resolver.cells(one.pattern)) for one in chronicle.of(model.EventStatement)]
+    counts = [(one, resolver.cells(one.pattern)) for one in chronicle.of(model.CountStatement)]
+    holds = [(one, resolver.cells(one.pattern)) for one in chronicle.of(model.HoldStatement)]
+    asserts = [(one, resolver.cells(one.pattern)) for one in chronicle.of(model.AssertStatement)]
     emits = [(one, resolver.cells(one.pattern)) for one in chronicle.actions if not isinstance(one, model.Report)]
-    return Resolved(chronicle, events, counts, holds, asserts, emits, _select(chronicle, reporter))
-
-
-def _select(chronicle: model.Chronicle, reporter: Reporter) -> model.SelectStatement | None:
-    found = [one for one in chronicle.statements if isinstance(one, model.SelectStatement)]
-    for second in found[1:]:
+    selections = chronicle.of(model.SelectStatement)
+    for second in selections[1:]:
         message = f"expected one select in chronicle {chronicle.name!r}, got another one than in line"
-        reporter.error("C0203", f"{message} {found[0].span.line}", second.span, "keep one of them")
-    return found[0] if found else None
+        reporter.error("C0203", f"{message} {selections[0].span.line}", second.span, "keep one of them")
+    return Resolved(chronicle, events, counts, holds, asserts, emits, selections[0] if selections else None)
 
 
 def _check_changes(resolved: Resolved, variables: Variables, reporter: Reporter) -> None:
@@ -181,9 +170,8 @@ def _check_selection(resolved: Resolved, reporter: Reporter) -> None:
         reporter.error("C0408", message, anchor.span, suggest(anchor.name, sorted(set(points))))
     elif points.count(anchor.name) > 1:
         message = f"expected the time point of one event, got {anchor.name}, which {points.count(anchor.name)} share"
-        hint = (
-            f"give one of them a time point of its own, such as {anchor.name}b, and add {anchor.name}b = {anchor.name}"
-        )
+        new = f"{anchor.name}b"
+        hint = f"give one of them a time point of its own, such as {new}, and add {new} = {anchor.name}"
         reporter.error("C0408", message, anchor.span, hint)
 
 

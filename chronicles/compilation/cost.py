@@ -23,6 +23,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations, product
 from typing import NamedTuple
 
 from chronicles.compilation.plan import Plan
@@ -173,7 +174,7 @@ class _Bound:
         members = [one for one in range(len(self._names)) if mask >> one & 1]
         if missing:
             return {one: min(plan.distance_us[one][other] for other in missing) for one in members}
-        anchors = [one.end for one in plan.counts] + [one.end for one in plan.persistences]
+        anchors = [one.end for one in plan.obligations]
         ends = [(anchor.position, anchor.offset_us) for anchor in anchors]
         if plan.settling_us:
             ends += [(one, 0) for one in members]
@@ -229,25 +230,14 @@ def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:
     reporter : receives the warning.
     """
     groups = [group for group in _joined_groups(plan) if any(plan.positions[one].test.variables for one in group)]
-    spread_us = max(
-        (
-            plan.distance_us[one][other] + plan.distance_us[other][one]
-            for index, group in enumerate(groups)
-            for following in groups[index + 1 :]
-            for one in group
-            for other in following
-        ),
-        default=0,
-    )
+    apart = [pair for group, following in combinations(groups, 2) for pair in product(group, following)]
+    spread_us = max((plan.distance_us[one][other] + plan.distance_us[other][one] for one, other in apart), default=0)
     if spread_us >= _WIDE_US:
         named = " and ".join(plan.positions[group[0]].label for group in groups)
         count = len(groups)
         message = f"expected events that share a variable, got {count} groups without one in common, at {named}"
-        hint = (
-            f"within {format_duration(spread_us)} every combination is kept: with n things each, n^{count} instances; "
-            "join them by a variable, or narrow the time between them"
-        )
-        reporter.warning("C1001", message, place, hint)
+        hint = f"within {format_duration(spread_us)} every combination is kept: with n things each, n^{count} instances"
+        reporter.warning("C1001", message, place, f"{hint}; join them by a variable, or narrow the time between them")
 
 
 def _joined_groups(plan: Plan) -> list[list[int]]:

@@ -33,8 +33,8 @@ def check_examples(
     reporter : receives what does not fit.
     """
     checker = _ExampleChecker(chronicles, symbols, reporter)
-    found = [one for file in files for one in file.declarations if isinstance(one, model.Example)]
-    return tuple(map(checker.example, found))
+    declarations = (one for file in files for one in file.declarations)
+    return tuple(checker.example(one) for one in declarations if isinstance(one, model.Example))
 
 
 class _ExampleChecker:
@@ -49,11 +49,8 @@ class _ExampleChecker:
     def example(self, example: model.Example) -> model.Example:
         """Check one example; give it with constants replaced."""
         _check_until(example, self._reporter)
-        return replace(
-            example,
-            events=tuple(map(self._event, example.events)),
-            expected=tuple(map(self._expected, example.expected)),
-        )
+        events, expected = map(self._event, example.events), map(self._expected, example.expected)
+        return replace(example, events=tuple(events), expected=tuple(expected))
 
     def _event(self, event: model.ExampleEvent) -> model.ExampleEvent:
         cells = self._resolver.cells(event.pattern)

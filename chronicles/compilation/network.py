@@ -79,18 +79,13 @@ def minimise(matrix: IntArray) -> IntArray | None:
 
 
 def shortest_path(point_count: int, edges: Sequence[Edge], source: int, target: int) -> tuple[Edge, ...]:
-    """Find the edges that bound `t_target - t_source` best (Bellman-Ford); empty if nothing bounds it.
+    """Find the edges that bound `t_target - t_source` best; empty if nothing bounds it.
 
     The edges must not contradict each other.
     """
     reach = [UNBOUNDED_US] * point_count
     reach[source] = 0
-    before: list[Edge | None] = [None] * point_count
-    for _ in range(point_count):
-        for edge in edges:
-            if reach[edge.source] < UNBOUNDED_US and reach[edge.source] + edge.weight_us < reach[edge.target]:
-                reach[edge.target] = reach[edge.source] + edge.weight_us
-                before[edge.target] = edge
+    before, _ = _relaxed(reach, edges)
     path: list[Edge] = []
     while target != source and (edge_in := before[target]) is not None:
         path.append(edge_in)
@@ -99,25 +94,34 @@ def shortest_path(point_count: int, edges: Sequence[Edge], source: int, target: 
 
 
 def negative_cycle(point_count: int, edges: Sequence[Edge]) -> tuple[Edge, ...]:
-    """Find constraints that contradict each other (Bellman-Ford from a virtual source).
+    """Find constraints that contradict each other.
 
     Returns
     -------
     Edges in order, each starting where the one before ends, with a negative sum of weights; empty if there are none.
     """
-    reach = [0] * point_count
-    before: list[Edge | None] = [None] * point_count
+    before, last = _relaxed([0] * point_count, edges)  # as from a point from which every other one is reached
+    return () if last is None else _walk_back(last.target, before)
+
+
+def _relaxed(reach: list[int], edges: Sequence[Edge]) -> tuple[Sequence[Edge | None], Edge | None]:
+    """Shorten the ways to all points along edges (Bellman-Ford).
+
+    Returns
+    -------
+    The last edge on the way to each point; and an edge that could still shorten one after a round for each point.
+    """
+    before: list[Edge | None] = [None] * len(reach)
     changed: Edge | None = None
-    for _ in range(point_count + 1):
+    for _ in range(len(reach) + 1):
         changed = None
         for edge in edges:
-            if reach[edge.source] + edge.weight_us < reach[edge.target]:
+            if reach[edge.source] < UNBOUNDED_US and reach[edge.source] + edge.weight_us < reach[edge.target]:
                 reach[edge.target] = reach[edge.source] + edge.weight_us
                 before[edge.target] = changed = edge
         if changed is None:
-            return ()
-    assert changed is not None
-    return _walk_back(changed.target, before)
+            break
+    return before, changed
 
 
 def _walk_back(point: int, before: Sequence[Edge | None]) -> tuple[Edge, ...]:

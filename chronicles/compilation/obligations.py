@@ -8,7 +8,8 @@ it can. An `assert` only tests, so it comes last.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import combinations
 
 from chronicles.compilation.domains import ANY_VALUE
 from chronicles.compilation.patterns import Cell, Cells
@@ -18,15 +19,7 @@ from chronicles.language import model
 from chronicles.language.printer import print_statement
 from dyknow.language.diagnostics import Reporter
 
-
-@dataclass(frozen=True, slots=True)
-class HoldCandidate:
-    """A `hold` that is not yet put into order."""
-
-    cells: Cells
-    start: Anchor
-    end: Anchor
-    text: str
+Window = tuple[Anchor, Anchor]
 
 
 def event_test(cells: Cells, variables: Variables, slot_of: Mapping[str, int]) -> EventTest:
@@ -58,14 +51,8 @@ def event_test(cells: Cells, variables: Variables, slot_of: Mapping[str, int]) -
 
 def _different_fields(cells: Cells, variables: Variables) -> tuple[tuple[int, int], ...]:
     """List the pairs of fields whose variables must differ."""
-    first = _first_fields(cells, variables)
-    names = list(first)
-    return tuple(
-        (first[left], first[right])
-        for index, left in enumerate(names)
-        for right in names[index + 1 :]
-        if variables.must_differ(left, right)
-    )
+    pairs = combinations(_first_fields(cells, variables).items(), 2)
+    return tuple((one, other) for (left, one), (right, other) in pairs if variables.must_differ(left, right))
 
 
 class ObligationBuilder:
@@ -78,46 +65,39 @@ class ObligationBuilder:
         self._event_slot_count = event_slot_count
         self._reporter = reporter
 
-    def count(self, one: model.CountStatement, cells: Cells, start: Anchor, end: Anchor) -> Count:
+    def count(self, one: model.CountStatement, cells: Cells, window: Window) -> Count:
         """Make the plan of a `noevent` or an `occurs`."""
         test = event_test(cells, self._variables, self._slot_of)
-        own = {
-            name: field for name, field in _first_fields(cells, self._variables).items() if name not in self._slot_of
-        }
         different = tuple(
             (field, slot)
-            for name, field in own.items()
+            for name, field in _first_fields(cells, self._variables).items()
             for slot, other in enumerate(self._slots)
-            if self._variables.must_differ(name, other)
+            if name not in self._slot_of and self._variables.must_differ(name, other)
         )
-        return Count(test, start, end, different, print_statement(one), one.least, one.most)
+        return Count(test, *window, different, print_statement(one), one.least, one.most)
 
-    def candidate(self, one: model.HoldStatement, cells: Cells, start: Anchor, end: Anchor) -> HoldCandidate:
-        """Note a `hold`, to be put into order."""
-        return HoldCandidate(cells, start, end, print_statement(one))
-
-    def assumption(self, one: model.AssertStatement, cells: Cells, start: Anchor, end: Anchor) -> Persistence:
+    def assumption(self, one: model.AssertStatement, cells: Cells, window: Window) -> Persistence:
         """Make the plan of an `assert` statement, which knows all variables and gives none a value."""
-        candidate = HoldCandidate(cells, start, end, print_statement(one))
-        built = self._persistence(candidate, set(range(len(self._slots))))
+        built = self._persistence(print_statement(one), cells, window, set(range(len(self._slots))))
         return replace(built, needs_report=False, needs_known=False, is_assumed=True)
 
     def reading(self, one: model.AssertAction, cells: Cells, time: Anchor) -> Persistence:
         """Make what an `assert` action asks the past for: any value at the time at which it sets one."""
-        text = print_statement(
-            model.AssertStatement(one.pattern, model.Interval(one.time, one.time, span=one.span), span=one.span)
-        )
-        candidate = HoldCandidate(cells, time, replace(time, offset_us=time.offset_us + 1), text)
-        built = self._persistence(candidate, set(range(len(self._slots))))
+        interval = model.Interval(one.time, one.time, span=one.span)
+        text = print_statement(model.AssertStatement(one.pattern, interval, span=one.span))
+        window = time, replace(time, offset_us=time.offset_us + 1)
+        built = self._persistence(text, cells, window, set(range(len(self._slots))))
         return replace(built, needs_report=False, needs_known=False, value=None, value_slot=-1, is_reading=True)
 
-    def ordered(self, candidates: Iterable[HoldCandidate]) -> tuple[Persistence, ...]:
-        """Put holds into an order: those that only check come first, then those that search least."""
+    def holds(self, stated: Iterable[tuple[model.HoldStatement, Cells, Window]]) -> tuple[Persistence, ...]:
+        """Make the plans of holds in an order: those that only check come first, then those that search least."""
         known = set(range(self._event_slot_count))
-        waiting = sorted(candidates, key=lambda candidate: candidate.text)
+        waiting = sorted(
+            ((print_statement(one), cells, window) for one, cells, window in stated), key=lambda parts: parts[0]
+        )
         done: list[Persistence] = []
         while waiting:
-            built = [self._persistence(candidate, known) for candidate in waiting]
+            built = [self._persistence(*parts, known) for parts in waiting]
             best = min(range(len(built)), key=lambda index: (_search_size(built[index]), index))
             chosen = built[best]
             known.update(slot for _, slot in chosen.binds)
@@ -138,12 +118,12 @@ class ObligationBuilder:
                 message = f"expected variables known together, got ?{one.variable.name} and ?{one.term.name}"
                 self._reporter.error("C0803", message, one.span, "each stands in a noevent or occurs of its own")
 
-    def _persistence(self, candidate: HoldCandidate, known: set[int]) -> Persistence:
+    def _persistence(self, text: str, cells: Cells, window: Window, known: set[int]) -> Persistence:
         constants: list[tuple[int, str]] = []
         bound: list[tuple[int, int]] = []
         binds: dict[int, int] = {}
         equal: list[tuple[int, int]] = []
-        for index, cell in enumerate(candidate.cells.arguments):
+        for index, cell in enumerate(cells.arguments):
             constant, slot = _constant(cell, self._variables), self._slot(cell)
             if constant is not None:
                 constants.append((index, constant))
@@ -151,15 +131,15 @@ class ObligationBuilder:
                 bound.append((index, slot))
             elif slot >= 0 and binds.setdefault(slot, index) != index:
                 equal.append((binds[slot], index))
-        value_cell = candidate.cells.values[0]
+        value_cell = cells.values[0]
         value_slot = self._slot(value_cell)
         value_known = value_slot in known or value_slot in binds
         new = [*binds, *([value_slot] if value_slot >= 0 and not value_known else [])]
         return Persistence(
-            attribute=candidate.cells.name,
-            arity=len(candidate.cells.arguments),
-            start=candidate.start,
-            end=candidate.end,
+            attribute=cells.name,
+            arity=len(cells.arguments),
+            start=window[0],
+            end=window[1],
             constants=tuple(constants),
             bound=tuple(bound),
             binds=tuple((index, slot) for slot, index in binds.items()),
@@ -167,13 +147,13 @@ class ObligationBuilder:
             value=_constant(value_cell, self._variables),
             value_slot=value_slot if value_known else -1,
             value_binds=value_slot if not value_known else -1,
-            needs_report=any(map(self._is_open, candidate.cells.arguments)),
-            needs_known=any(map(self._is_open, candidate.cells.all)),
+            needs_report=any(map(self._is_open, cells.arguments)),
+            needs_known=any(map(self._is_open, cells.all)),
             different=self._new_differences(new, known),
             filters=tuple(
                 (s, self._variables.allowed[n]) for s in new if _is_limited(n := self._slots[s], self._variables)
             ),
-            text=candidate.text,
+            text=text,
         )
 
     def _is_open(self, cell: Cell) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from chronicles.compilation.symbols import UNDECLARED_FIELD, Field, Symbols, check_value
+from chronicles.compilation.symbols import UNDECLARED_FIELD, Field, Symbols, arguments_text, check_value
 from chronicles.language import model
 from dyknow.language.diagnostics import Hint, Reporter, suggest
 from dyknow.language.places import Span
@@ -81,7 +81,7 @@ class PatternResolver:
         if (signature.value is None) != is_message:
             self._report_kind(named)
         if len(signature.arguments) != count:
-            wanted = _arguments(len(signature.arguments))
+            wanted = arguments_text(len(signature.arguments))
             message = f"expected {wanted} for {named.name!r}, got {count}"
             hint = f"write {named.name} with {wanted}; in a chronicle ? stands for anything"
             self._reporter.error("C0301", message, named.span, hint)
@@ -97,10 +97,6 @@ class PatternResolver:
             message = f"expected an attribute, got the message {name!r}, which has no value"
             hint = f"write {name}[...] without ':'" if len(named.values) == 2 else ""
         self._reporter.error("C0302", message, named.span, hint)
-
-
-def _arguments(count: int) -> str:
-    return "1 argument" if count == 1 else f"{count} arguments"
 
 
 def _declaration(named: model.Pattern) -> str:

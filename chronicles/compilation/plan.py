@@ -192,13 +192,20 @@ class Plan:
     settling_us: int = 0
 
     @property
+    def tests(self) -> tuple[EventTest, ...]:
+        """What events must look like that the chronicle needs or counts."""
+        return tuple([one.test for one in self.positions] + [one.test for one in self.counts])
+
+    @property
+    def obligations(self) -> tuple[Count | Persistence, ...]:
+        """What is asked of intervals once all events are there."""
+        return self.counts + self.persistences
+
+    @property
     def consumes(self) -> frozenset[str]:
         """Names of the events and attributes that the statements of the chronicle look at."""
-        return frozenset(
-            [position.test.name for position in self.positions]
-            + [count.test.name for count in self.counts]
-            + [persistence.attribute for persistence in self.persistences if not persistence.is_reading]
-        )
+        held = [one.attribute for one in self.persistences if not one.is_reading]
+        return frozenset([*held, *(test.name for test in self.tests)])
 
     @property
     def produces(self) -> frozenset[str]:

@@ -6,9 +6,10 @@ is a clash.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from chronicles.compilation.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
@@ -43,11 +44,6 @@ class Signature:
     value: Field | None
     default: str
 
-    @property
-    def kind(self) -> str:
-        """The word of the declaration."""
-        return "message" if self.value is None else "attribute"
-
 
 _Kind = TypeVar("_Kind", bound=model.Named)
 
@@ -73,12 +69,8 @@ class Symbols:
             return literal.text
         if isinstance(constant.value, model.Duration):
             message = f"expected a value, got the constant {literal.text!r}, which is a duration"
-            reporter.error(
-                "C0305",
-                message,
-                literal.span,
-                Hint(f'as a value it needs quotes: "{literal.text}"', f'"{literal.text}"'),
-            )
+            quoted = f'"{literal.text}"'
+            reporter.error("C0305", message, literal.span, Hint(f"as a value it needs quotes: {quoted}", quoted))
             return literal.text
         return constant.value.text
 
@@ -100,9 +92,8 @@ class Symbols:
             reporter.error("C0204", message, duration.span, hint)
         else:
             message = f"expected a duration, got the constant {duration.constant!r}, which is {value.text!r}"
-            reporter.error(
-                "C0305", message, duration.span, f"write constant {duration.constant} = 5s, or the duration itself"
-            )
+            hint = Hint(f"write constant {duration.constant} = 5s, or the duration itself")
+            reporter.error("C0305", message, duration.span, hint)
         return 0
 
     def _read_us(self, duration: model.Duration, reporter: Reporter) -> int:
@@ -178,6 +169,8 @@ class _Resolver:
         self._domains = domains
         self._reporter = reporter
         self._sets: dict[str, ValueSet] = {}
+        # One that is asked for and not yet resolved is part of a circle, which was reported.
+        self._known = ChainMap(self._sets, dict.fromkeys(domains, ANY_VALUE))
         self._circles: set[frozenset[str]] = set()
 
     def named(self, name: str) -> ValueSet:
@@ -188,7 +181,7 @@ class _Resolver:
             following = next((one for one in others if one in self._domains and one not in self._sets), None)
             if following is None:
                 expression = self._domains[last].expression
-                self._sets[last] = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+                self._sets[last] = resolve_domain(expression, self._known, self._symbols, self._reporter)
                 del path[last]
             elif following in path:
                 names = list(path)
@@ -196,12 +189,6 @@ class _Resolver:
             else:
                 path[following] = iter(_names_in(self._domains[following].expression))
         return self._sets[name]
-
-    def _named_or_error(self, expression: model.DomainName) -> ValueSet:
-        if expression.name in self._domains:
-            # One that is missing is part of a circle, which was reported.
-            return self._sets.get(expression.name, ANY_VALUE)
-        return _unknown_domain(expression, list(self._domains), self._reporter)
 
     def _report_circle(self, names: list[str]) -> None:
         if frozenset(names) not in self._circles:
@@ -239,7 +226,7 @@ class _Resolver:
     def _field(self, expression: model.DomainExpression | None) -> Field:
         if expression is None:
             return UNDECLARED_FIELD
-        values = resolve_domain(expression, self._symbols, self._reporter, self._named_or_error)
+        values = resolve_domain(expression, self._known, self._symbols, self._reporter)
         _warn_empty(expression, values, self._reporter)
         return Field(print_domain(expression), values)
 
@@ -253,14 +240,10 @@ def _names_in(expression: model.DomainExpression) -> Iterator[str]:
         yield from _names_in(expression.right)
 
 
-class _DomainLookUp(Protocol):
-    def __call__(self, expression: model.DomainName, /) -> ValueSet: ...
-
-
 def resolve_domain(
-    expression: model.DomainExpression, symbols: Symbols, reporter: Reporter, look_up: _DomainLookUp
+    expression: model.DomainExpression, known: Mapping[str, ValueSet], symbols: Symbols, reporter: Reporter
 ) -> ValueSet:
-    """Give the values that a domain expression allows."""
+    """Give the values that an expression over `known` domains allows; anything where that counts an error."""
     match expression:
         case model.DomainValues(values):
             return one_of(*(symbols.value_of(value, reporter) for value in values))
@@ -273,24 +256,15 @@ def resolve_domain(
             return one_of(*map(str, range(low, high + 1)))
         case model.DomainSymbol():
             return ANY_VALUE
-        case model.DomainName():
-            return look_up(expression)
+        case model.DomainName(name):
+            if name not in known:
+                message = f"expected a domain, got the unknown name {name!r}"
+                reporter.error("C0202", message, expression.span, suggest(name, list(known)))
+            return known.get(name, ANY_VALUE)
         case model.DomainOperation(left, operator, right):
-            first = resolve_domain(left, symbols, reporter, look_up)
-            second = resolve_domain(right, symbols, reporter, look_up)
+            first = resolve_domain(left, known, symbols, reporter)
+            second = resolve_domain(right, known, symbols, reporter)
             return first.union(second) if operator == "|" else first.difference(second)
-
-
-def domain_of(expression: model.DomainExpression, symbols: Symbols, reporter: Reporter) -> ValueSet:
-    """Give the values that an expression in a chronicle's body allows."""
-
-    def look_up(name: model.DomainName) -> ValueSet:
-        """Return the values of a domain by name; report an unknown name."""
-        if name.name in symbols.domains:
-            return symbols.domains[name.name]
-        return _unknown_domain(name, list(symbols.domains), reporter)
-
-    return resolve_domain(expression, symbols, reporter, look_up)
 
 
 def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None:
@@ -302,12 +276,6 @@ def check_value(text: str, field: Field, span: Span, reporter: Reporter) -> None
         if hint.edit is not None:
             hint = hint._replace(edit=print_term(model.Literal(hint.edit, False, span=span)))
         reporter.error("C0303", f"expected a value of {field.sort}, got {named}", span, hint)
-
-
-def _unknown_domain(expression: model.DomainName, known: list[str], reporter: Reporter) -> ValueSet:
-    message = f"expected a domain, got the unknown name {expression.name!r}"
-    reporter.error("C0202", message, expression.span, suggest(expression.name, known))
-    return ANY_VALUE
 
 
 def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> None:
@@ -324,11 +292,16 @@ def warn_arities(files: Iterable[model.ChronicleFile], reporter: Reporter) -> No
         known, count = first.setdefault(one.name, one), len(one.arguments)
         if count != len(known.arguments) and (one.name, count) not in warned:
             warned.add((one.name, count))
-            wanted = "1 argument" if len(known.arguments) == 1 else f"{len(known.arguments)} arguments"
+            wanted = arguments_text(len(known.arguments))
             message = f"expected {wanted} for {one.name!r} as in line {known.span.line}"
             hint = "an event fits only a pattern with as many arguments as it has; ? stands for anything"
             related = [(known.span, f"{wanted} here")]
             reporter.warning("C0308", f"{message}, got {count}", one.span, hint, related=related)
+
+
+def arguments_text(count: int) -> str:
+    """Write a number of arguments."""
+    return "1 argument" if count == 1 else f"{count} arguments"
 
 
 def _patterns(declaration: model.Declaration) -> Sequence[model.Pattern]:

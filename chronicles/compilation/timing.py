@@ -6,8 +6,9 @@ contradictions, points that no event fixes, and chronicles that could wait for e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 from chronicles.compilation.network import (
     UNBOUNDED_US,
@@ -50,7 +51,6 @@ def resolve_timing(chronicle: model.Chronicle, symbols: Symbols, reporter: Repor
     None if something was reported.
     """
     before = reporter.error_count
-    event_points = {one.point.name: one for one in chronicle.statements if isinstance(one, model.EventStatement)}
     mentioned = _mentioned(chronicle)
     points = tuple(sorted(mentioned))
     edges = _EdgeBuilder(points, symbols, reporter).edges(chronicle)
@@ -60,15 +60,14 @@ def resolve_timing(chronicle: model.Chronicle, symbols: Symbols, reporter: Repor
     if minimal is None:
         _report_cycle(chronicle, points, edges, reporter)
         return None
-    least: Distances = minimal.tolist()
-    anchors = _anchors(points, least, event_points)
+    event_points = {one.point.name: one.point for one in chronicle.of(model.EventStatement)}
+    timing = _timing(points, minimal.tolist(), event_points)
     for name, point in mentioned.items():
-        if name not in anchors:
+        if name not in timing.anchors:
             _report_free(point, sorted(event_points), reporter)
-    _check_bounded(chronicle, points, least, event_points, reporter)
+    _check_bounded(chronicle, timing, event_points, reporter)
     if reporter.error_count > before:
         return None
-    timing = Timing(points, least, anchors)
     _warn_order(chronicle, timing, reporter)
     _warn_turned(chronicle, timing, symbols, reporter)
     warn_implied(chronicle, points, edges, reporter)
@@ -100,10 +99,9 @@ def closed_bounds_us(one: model.TimeConstraint, symbols: Symbols, reporter: Repo
     Open ends move inwards by the one tick that time has.
     """
     if isinstance(one, model.Range):
-        low, high = (
-            None if bound.duration is None else offset_us(bound, symbols, reporter) for bound in (one.low, one.high)
-        )
-        return None if low is None else low + one.low_open, None if high is None else high - one.high_open
+        low = None if one.low.duration is None else offset_us(one.low, symbols, reporter) + one.low_open
+        high = None if one.high.duration is None else offset_us(one.high, symbols, reporter) - one.high_open
+        return low, high
     offset = offset_us(one.offset, symbols, reporter)
     low = offset + (one.comparator == ">") if one.comparator in (">", ">=", "=") else None
     high = offset - (one.comparator == "<") if one.comparator in ("<", "<=", "=") else None
@@ -125,8 +123,7 @@ def _mentioned(chronicle: model.Chronicle) -> dict[str, model.TimePoint]:
             case _:
                 pass
     found += chronicle.points
-    timed = [one for one in chronicle.actions if isinstance(one, model.Emit | model.AssertAction)]
-    found += [one.time.point for one in timed if one.time is not None]
+    found += [one.time.point for one in chronicle.actions if not isinstance(one, model.Report) and one.time is not None]
     return {point.name: point for point in reversed(found)}
 
 
@@ -134,7 +131,7 @@ class _EdgeBuilder:
     """Turns statements into edges of the network, by index into `points`."""
 
     def __init__(self, points: Sequence[str], symbols: Symbols, reporter: Reporter) -> None:
-        self._index = {name: index for index, name in enumerate(points)}
+        self._points = points
         self._symbols = symbols
         self._reporter = reporter
         self._edges: list[Edge] = []
@@ -169,11 +166,8 @@ class _EdgeBuilder:
             is_narrow = low - one.low_open <= high + one.high_open
             came = print_statement(one) if is_narrow else f"{format_duration(low)} to {format_duration(high)}"
             message = f"expected bounds with a time between them, got {came}"
-            hint = (
-                Hint("a bound is left out here, and no time is left: let both bounds in")
-                if is_narrow
-                else _swapped(one)
-            )
+            hint = Hint("a bound is left out here, and no time is left: let both bounds in")
+            hint = hint if is_narrow else _swapped(one)
             self._reporter.error("C0401", message, one.low.span.to(one.high.span), hint)
             return
         if high is not None:
@@ -203,7 +197,7 @@ class _EdgeBuilder:
             self._reporter.error("C0401", f"expected {wanted}, got {came}", bound.span, hint)
 
     def _at_most(self, source: str, target: str, weight_us: int, span: Span) -> None:
-        self._edges.append(Edge(self._index[source], self._index[target], weight_us, span))
+        self._edges.append(Edge(self._points.index(source), self._points.index(target), weight_us, span))
 
 
 def _swapped(one: model.Range) -> Hint:
@@ -236,7 +230,7 @@ def _relaxation(cycle: Sequence[Edge], points: Sequence[str]) -> str:
     )
 
 
-def _anchors(points: Sequence[str], least: Distances, event_points: Mapping[str, object]) -> dict[str, tuple[str, int]]:
+def _timing(points: tuple[str, ...], least: Distances, event_points: Collection[str]) -> Timing:
     """Tie each point to an event's point at a fixed distance; points that float are left out."""
     anchors = {name: (name, 0) for name in points if name in event_points}
     for index, name in enumerate(points):
@@ -244,7 +238,7 @@ def _anchors(points: Sequence[str], least: Distances, event_points: Mapping[str,
             fixed = least[other][index] == -least[index][other]
             if name not in anchors and event_point in event_points and fixed:
                 anchors[name] = (event_point, least[other][index])
-    return anchors
+    return Timing(points, least, anchors)
 
 
 def _report_free(point: model.TimePoint, event_points: Sequence[str], reporter: Reporter) -> None:
@@ -255,24 +249,16 @@ def _report_free(point: model.TimePoint, event_points: Sequence[str], reporter: 
 
 
 def _check_bounded(
-    chronicle: model.Chronicle,
-    points: Sequence[str],
-    least: Distances,
-    event_points: Mapping[str, model.EventStatement],
-    reporter: Reporter,
+    chronicle: model.Chronicle, timing: Timing, event_points: Mapping[str, model.TimePoint], reporter: Reporter
 ) -> None:
     """Refuse a chronicle in which one event may come any time after another."""
-    places = [(points.index(name), name) for name in event_points]
-    for start, start_name in places:
-        for end, end_name in places:
-            if least[start][end] >= UNBOUNDED_US:
-                message = (
-                    f"an instance of {chronicle.name!r} could wait for ever: "
-                    f"expected a bound on how long after {start_name} the event at {end_name} may come, got none"
-                )
-                hint = f"add a constraint such as {end_name} - {start_name} in [0s, 1min]"
-                reporter.error("C0701", message, event_points[end_name].point.span, hint)
-                return
+    for start, end in product(event_points, event_points):
+        if timing.most_us(start, end) >= UNBOUNDED_US:
+            wanted = f"a bound on how long after {start} the event at {end} may come"
+            message = f"an instance of {chronicle.name!r} could wait for ever: expected {wanted}, got none"
+            hint = f"add a constraint such as {end} - {start} in [0s, 1min]"
+            reporter.error("C0701", message, event_points[end].span, hint)
+            return
 
 
 def _warn_order(chronicle: model.Chronicle, timing: Timing, reporter: Reporter) -> None:

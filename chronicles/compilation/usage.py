@@ -123,10 +123,8 @@ def canonical_texts(printed: Collection[Printed]) -> dict[str, str]:
     return found
 
 
-def _is_bare_number(declaration: model.Declaration) -> bool:
-    if not isinstance(declaration, model.Constant) or isinstance(declaration.value, model.Duration):
-        return False
-    return declaration.value.is_whole_number
+def _is_bare_number(one: model.Declaration) -> bool:
+    return isinstance(one, model.Constant) and isinstance(one.value, model.Literal) and one.value.is_whole_number
 
 
 def _reached(names: Iterable[str], others: Mapping[str, Mapping[str, Printed]]) -> set[str]:

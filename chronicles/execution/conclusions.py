@@ -44,8 +44,7 @@ class Conclusions:
         self._ends = tuple(
             (1 + anchor.position, anchor.offset_us)
             for anchor in [Anchor(index, 0) for index in range(len(plan.positions))]
-            + [one.end for one in plan.counts]
-            + [one.end for one in plan.persistences]
+            + [one.end for one in plan.obligations]
         )
         self._places = [_known_places(one) for one in plan.persistences]
         for one, places in zip(plan.persistences, self._places, strict=True):

@@ -37,12 +37,7 @@ class Engine:
     watermark_us : the clock minus the lateness; nothing before it may come any more.
     """
 
-    def __init__(
-        self,
-        chronicles: ChronicleSet,
-        lateness_us: int,
-        stored: Sequence[Event] | None = None,
-    ) -> None:
+    def __init__(self, chronicles: ChronicleSet, lateness_us: int, stored: Sequence[Event] | None = None) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self._lateness_us = lateness_us
@@ -80,7 +75,7 @@ class Engine:
             self._stages[0].expect(complete, event.t_us, self.clock_us)
             found, at_once = self._step()
             findings, unbuilt = findings + found, unbuilt + at_once
-        return Results(findings, unbuilt) if findings or unbuilt else []
+        return _told(findings, unbuilt)
 
     def advance(self, t_us: int) -> Sequence[Occurrence]:
         """Let time pass; an earlier time than the latest told changes nothing."""
@@ -108,12 +103,10 @@ class Engine:
         self._sequence += 1
         findings = stage.take((event.t_us, self._sequence, event))
         self._due_us = stage.due_us
-        unbuilt = stage.take_unbuilt()
-        return Results(findings, unbuilt) if findings or unbuilt else []
+        return _told(findings, stage.take_unbuilt())
 
     def _run(self) -> Sequence[Occurrence]:
-        findings, unbuilt = self._step()
-        return Results(findings, unbuilt) if findings or unbuilt else []
+        return _told(*self._step())
 
     def _step(self) -> tuple[list[Finding], list[Unbuilt]]:
         findings: list[Finding] = []
@@ -148,6 +141,10 @@ class Engine:
         for stage, kept in zip(self._stages, state["stages"], strict=True):
             stage.restore(kept)
         self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
+
+
+def _told(findings: list[Finding], unbuilt: list[Unbuilt]) -> Sequence[Occurrence]:
+    return Results(findings, unbuilt) if findings or unbuilt else []
 
 
 def _stages(chronicles: ChronicleSet, *, is_stored: bool) -> list[Stage]:

@@ -15,6 +15,7 @@ from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 
 Labels = tuple[str, ...]
+_Index = dict[tuple[str, ...], dict[tuple[str, ...], None]]  # arguments of fluents by some of them, in the order made
 
 
 class FluentHistory:
@@ -97,15 +98,13 @@ class FluentHistory:
 
     def state(self) -> list[Any]:
         """Give everything, as plain data."""
-        labels = None if self._labels is None else list(self._labels.items())
-        return [list(self._times), list(self._values), list(self._instant), labels]
+        return [list(self._times), list(self._values), list(self._instant), self._labels and dict(self._labels)]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given."""
         times, values, instant, labels = state
-        self._times, self._values = list(times), list(values)
-        self._instant = [(old, new) for old, new in instant]
-        self._labels = None if labels is None else {at_us: tuple(found) for at_us, found in labels}
+        self._times, self._values, self._instant = list(times), list(values), list(instant)
+        self._labels = labels and dict(labels)
 
     def _add_labels(self, t_us: int, labels: Labels) -> None:
         if self._labels is None:
@@ -145,7 +144,7 @@ class AttributeHistory:
         initial = dict(defaults)
         self._initial = {name: initial.get(name, UNKNOWN) for name in watched}
         self._fluents: dict[str, dict[tuple[str, ...], FluentHistory]] = {name: {} for name in self._initial}
-        self._indexes: dict[tuple[str, tuple[int, ...]], dict[tuple[str, ...], dict[tuple[str, ...], None]]] = {}
+        self._indexes: dict[tuple[str, tuple[int, ...]], _Index] = {}
         # Changes made by `assign` come back once as events, because the stage looks at their attribute.
         self._assigned: list[Event] = []
         self._has_labels = False
@@ -235,7 +234,10 @@ class AttributeHistory:
                 gone.append(args)
         for args in gone:
             del fluents[args]
-            self._remove_from_indexes(name, args)
+            for index, key in self._indexes_of(name, args):
+                del index[key][args]
+                if not index[key]:
+                    del index[key]
         return len(fluents)
 
     def state(self) -> list[Any]:
@@ -256,18 +258,12 @@ class AttributeHistory:
         fluent = self._fluents[name].get(args)
         if fluent is None:
             fluent = self._fluents[name][args] = FluentHistory()
-            self._add_to_indexes(name, args)
+            for index, key in self._indexes_of(name, args):
+                index.setdefault(key, {})[args] = None
         return fluent
 
-    def _add_to_indexes(self, name: str, args: tuple[str, ...]) -> None:
+    def _indexes_of(self, name: str, args: tuple[str, ...]) -> Iterator[tuple[_Index, tuple[str, ...]]]:
+        """Give the indexes that a fluent stands in, each with its key there."""
         for (indexed, places), index in self._indexes.items():
             if indexed == name and all(place < len(args) for place in places):
-                index.setdefault(tuple(args[place] for place in places), {})[args] = None
-
-    def _remove_from_indexes(self, name: str, args: tuple[str, ...]) -> None:
-        for (indexed, places), index in self._indexes.items():
-            if indexed == name and all(place < len(args) for place in places):
-                key = tuple(args[place] for place in places)
-                del index[key][args]
-                if not index[key]:
-                    del index[key]
+                yield index, tuple(args[place] for place in places)

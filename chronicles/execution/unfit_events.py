@@ -86,7 +86,7 @@ class UnfitCounter:
 
 def _looked_at(chronicles: ChronicleSet) -> Iterator[tuple[str, int, bool]]:
     for plan in chronicles.plans:
-        for test in [*(one.test for one in plan.positions), *(one.test for one in plan.counts)]:
+        for test in plan.tests:
             yield test.name, test.arity, test.is_change
         for hold in plan.persistences:
             yield hold.attribute, hold.arity, True

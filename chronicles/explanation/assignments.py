@@ -52,20 +52,11 @@ class Assignment:
         return frozenset([row.number for row in self.rows if row is not None])
 
 
+@dataclass(slots=True)
 class Budget:
-    """How many events a search may still look at; `is_spent` says that it had to stop early."""
+    """How many events a search may still look at; where none are left it had to stop early."""
 
-    def __init__(self, count: int) -> None:
-        self._left = count
-
-    @property
-    def is_spent(self) -> bool:
-        """Whether the search had to stop."""
-        return self._left <= 0
-
-    def spend(self) -> None:
-        """Take one away."""
-        self._left -= 1
+    left: int
 
 
 class PositionRows:
@@ -93,15 +84,6 @@ class PositionRows:
             for row in self.rows:
                 index.setdefault(tuple([row.values[place] for place in places]), []).append(row)
         return index.get(tuple([values[self.slots[place]] or "" for place in places]), [])
-
-
-@dataclass(frozen=True, slots=True)
-class _Terms:
-    """What one search keeps to; the fields are the parameters of `AssignmentSearch.assignments`."""
-
-    distance_us: Distances
-    budget: Budget
-    may_equal: bool
 
 
 class AssignmentSearch:
@@ -133,8 +115,24 @@ class AssignmentSearch:
         may_equal : whether variables of different events may have equal values even if they must differ.
         """
         order = self._order(members)
-        empty = Assignment((None,) * len(self.rows), self._fixed)
-        return self._extend(empty, order, _Terms(distance_us, budget, may_equal))
+
+        def extended(assignment: Assignment, depth: int) -> Iterator[Assignment]:
+            """Fill the positions that come from `depth` on."""
+            if depth == len(order):
+                yield assignment
+                return
+            position, numbers = order[depth], assignment.numbers
+            for row in self._fitting(assignment, position, distance_us):
+                if budget.left <= 0:
+                    return
+                budget.left -= 1
+                values = self._with(assignment.values, position, row)
+                if row.number in numbers or (not may_equal and equal_pairs(self._plan, values)):
+                    continue
+                rows = (*assignment.rows[:position], row, *assignment.rows[position + 1 :])
+                yield from extended(Assignment(rows, values), depth + 1)
+
+        return extended(Assignment((None,) * len(self.rows), self._fixed), 0)
 
     def window(self, assignment: Assignment, position: int, distance_us: Distances) -> tuple[int, int] | None:
         """Give the closed window that the chosen events leave for a position, None if there is no chosen event."""
@@ -155,21 +153,6 @@ class AssignmentSearch:
             order.append(best)
             known |= set(self.rows[best].slots)
         return order
-
-    def _extend(self, assignment: Assignment, order: Sequence[int], terms: _Terms) -> Iterator[Assignment]:
-        if not order:
-            yield assignment
-            return
-        position, numbers = order[0], assignment.numbers
-        for row in self._fitting(assignment, position, terms.distance_us):
-            if terms.budget.is_spent:
-                return
-            terms.budget.spend()
-            values = self._with(assignment.values, position, row)
-            if row.number in numbers or (not terms.may_equal and equal_pairs(self._plan, values)):
-                continue
-            rows = (*assignment.rows[:position], row, *assignment.rows[position + 1 :])
-            yield from self._extend(Assignment(rows, values), order[1:], terms)
 
     def _fitting(self, assignment: Assignment, position: int, distance_us: Distances) -> Sequence[Row]:
         rows = self.rows[position].having(assignment.values)

@@ -21,7 +21,7 @@ import numpy as np
 
 from chronicles.chronicle_set import load
 from chronicles.compilation.network import minimise
-from chronicles.compilation.plan import Plan
+from chronicles.compilation.plan import Persistence, Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Occurrence
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
@@ -51,28 +51,21 @@ class LoosenedBound:
         later, earlier = points[self.constraint.later], points[self.constraint.earlier]
         if later.position == earlier.position:
             return None
-        low_us, high_us = self._shell(nearer_us, farther_us)
+        bound_us, sign = self.constraint.bound_us(self.end), -1 if self.end == "low" else 1
+        low_us, high_us = sorted((bound_us + sign * nearer_us, bound_us + sign * farther_us))
         offset_us = earlier.offset_us - later.offset_us
+        places, back = (earlier.position, later.position), (later.position, earlier.position)
         matrix = np.array(self.plan.distance_us, dtype=np.int64)
-        for start, end, most_us in (
-            (earlier.position, later.position, high_us + offset_us),
-            (later.position, earlier.position, -low_us - offset_us),
-        ):
-            matrix[start, end] = min(matrix[start, end], most_us)
+        matrix[places] = min(matrix[places], high_us + offset_us)
+        matrix[back] = min(matrix[back], -low_us - offset_us)
         least = minimise(matrix)
-        return None if least is None else [[int(entry) for entry in row] for row in least]
+        return None if least is None else least.tolist()
 
     def broken_by_us(self, assignment: Assignment) -> int:
         """Say by how much an instance breaks the bound."""
         value_us = self.constraint.value_us(self.plan, assignment.times)
         assert value_us is not None, "all events of the instance are there"
         return abs(value_us - self.constraint.bound_us(self.end))
-
-    def _shell(self, nearer_us: int, farther_us: int) -> tuple[int, int]:
-        bound_us = self.constraint.bound_us(self.end)
-        if self.end == "low":
-            return bound_us - farther_us, bound_us - nearer_us
-        return bound_us + nearer_us, bound_us + farther_us
 
 
 _UNDECIDED: Cost = (1, 1, 0)
@@ -177,26 +170,21 @@ class CandidateSearch:
         for step in (self._whole, self._with_broken_bound, self._with_missing_events):
             budget = Budget(_EVENTS_LOOKED_AT)
             step(budget)
-            self.is_complete = self.is_complete and not budget.is_spent
+            self.is_complete = self.is_complete and budget.left > 0
         return self._ranking.nearest()
 
     # ---- all events in time
 
     def _whole(self, budget: Budget) -> None:
-        plan = self._case.plan
+        plan, everything = self._case.plan, range(len(self._case.plan.positions))
         reader = ObligationReader(plan, self._case.text, self._case.log)
-        for assignment in self._assignments.assignments(plan.distance_us, range(len(plan.positions)), budget):
+        for assignment in self._assignments.assignments(plan.distance_us, everything, budget):
             self._try(reader, plan, assignment, base=NO_COST)
         # Pairs that stand in one event are already tested with that event.
-        if any(not any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
-            self._whole_with_same_values(reader, budget)
-
-    def _whole_with_same_values(self, reader: ObligationReader, budget: Budget) -> None:
-        plan, everything = self._case.plan, range(len(self._case.plan.positions))
-        found = self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True)
-        for assignment in found:
-            count = len(equal_pairs(plan, assignment.values))
-            if count:
+        if all(any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
+            return
+        for assignment in self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True):
+            if count := len(equal_pairs(plan, assignment.values)):
                 self._try(reader, plan, assignment, base=(count, count, 0))
 
     # ---- one bound broken
@@ -225,10 +213,7 @@ class CandidateSearch:
         plan, text, log = self._case.plan, self._case.text, self._case.log
         reach_us = self._shells()[-1]
         for constraint in text.constraints:
-            ends: tuple[tuple[End, int | None], ...] = (("low", constraint.low_us), ("high", constraint.high_us))
-            for end, bound_us in ends:
-                if bound_us is None:
-                    continue
+            for end in constraint.ends:
                 changed = text.with_statement(constraint.place, text.loosened(constraint, end, reach_us))
                 try:
                     loosened = load(changed).plan(plan.name)
@@ -240,8 +225,8 @@ class CandidateSearch:
         """Give the outer distances of the shells; the last one reaches over the whole log."""
         events = self._case.log.events
         span_us = events[-1].t_us - events[0].t_us if events else 0
-        bounds = [bound for one in self._case.text.constraints for bound in (one.low_us, one.high_us)]
-        reach_us = span_us + sum(abs(bound) for bound in bounds if bound is not None) + 1
+        bounds_us = [one.bound_us(end) for one in self._case.text.constraints for end in one.ends]
+        reach_us = span_us + sum(map(abs, bounds_us)) + 1
         return sorted({max(1, reach_us >> 2 * step) for step in range(_SHELLS)})
 
     # ---- events missing
@@ -262,9 +247,8 @@ class CandidateSearch:
                     self._try(reader, plan, assignment, base=base)
 
     def _obligations(self) -> list[tuple[int, int]]:
-        plan = self._case.plan
-        counted = [(one.start.position, one.end.position) for one in plan.counts]
-        return counted + [(one.start.position, one.end.position) for one in plan.persistences if not one.is_reading]
+        asked = [one for one in self._case.plan.obligations if not (isinstance(one, Persistence) and one.is_reading)]
+        return [(one.start.position, one.end.position) for one in asked]
 
     # ---- what is common to all
 

@@ -6,7 +6,7 @@ Events that other chronicles emit are not in a stored log: they are found by rec
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
@@ -53,7 +53,8 @@ def open_case(
     involved = _involved(chronicles, plan)
     end_us = max([event.t_us for event in given], default=0)
     end_us = end_us if until_us is None else max(end_us, until_us)
-    sought = _without(involved, plan) if own is None else involved
+    emitting = tuple(one for one in involved.plans if one is not plan)
+    sought = replace(involved, plans=emitting) if own is None else involved
     looked_at = given if own is None else _deciding(involved, plan, given, own)
     found = list(recognise(sought, looked_at, until_us=end_us)) if sought.plans else []
     others = [one for one in found if one.chronicle != name]
@@ -110,9 +111,8 @@ def constraint_readings(plan: Plan, text: ChronicleText, assignment: Assignment)
     for one in text.constraints:
         value_us = one.value_us(plan, assignment.times)
         if value_us is not None:
-            found.append(
-                ConstraintReading(one.text, one.line, one.later, one.earlier, value_us, one.low_us, one.high_us)
-            )
+            bounds = one.low_us, one.high_us
+            found.append(ConstraintReading(one.text, one.line, one.later, one.earlier, value_us, *bounds))
     return tuple(sorted(found, key=lambda one: (tightness(one.slack_us), one.line)))
 
 
@@ -129,17 +129,14 @@ def _involved(chronicles: ChronicleSet, plan: Plan) -> ChronicleSet:
         if one.produces & wanted:
             kept.append(one)
             wanted |= one.consumes
-    texts = dict(chronicles.texts)
-    kept.reverse()
-    return ChronicleSet(tuple(kept), chronicles.defaults, tuple((one.name, texts[one.name]) for one in kept), ())
+    return replace(chronicles, plans=tuple(reversed(kept)))
 
 
 def _deciding(involved: ChronicleSet, plan: Plan, events: list[Event], fixed: Values) -> list[Event]:
     """Leave out events that cannot matter for occurrences with these values, where that is known."""
     if len(involved.plans) > 1 or plan.selection.kind != "all":
         return events
-    tests = [one.test for one in plan.positions] + [one.test for one in plan.counts]
-    places = [(test.name, [pair for pair in test.variables if pair[0] < test.arity]) for test in tests]
+    places = [(test.name, [pair for pair in test.variables if pair[0] < test.arity]) for test in plan.tests]
     places += [(one.attribute, [*one.bound, *one.binds]) for one in plan.persistences]
     wanted: dict[str, list[list[tuple[int, str]]]] = {}
     for name, pairs in places:
@@ -150,11 +147,6 @@ def _deciding(involved: ChronicleSet, plan: Plan, events: list[Event], fixed: Va
 
 def _has(event: Event, known: Iterable[tuple[int, str]]) -> bool:
     return all(place < len(event.args) and event.args[place] == value for place, value in known)
-
-
-def _without(chronicles: ChronicleSet, plan: Plan) -> ChronicleSet:
-    kept = tuple(one for one in chronicles.plans if one is not plan)
-    return ChronicleSet(kept, chronicles.defaults, chronicles.texts, ())
 
 
 def _source(plan: Plan, slot: int) -> str:

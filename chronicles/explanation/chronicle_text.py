@@ -35,6 +35,12 @@ class WrittenConstraint:
     low_us: int | None
     high_us: int | None
 
+    @property
+    def ends(self) -> list[End]:
+        """The ends at which it has a bound."""
+        both: dict[End, int | None] = {"low": self.low_us, "high": self.high_us}
+        return [end for end, bound_us in both.items() if bound_us is not None]
+
     def bound_us(self, end: End) -> int:
         """Give a bound that the constraint has."""
         bound_us = self.low_us if end == "low" else self.high_us

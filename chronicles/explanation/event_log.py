@@ -88,12 +88,11 @@ class EventLog:
     def counted(self, count: Count) -> CountLog:
         """Give the events that a `noevent` or `occurs` counts."""
         key = count.test, count.different
-        found = self._counted.get(key)
-        if found is None:
-            found = self._counted[key] = CountLog(count)
+        if key not in self._counted:
+            self._counted[key] = CountLog(count)
             for event in self.named(count.test.name):
-                found.append(event)
-        return found
+                self._counted[key].append(event)
+        return self._counted[key]
 
     def changes(self, name: str, args: Args) -> list[Event]:
         """Give all changes of one fluent."""
@@ -101,11 +100,9 @@ class EventLog:
 
     def timeline(self, name: str, args: Args) -> Timeline:
         """Give the values of one fluent."""
-        found = self._timelines.get((name, args))
-        if found is None:
-            found = Timeline(self.changes(name, args), self._initial.get(name, UNKNOWN))
-            self._timelines[name, args] = found
-        return found
+        if (name, args) not in self._timelines:
+            self._timelines[name, args] = Timeline(self.changes(name, args), self._initial.get(name, UNKNOWN))
+        return self._timelines[name, args]
 
     def fluents(self, name: str, known: dict[int, str], arity: int) -> list[Args]:
         """List the arguments of all reported fluents that have the known values at their places."""
@@ -119,13 +116,12 @@ class EventLog:
         return index.get(tuple(known[place] for place in places), [])
 
     def _changes_of(self, name: str) -> dict[Args, list[Event]]:
-        found = self._changes.get(name)
-        if found is None:
+        if name not in self._changes:
             found = self._changes[name] = {}
             for event in self.named(name):
                 if event.new is not None:
                     found.setdefault(event.args, []).append(event)
-        return found
+        return self._changes[name]
 
 
 def fields_of(event: Event, test: EventTest) -> Texts | None:

@@ -201,22 +201,28 @@ class RoleValue:
     source: str
 
 
-@dataclass(frozen=True, slots=True)
-class Explanation:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplainedInstance:
+    """What is told of an instance, whether it was recognised or not."""
+
+    chronicle: str
+    version: str
+    roles: tuple[RoleValue, ...]
+    events: tuple[MatchedEvent, ...]
+    constraints: tuple[ConstraintReading, ...]
+    obligations: tuple[ObligationReading, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explanation(ExplainedInstance):
     """Why an occurrence was recognised.
 
     `constraints` and `obligations` are sorted by slack, the tightest first; `events` by time. Implied time constraints
     are left out: their slack is the sum of the slacks of written ones, so they are never tighter.
     """
 
-    chronicle: str
-    version: str
     start_us: int
     end_us: int
-    roles: tuple[RoleValue, ...]
-    events: tuple[MatchedEvent, ...]
-    constraints: tuple[ConstraintReading, ...]
-    obligations: tuple[ObligationReading, ...]
     emitted: tuple[Event, ...]
 
 
@@ -253,8 +259,8 @@ class BoundChange:
     unit: Literal["us", "events"]
 
 
-@dataclass(frozen=True, slots=True)
-class NearMiss:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearMiss(ExplainedInstance):
     """An instance that came close.
 
     `unmet_count` statements are not met (events that are missing, bounds, obligations failed, open or not asked);
@@ -262,16 +268,10 @@ class NearMiss:
     `failures` are sorted by time, so the first one is what went wrong first.
     """
 
-    chronicle: str
-    version: str
-    roles: tuple[RoleValue, ...]
     unmet_count: int
     short_us: int | None
     failures: tuple[Failure, ...]
-    events: tuple[MatchedEvent, ...]
     missing: tuple[MissingEvent, ...]
-    constraints: tuple[ConstraintReading, ...]
-    obligations: tuple[ObligationReading, ...]
     change: BoundChange | None
 
 

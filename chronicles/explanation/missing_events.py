@@ -88,22 +88,12 @@ def mismatches_of(event: Event, test: EventTest, values: Values) -> tuple[Mismat
     if fields is None or (test.is_change and fields[-1] == fields[-2]):
         return None
     wanted = _wanted(test, values)
-    found = [
-        Mismatch(_field_name(field, test), text, fields[field])
-        for field, text in wanted.items()
-        if fields[field] != text
-    ]
-    found += [
-        Mismatch(_field_name(field, test), "one of the values allowed", fields[field])
-        for field, allowed in test.filters
-        if fields[field] not in allowed
-    ]
-    found += [
-        Mismatch(_field_name(second, test), fields[first], fields[second])
-        for first, second in test.equal
-        if fields[first] != fields[second]
-    ]
-    return tuple(found) if len(found) < len(wanted) + len(test.filters) + len(test.equal) or not found else None
+    wrong = [(field, text) for field, text in wanted.items() if fields[field] != text]
+    wrong += [(field, "one of the values allowed") for field, allowed in test.filters if fields[field] not in allowed]
+    wrong += [(second, fields[first]) for first, second in test.equal if fields[first] != fields[second]]
+    if wrong and len(wrong) == len(wanted) + len(test.filters) + len(test.equal):
+        return None
+    return tuple(Mismatch(_field_name(field, test), text, fields[field]) for field, text in wrong)
 
 
 def _wanted(test: EventTest, values: Values) -> dict[int, str]:

@@ -63,7 +63,9 @@ def _why(one: Explanation, indent: str) -> list[str]:
     lines += ["  none"] * (not one.constraints)
     lines += ["", "what else was asked, the tightest first"]
     for obligation in one.obligations:
-        lines += [f"  {_outcome(obligation)}{sentences.of_obligation(obligation)}{_slack(obligation)}"]
+        outcome = "" if obligation.outcome == "met" else f"{obligation.outcome.upper()}: "
+        slack = "" if obligation.slack_us is None else f": {seconds(obligation.slack_us)} to spare"
+        lines += [f"  {outcome}{sentences.of_obligation(obligation)}{slack}"]
         lines += [f"    (line {obligation.line}: {obligation.text})"]
     lines += ["  nothing"] * (not one.obligations)
     lines += ["", "roles", *(f"  {role.name} = {role.value}, from {role.source}" for role in one.roles)]
@@ -114,14 +116,6 @@ def _window(one: WhyNot) -> str:
 
 def _roles(roles: Iterable[RoleValue]) -> str:
     return ", ".join(f"{role.name}={role.value}" for role in roles if role.value)
-
-
-def _outcome(one: ObligationReading) -> str:
-    return "" if one.outcome == "met" else f"{one.outcome.upper()}: "
-
-
-def _slack(one: ObligationReading) -> str:
-    return "" if one.slack_us is None else f": {seconds(one.slack_us)} to spare"
 
 
 def _timeline(events: Sequence[MatchedEvent], obligations: Sequence[ObligationReading]) -> list[str]:

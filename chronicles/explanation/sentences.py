@@ -62,31 +62,30 @@ def of_obligation(one: ObligationReading) -> str:
     """Say what was asked of an interval and what was seen in it."""
     if one.start_us is None or one.end_us is None:
         return f"{one.text} could not be asked, because an event is missing"
-    return of_hold(one) if isinstance(one, HoldReading) else of_count(one)
+    if isinstance(one, HoldReading):
+        return _hold(one, one.start_us, one.end_us)
+    return _count(one, one.start_us, one.end_us)
 
 
-def of_hold(one: HoldReading) -> str:
+def _hold(one: HoldReading, start_us: int, end_us: int) -> str:
     """Say which value was asked, and which was seen since when."""
-    assert one.start_us is not None
-    assert one.end_us is not None
+    window = f"from {seconds(start_us)} to {seconds(end_us)}"
     wanted = "one known value" if one.wanted is None else one.wanted
-    asked = f"{one.subject} should have been {wanted} from {seconds(one.start_us)} to {seconds(one.end_us)}"
+    asked = f"{one.subject} should have been {wanted} {window}"
     if one.outcome == "open":
         return f"{asked}, and nothing is against it, but the events end before"
     if one.outcome == "met":
-        return f"{one.subject} was {_spans(one.spans)}, asked from {seconds(one.start_us)} to {seconds(one.end_us)}"
+        return f"{one.subject} was {' and '.join(map(_span, one.spans))}, asked {window}"
     bad = one.contrary
     if not bad:
         return f"{asked}, but it was not reported by then"
-    shown = [_clipped(span, one.start_us, one.end_us) for span in bad[:_TOLD_AT_MOST]]
+    shown = [_clipped(span, start_us, end_us) for span in bad[:_TOLD_AT_MOST]]
     return f"{asked}, but was {_joined(shown, len(bad))}{_instead(one.alternatives)}"
 
 
-def of_count(one: CountReading) -> str:
+def _count(one: CountReading, start_us: int, end_us: int) -> str:
     """Say how many events were asked, and how many came."""
-    assert one.start_us is not None
-    assert one.end_us is not None
-    window = f"from {seconds(one.start_us)} to {seconds(one.end_us)}"
+    window = f"from {seconds(start_us)} to {seconds(end_us)}"
     came = _events(one.counted)
     if one.kind == "noevent":
         said = f"no event was allowed {window}, {'but' if one.counted else 'and'} {came}"
@@ -95,7 +94,7 @@ def of_count(one: CountReading) -> str:
         said = f"{one.least} to {most} events were asked {window}, and {came}"
     if one.outcome == "open":
         return f"{said} so far; the events end before"
-    return said + _outside(one)
+    return said + _outside(one, start_us, end_us)
 
 
 def of_missing(one: MissingEvent) -> str:
@@ -143,9 +142,8 @@ def of_change(one: BoundChange) -> str:
 def _allowed(one: ConstraintReading) -> str:
     if one.low_us is None:
         return "any time" if one.high_us is None else f"at most {seconds(one.high_us)}"
-    return (
-        f"at least {seconds(one.low_us)}" if one.high_us is None else f"{seconds(one.low_us)} to {seconds(one.high_us)}"
-    )
+    low = seconds(one.low_us)
+    return f"at least {low}" if one.high_us is None else f"{low} to {seconds(one.high_us)}"
 
 
 def _room(one: ConstraintReading) -> str:
@@ -157,10 +155,6 @@ def _room(one: ConstraintReading) -> str:
     parts = [] if low_us is None else [f"{seconds(low_us)} above the least"]
     parts += [] if high_us is None else [f"{seconds(high_us)} below the most"]
     return ", ".join(parts) or "no bound"
-
-
-def _spans(spans: Sequence[ValueSpan]) -> str:
-    return " and ".join(_span(one) for one in spans)
 
 
 def _span(one: ValueSpan) -> str:
@@ -190,12 +184,10 @@ def _events(events: Sequence[Event]) -> str:
     return f"{len(events)} came: {_joined(shown, len(events))}"
 
 
-def _outside(one: CountReading) -> str:
+def _outside(one: CountReading, start_us: int, end_us: int) -> str:
     """Say how far off the nearest events outside the interval were."""
-    assert one.start_us is not None
-    assert one.end_us is not None
-    near = [] if one.before is None else [(one.start_us - one.before.t_us, "before")]
-    near += [] if one.after is None else [(one.after.t_us - one.end_us, "after")]
+    near = [] if one.before is None else [(start_us - one.before.t_us, "before")]
+    near += [] if one.after is None else [(one.after.t_us - end_us, "after")]
     if not near:
         return ""
     by_us, word = min(near)

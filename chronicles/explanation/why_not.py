@@ -17,14 +17,7 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event
 from chronicles.explanation.assignments import WHOLE_LOG, AskedWindow, AssignmentSearch, WindowedSearch, equal_pairs
 from chronicles.explanation.candidates import Candidate, CandidateSearch
-from chronicles.explanation.case import (
-    Case,
-    constraint_readings,
-    fixed_values,
-    open_case,
-    role_values,
-    tightness,
-)
+from chronicles.explanation.case import Case, constraint_readings, fixed_values, open_case, role_values, tightness
 from chronicles.explanation.explanations import (
     BoundChange,
     ConstraintReading,

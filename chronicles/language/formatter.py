@@ -74,17 +74,8 @@ def _without_needless_ends(words: Sequence[Word]) -> list[Word]:
 
 def _statement_places(file: model.ChronicleFile) -> frozenset[tuple[int, int]]:
     """Give line and column of each statement, action and item of a declaration."""
-    found: list[model.Statement | model.Action | model.ParameterDomain | model.ExampleEvent] = []
-    for one in file.declarations:
-        match one:
-            case model.Chronicle():
-                found += [*one.statements, *one.actions]
-            case model.Attribute() | model.Message():
-                found += one.domains
-            case model.Example():
-                found += one.events
-            case _:
-                pass
+    parts = ("statements", "actions", "domains", "events")
+    found = [item for one in file.declarations for part in parts for item in getattr(one, part, ())]
     return frozenset((one.span.line, one.span.column) for one in found)
 
 
@@ -234,7 +225,6 @@ class _Layout:
             yield segment
 
 
-_SIGNS = frozenset({"POSITIVE", "NEGATIVE"})
 _BRACKETS = frozenset({"OPENING", "CLOSING"})
 _GLUED = frozenset({"COMMA", "RPAR", "COLON", "RANGE", "_END"})  # to the word before
 _GLUING = frozenset({"LPAR", "COLON", "RANGE"})  # the word after

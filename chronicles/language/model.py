@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Literal as OneOf
+from typing import TypeVar
 
 from dyknow.language.places import Span
 
@@ -137,17 +138,19 @@ class Obligation(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class OccursStatement(Obligation):
-    """`occurs((n, m), pattern, (t1, t2))`: n to m matching events in [t1, t2); `most` None is unbounded."""
+class CountStatement(Obligation):
+    """How many matching events there are in an interval; `most` None is unbounded."""
 
-    least: int
-    most: int | None
+    least: int = 0
+    most: int | None = 0
 
 
-class NoEventStatement(Obligation):
+class OccursStatement(CountStatement):
+    """`occurs((n, m), pattern, (t1, t2))`: n to m matching events in [t1, t2)."""
+
+
+class NoEventStatement(CountStatement):
     """`noevent(pattern, (t1, t2))`: no matching event in [t1, t2)."""
-
-    least, most = 0, 0
 
 
 class HoldStatement(Obligation):
@@ -200,7 +203,7 @@ class Allowance(Node):
 
 @dataclass(frozen=True, slots=True)
 class Membership(Node):
-    """`?x in domain`."""
+    """`?x in domain`, in a chronicle or for a parameter of a declaration."""
 
     variable: Variable
     domain: DomainExpression
@@ -214,23 +217,8 @@ class SelectStatement(Node):
     anchor: TimePoint | None
 
 
-Statement = (
-    EventStatement
-    | NoEventStatement
-    | OccursStatement
-    | HoldStatement
-    | AssertStatement
-    | Comparison
-    | Range
-    | Equality
-    | Allowance
-    | Membership
-    | SelectStatement
-)
-
-
 TimeConstraint = Comparison | Range
-CountStatement = NoEventStatement | OccursStatement
+Statement = EventStatement | Obligation | TimeConstraint | Equality | Allowance | Membership | SelectStatement
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,19 +308,11 @@ class Domain(Named):
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterDomain(Node):
-    """`?parameter in domain` inside a declaration."""
-
-    variable: Variable
-    domain: DomainExpression
-
-
-@dataclass(frozen=True, slots=True)
 class Attribute(Named):
     """`attribute name[parameters] { ... }`: something that has a value at every time."""
 
     parameters: tuple[Variable, ...]
-    domains: tuple[ParameterDomain, ...]
+    domains: tuple[Membership, ...]
     value_domain: DomainExpression | None
     default: Literal | None
 
@@ -342,7 +322,10 @@ class Message(Named):
     """`message name[parameters] { ... }`: something that happens at one time and has no value."""
 
     parameters: tuple[Variable, ...]
-    domains: tuple[ParameterDomain, ...]
+    domains: tuple[Membership, ...]
+
+
+_Kind = TypeVar("_Kind", bound=Node)
 
 
 @dataclass(frozen=True, slots=True)
@@ -353,6 +336,10 @@ class Chronicle(Named):
     points: tuple[TimePoint, ...]
     statements: tuple[Statement, ...]
     actions: tuple[Action, ...]
+
+    def of(self, kind: type[_Kind]) -> list[_Kind]:
+        """List its statements of one kind."""
+        return [one for one in self.statements if isinstance(one, kind)]
 
     @property
     def looked_at(self) -> tuple[Pattern, ...]:

@@ -103,12 +103,7 @@ class _PieceReader:
         end_reported = False
         while words:
             reading = Reading(
-                self._grammar,
-                "declaration",
-                words,
-                self._source.file,
-                build=self._methods,
-                statements=self._states,
+                self._grammar, "declaration", words, self._source.file, build=self._methods, statements=self._states
             )
             if reading.failed_at is None:
                 tree: Declaration = reading.tree

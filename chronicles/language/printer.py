@@ -91,20 +91,16 @@ def _quoted(text: str) -> str:
     return '"' + re.sub(r'(["\\])', r"\\\1", text) + '"'
 
 
-def _duration(duration: model.Duration) -> str:
-    return duration.constant or format_duration(duration.us)
-
-
 def print_bound(bound: model.Bound) -> str:
     """Write one end of a range of time differences."""
-    length = "oo" if bound.duration is None else _duration(bound.duration)
+    length = "oo" if bound.duration is None else bound.duration.constant or format_duration(bound.duration.us)
     return ("-" if bound.negative else "") + length
 
 
 def _offset(offset: model.Bound | None) -> str:
     if offset is None or offset.duration is None:
         return ""
-    return f" {'-' if offset.negative else '+'} {_duration(offset.duration)}"
+    return f" {'-' if offset.negative else '+'} {print_bound(offset).removeprefix('-')}"
 
 
 def _time(time: model.TimeExpression) -> str:
@@ -118,10 +114,6 @@ def _interval(interval: model.Interval) -> str:
 def _occurs(statement: model.OccursStatement) -> str:
     most = "oo" if statement.most is None else statement.most
     return f"occurs(({statement.least}, {most}), {print_pattern(statement.pattern)}, {_interval(statement.interval)})"
-
-
-def _comparison(statement: model.Comparison) -> str:
-    return f"{statement.left.name} {statement.comparator} {statement.right.name}{_offset(statement.offset)}"
 
 
 def _range(statement: model.Range) -> str:
@@ -148,27 +140,23 @@ def _block(head: str, items: Iterable[str]) -> str:
     return "\n".join([f"{head} {{", *lines, "}"])
 
 
-def _parameter_domain(item: model.ParameterDomain) -> str:
+def _member(item: model.Membership) -> str:
     return f"?{item.variable.name} in {print_domain(item.domain)}"
 
 
-def _parameters(parameters: Iterable[model.Variable]) -> str:
-    return f"[{_terms(parameters)}]"
-
-
 def _attribute(declaration: model.Attribute) -> str:
-    items = list(map(_parameter_domain, declaration.domains))
+    items = list(map(_member, declaration.domains))
     if declaration.value_domain is not None:
         items.append(f"value in {print_domain(declaration.value_domain)}")
     if declaration.default is not None:
         items.append(f"default {print_term(declaration.default)}")
-    head = f"attribute {declaration.name}{_parameters(declaration.parameters)}"
+    head = f"attribute {declaration.name}[{_terms(declaration.parameters)}]"
     return _block(head, items) if items else head
 
 
 def _message(declaration: model.Message) -> str:
-    head = f"message {declaration.name}{_parameters(declaration.parameters)}"
-    return _block(head, map(_parameter_domain, declaration.domains)) if declaration.domains else head
+    head = f"message {declaration.name}[{_terms(declaration.parameters)}]"
+    return _block(head, map(_member, declaration.domains)) if declaration.domains else head
 
 
 def _constant(declaration: model.Constant) -> str:
@@ -178,7 +166,7 @@ def _constant(declaration: model.Constant) -> str:
 
 
 def _chronicle(declaration: model.Chronicle) -> str:
-    parameters = _parameters(declaration.parameters) if declaration.parameters else ""
+    parameters = f"[{_terms(declaration.parameters)}]" if declaration.parameters else ""
     points = ", ".join(point.name for point in declaration.points)
     lines = [print_statement(statement) for statement in declaration.statements]
     # A constraint that starts with a sign would read as the offset of the line before.
@@ -221,11 +209,11 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.OccursStatement: _occurs,
     model.HoldStatement: lambda one: f"hold({print_pattern(one.pattern)}, {_interval(one.interval)})",
     model.AssertStatement: lambda one: f"assert({print_pattern(one.pattern)}, {_interval(one.interval)})",
-    model.Comparison: _comparison,
+    model.Comparison: lambda one: f"{one.left.name} {one.comparator} {one.right.name}{_offset(one.offset)}",
     model.Range: _range,
     model.Equality: lambda one: f"?{one.variable.name} {'==' if one.equal else '!='} {print_term(one.term)}",
     model.Allowance: lambda one: f"allow ?{one.left.name} == ?{one.right.name}",
-    model.Membership: lambda one: f"?{one.variable.name} in {print_domain(one.domain)}",
+    model.Membership: _member,
     model.SelectStatement: _select,
     model.Emit: _emit,
     model.Report: lambda one: f"report {_quoted(one.text)}",

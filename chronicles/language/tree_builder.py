@@ -85,9 +85,8 @@ class TreeBuilder:
         """Build `timeunit 1ms`."""
         if self._unit_span is not None:
             related = [(self._unit_span, "the first")]
-            self._reporter.error(
-                "C0203", "expected one timeunit in a text, got a second", span, "keep one", related=related
-            )
+            message = "expected one timeunit in a text, got a second"
+            self._reporter.error("C0203", message, span, "keep one", related=related)
         us = cast(model.Duration, parts[0]).us
         if us == 0:
             self._reporter.error("C0401", "expected a timeunit above zero, got 0", span)
@@ -110,7 +109,7 @@ class TreeBuilder:
     def attribute(self, parts: Parts, span: Span) -> model.Attribute:
         """Build `attribute name[parameters] { ... }`."""
         name, parameters, *items = parts
-        domains = tuple(item for item in items if isinstance(item, model.ParameterDomain))
+        domains = tuple(item for item in items if isinstance(item, model.Membership))
         value, default = self._once(items, "value"), self._once(items, "default")
         return model.Attribute(name.text, parameters, domains, value, default, name_span=self._span(name), span=span)
 
@@ -140,10 +139,6 @@ class TreeBuilder:
     def time_points(self, parts: Parts, _: Span) -> tuple[model.TimePoint, ...]:
         """Build the time points of a head."""
         return tuple(map(self._point, parts))
-
-    def parameter_domain(self, parts: Parts, span: Span) -> model.ParameterDomain:
-        """Build `?parameter in domain` of a declaration."""
-        return model.ParameterDomain(self._variable(parts[0]), parts[1], span=span)
 
     def value_domain(self, parts: Parts, span: Span) -> _Item:
         """Note `value in domain`."""
@@ -183,9 +178,8 @@ class TreeBuilder:
         if depth <= model.DEEPEST_DOMAIN:
             return model.DomainOperation(left, operator, right, depth, span=span)
         if depth == model.DEEPEST_DOMAIN + 1:
-            message = (
-                f"expected a domain of at most {model.DEEPEST_DOMAIN} operations in one another, got at least {depth}"
-            )
+            wanted = f"a domain of at most {model.DEEPEST_DOMAIN} operations in one another"
+            message = f"expected {wanted}, got at least {depth}"
             hint = "write the values in one set {a, b, ...}, or give parts of the domain names of their own"
             self._reporter.error("C0109", message, span, hint)
         anything = model.DomainSymbol(span=span)
@@ -241,6 +235,8 @@ class TreeBuilder:
     def membership(self, parts: Parts, span: Span) -> model.Membership:
         """Build `?x in domain`."""
         return model.Membership(self._variable(parts[0]), parts[1], span=span)
+
+    parameter_domain = membership
 
     def allowance(self, parts: Parts, span: Span) -> model.Allowance:
         """Build `allow ?x == ?y`."""

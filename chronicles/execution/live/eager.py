@@ -11,7 +11,7 @@ And the comparisons are written as Python programs (`live.programs`).
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import Any  # an instance is a heterogeneous list; states are plain data
 
@@ -84,16 +84,14 @@ class _Reader:
         return self.read(record)
 
 
+@dataclass(slots=True, eq=False)
 class _Chronicle:
     """The states of one chronicle, by mask; `readers` by position."""
 
-    __slots__ = ("number", "plan", "readers", "states")
-
-    def __init__(self, number: int, plan: Plan, readers: Sequence[_Reader]) -> None:
-        self.number = number
-        self.plan = plan
-        self.readers = readers
-        self.states: dict[int, _State] = {}
+    number: int
+    plan: Plan
+    readers: Sequence[_Reader]
+    states: dict[int, _State] = field(default_factory=dict)
 
     @property
     def partial(self) -> list[_State]:
@@ -159,7 +157,9 @@ class EagerExecutor:
         # Only now may the new rows be seen: one event fills at most one position of an instance.
         self._recent[sequence % _RECENT] = record
         for reader, row in firsts:
-            self._start(reader, row, t_us)
+            if not reader.is_open:
+                self._open_starts(reader)
+            reader.firsts.add((row,), t_us)
         complete, created = self._keep(extended, t_us) if extended else ([], 0)
         return complete, created + len(firsts)
 
@@ -206,11 +206,6 @@ class EagerExecutor:
                     one.rows.replace(states.get(one.mask, ()))
 
     # ---- an event
-
-    def _start(self, reader: _Reader, row: Row, t_us: int) -> None:
-        if not reader.is_open:
-            self._open_starts(reader)
-        reader.firsts.add((row,), t_us)
 
     def _keep(self, extended: Sequence[tuple[_State, _State | None, list[Any]]], t_us: int) -> tuple[Completed, int]:
         complete: Completed = []

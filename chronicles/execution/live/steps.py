@@ -58,16 +58,13 @@ def deadline_bounds(plan: Plan, mask: int) -> list[tuple[int, int]]:
 
 def steps_from(plan: Plan, mask: int) -> list[Step]:
     """List the steps out of a state; simultaneous events may come in any order."""
-    return [_step(plan, mask, position) for position in _missing(plan, mask) if _can_follow(plan, mask, position)]
+    missing, distance = _missing(plan, mask), plan.distance_us
+    # The event of no other missing position must come before.
+    return [_step(plan, mask, one) for one in missing if all(distance[one][other] >= 0 for other in missing)]
 
 
 def _missing(plan: Plan, mask: int) -> list[int]:
     return [index for index in range(len(plan.positions)) if not mask >> index & 1]
-
-
-def _can_follow(plan: Plan, mask: int, position: int) -> bool:
-    """Say whether the event of no other missing position must come before."""
-    return all(plan.distance_us[position][other] >= 0 for other in _missing(plan, mask))
 
 
 def _step(plan: Plan, mask: int, position: int) -> Step:
@@ -75,14 +72,8 @@ def _step(plan: Plan, mask: int, position: int) -> Step:
     own = [slot for _, slot in plan.positions[position].test.variables]
     fresh = tuple(slot for slot in own if slot not in known)
     differ = tuple((new, old) for new in fresh for old in known if (min(new, old), max(new, old)) in plan.different)
-    return Step(
-        source=mask,
-        position=position,
-        joined=tuple(slot for slot in own if slot in known),
-        fresh=fresh,
-        differ=differ,
-        windows=_windows(plan, mask, position),
-    )
+    joined = tuple(slot for slot in own if slot in known)
+    return Step(mask, position, joined, fresh, differ, _windows(plan, mask, position))
 
 
 def _windows(plan: Plan, mask: int, position: int) -> tuple[tuple[int, int | None, int | None], ...]:

@@ -14,7 +14,6 @@ cut, so memory stays bounded whatever the length of the log.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -113,11 +112,11 @@ class _Join:
 
     def _partners(self, one: int, table: Mapping[int, Rows]) -> Partners:
         """Find the range of rows of a position that lie in the window of each row of a table."""
-        known = tuple(table)
-        bounds = _window(self._plan, one, known)
-        times = {place: self._found[place].times_us[table[place]] for place, _ in (*bounds.lows, *bounds.highs)}
-        low_us = reduce(np.maximum, [times[place] + offset_us for place, offset_us in bounds.lows])
-        high_us = reduce(np.minimum, [times[place] + offset_us for place, offset_us in bounds.highs])
+        known, distance = tuple(table), self._plan.distance_us
+        lows, highs = _window(self._plan, one, known)
+        times = {place: self._found[place].times_us[table[place]] for place in {*lows, *highs}}
+        low_us = reduce(np.maximum, [times[place] - distance[one][place] for place in lows])
+        high_us = reduce(np.minimum, [times[place] + distance[place][one] for place in highs])
         slots = _joined_slots(self._plan, one, known)
         index = self._indexes.get((one, slots))
         if index is None:
@@ -160,19 +159,11 @@ def _stretches(counts: Rows, most_rows: int) -> Iterator[slice]:
         start = stop
 
 
-@dataclass(frozen=True, slots=True)
-class _Window:
-    """The time of an event is at least each `time of position + offset` of `lows` and at most each of `highs`."""
+def _window(plan: Plan, position: int, known: Sequence[int]) -> tuple[list[int], list[int]]:
+    """Give the known positions that bound the time of a position from below, and those that do from above.
 
-    lows: tuple[tuple[int, int], ...]
-    highs: tuple[tuple[int, int], ...]
-
-
-def _window(plan: Plan, position: int, known: Sequence[int]) -> _Window:
-    """Give the bounds on a position by known ones, without those that follow from the others.
-
-    Where the bounds by way of another known position add up to the direct one, the direct one follows: the known times
-    keep the bounds between each other.
+    Those that follow from the others are left out: where the bounds by way of another known position add up to the
+    direct one, the direct one follows, because the known times keep the bounds between each other.
     """
     distance = plan.distance_us
     lows, highs = list(known), list(known)
@@ -181,9 +172,7 @@ def _window(plan: Plan, position: int, known: Sequence[int]) -> _Window:
             lows.remove(one)
         if any(distance[one][via] + distance[via][position] == distance[one][position] for via in highs if via != one):
             highs.remove(one)
-    return _Window(
-        tuple((one, -distance[position][one]) for one in lows), tuple((one, distance[one][position]) for one in highs)
-    )
+    return lows, highs
 
 
 def _joined_slots(plan: Plan, position: int, known: Sequence[int]) -> tuple[int, ...]:
