@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from vision.registration.settings import RegistrationSettings
 from vision.tracking.settings import TrackingSettings
 
 
@@ -33,7 +34,7 @@ class VisionSettings:
     split_share : part of its own area that a predicted box must own in a blob to claim it.
     position_noise_m : standard deviation of a detected centre, along and across the same.
     usual_length_m, usual_width_m, usual_height_m : assumed of an object where they cannot be seen.
-    tracking : of the room `vision/tracking`.
+    registration, tracking : of these rooms.
     """
 
     car_width_m: float = 1.8
@@ -60,4 +61,5 @@ class VisionSettings:
     usual_length_m: float = 4.5
     usual_width_m: float = 1.8
     usual_height_m: float = 1.5
+    registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)

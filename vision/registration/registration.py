@@ -24,28 +24,11 @@ from numpy.typing import NDArray
 from vision.objects import ByteArray, FloatArray
 from vision.registration.key_frames import KeyFrame, Landmarks, half_size, to_half
 from vision.registration.plane_fit import transform
+from vision.registration.settings import RegistrationSettings
 from vision.video.frame import Frame
 
-# The guard: corners that must agree, their share of those that should be in view, the part of the picture's width and
-# height over which they must spread, and how like the key frame the picture must look at them (correlation).
-LEAST_INLIERS = 20
-LEAST_SHARE = 0.4
-LEAST_SPREAD = 0.3
-LEAST_LIKENESS = 0.5
+# Around so many corners the looks are compared.
 LIKENESS_CORNERS = 40
-# No corner of the picture moves farther than this between two known views: a part of the diagonal, and more with time.
-JUMP_SHARE, JUMP_SHARE_PER_S = 0.1, 0.5
-# A key frame that shows less than this of the view's corners is replaced by a nearer one, or by a new one.
-KEY_SHARE = 0.6
-# A new key frame is made from good registrations only.
-KEY_INLIERS = 30
-MOST_KEYS = 40
-# The key frame is redrawn when turn, zoom and tilt have moved a corner of the picture by more than this, shift aside.
-REDRAW_PX = 8.0
-# While the view is lost, key frames are searched this often, so many at a time.
-SEARCH_US = 120_000
-SEARCH_KEYS = 4
-
 
 InstantT_contra = TypeVar("InstantT_contra", contravariant=True)
 
@@ -83,6 +66,7 @@ class Registration:
     ----------
     pixel_from_ground : (3, 3) of the first frame.
     image_size_px : (width, height).
+    settings : of this room.
 
     Attributes
     ----------
@@ -90,7 +74,10 @@ class Registration:
     inliers : how many did.
     """
 
-    def __init__(self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int]) -> None:
+    def __init__(
+        self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: RegistrationSettings
+    ) -> None:
+        self._settings = settings
         self.residual_px = 0.0
         self.inliers = 0
         self._matrix = np.asarray(pixel_from_ground, np.float64)
@@ -100,7 +87,7 @@ class Registration:
         self._diagonal_px = float(np.hypot(width, height))
         self._known_us = 0
         self._keys: list[KeyFrame] = []
-        self._landmarks = Landmarks()
+        self._landmarks = Landmarks(settings)
         self._reference: _Reference | None = None
         self._searched_us: int | None = None
         self._search_from = 0
@@ -127,7 +114,8 @@ class Registration:
             self._add_key(luma, vehicles_m)
             self._known_us = frame.t_us
             return self._matrix
-        reach_px = (JUMP_SHARE + JUMP_SHARE_PER_S * (frame.t_us - self._known_us) / 1e6) * self._diagonal_px
+        share_per_s, unknown_s = self._settings.jump_share_per_s, (frame.t_us - self._known_us) / 1e6
+        reach_px = (self._settings.jump_share + share_per_s * unknown_s) * self._diagonal_px
         matrix = self._follow(luma, self._reference, self._matrix, reach_px=reach_px)
         if matrix is None:
             matrix = self._search(luma, frame.t_us, reach_px=reach_px)
@@ -142,28 +130,30 @@ class Registration:
         self, luma: ByteArray, reference: _Reference, guess: FloatArray, *, reach_px: float
     ) -> FloatArray | None:
         """Register against one key frame, from a guess; None where the guard refuses."""
-        drawn = reference.drawn
-        fit, expected = drawn.follow(luma, guess)
+        drawn, settings = reference.drawn, self._settings
+        fit, expected = drawn.follow(luma, guess, settings)
         if fit is None:
             return None
         found_px = transform(fit.matrix, fit.source_px)[fit.is_inlier]
         self.inliers, self.residual_px = len(found_px), fit.residual_px
         spread = np.ptp(found_px, axis=0) / np.array(luma.shape[::-1]) / 2
-        if self.inliers < max(LEAST_INLIERS, LEAST_SHARE * expected) or spread.min() < LEAST_SPREAD:
+        least_inliers = max(settings.least_inliers, settings.least_share * expected)
+        if self.inliers < least_inliers or spread.min() < settings.least_spread:
             return None
         some = slice(None, None, max(1, self.inliers // LIKENESS_CORNERS))
-        if _likeness(drawn.luma, fit.source_px[fit.is_inlier][some], luma, found_px[some]) < LEAST_LIKENESS:
+        likeness = _likeness(drawn.luma, fit.source_px[fit.is_inlier][some], luma, found_px[some])
+        if likeness < settings.least_likeness:
             return None
         matrix = np.asarray(fit.matrix @ drawn.pixel_from_ground)
         return matrix if self._moved_px(self._matrix, matrix).max() <= reach_px else None
 
     def _search(self, luma: ByteArray, t_us: int, *, reach_px: float) -> FloatArray | None:
         """Look for a lost view among the key frames, now and then."""
-        if self._searched_us is not None and t_us - self._searched_us < SEARCH_US:
+        if self._searched_us is not None and t_us - self._searched_us < self._settings.search_us:
             return None
         self._searched_us = t_us
         ranked = sorted(self._keys, key=lambda key: -self._shared(key, self._matrix))
-        count = min(SEARCH_KEYS, len(ranked))
+        count = min(self._settings.search_keys, len(ranked))
         candidates = [ranked[(self._search_from + k) % len(ranked)] for k in range(count)]
         self._search_from = (self._search_from + count) % len(ranked)
         for key, guess in self._landmarks.guess(luma, candidates):
@@ -178,21 +168,21 @@ class Registration:
         """Go on with the key frame that shows most of the view; make one where none shows enough."""
         assert self._reference is not None
         key = self._reference.key
-        if self._shared(key, self._matrix) < KEY_SHARE:
+        if self._shared(key, self._matrix) < self._settings.key_share:
             key = max(self._keys, key=lambda one: self._shared(one, self._matrix))
-            if self._shared(key, self._matrix) < KEY_SHARE:
-                if self.inliers >= KEY_INLIERS:
+            if self._shared(key, self._matrix) < self._settings.key_share:
+                if self.inliers >= self._settings.key_inliers:
                     self._add_key(luma, vehicles_m)
                 return
-        if key is not self._reference.key or self._bend_px(self._reference.drawn) > REDRAW_PX:
+        if key is not self._reference.key or self._bend_px(self._reference.drawn) > self._settings.redraw_px:
             self._reference = self._redrawn(key, self._matrix)
 
     def _add_key(self, luma: ByteArray, vehicles_m: Sequence[FloatArray]) -> None:
         outlines = [transform(self._matrix, outline) for outline in vehicles_m]
-        key = KeyFrame.of(luma, self._matrix, outlines)
+        key = KeyFrame.of(luma, self._matrix, outlines, self._settings)
         self._keys.append(key)
         self._reference = _Reference(key, key)
-        if len(self._keys) > MOST_KEYS:
+        if len(self._keys) > self._settings.most_keys:
             # The first one stays for ever: its map is exact.
             self._landmarks.forget(self._keys.pop(1))
 
@@ -209,7 +199,7 @@ class Registration:
         back = key.pixel_from_ground @ np.linalg.inv(matrix)
         seen = transform(back, self._lattice_px)
         zoom = np.sqrt(abs(np.linalg.det(back / back[2, 2])))
-        if not 0.7 < zoom < 1.4:
+        if max(zoom, 1 / zoom) >= self._settings.key_zoom:
             return 0.0
         return float(np.mean(np.all((seen >= 0) & (seen <= self._corners_px[2]), axis=1)))
 
