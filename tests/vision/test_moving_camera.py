@@ -7,6 +7,7 @@ import pytest
 
 from tests.vision.moving_world import ROAD, SIZE, Car, MovingWorld, drift
 from tests.vision.support import FloatArray, make_frame
+from vision.background.settings import BackgroundSettings
 from vision.camera import facing, moving_camera
 from vision.errors import VisionError
 from vision.objects import VisionObjects
@@ -15,7 +16,7 @@ from vision.registration.settings import RegistrationSettings
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
-QUICK = VisionSettings(startup_us=2_000_000)
+QUICK = VisionSettings(background=BackgroundSettings(startup_us=2_000_000))
 LEVELS = [190.0, 55.0]
 
 

@@ -7,14 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.road.rectify import RoadCells, Window
+from vision.road.settings import RoadSettings
 
 FloatArray = NDArray[np.float32]
-
-# Colours this near to the most frequent one are plain road; around a place, that is their mean within so many widths of
-# a car, if they fill this part of a squared width.
-PLAIN_LEVELS = 14.0
-AROUND_WIDTHS = 7.0
-LEAST_PLAIN_WIDTHS2 = 0.5
 
 
 class RoadColour:
@@ -23,12 +18,15 @@ class RoadColour:
     Parameters
     ----------
     cells : the raster.
+    settings : of this room.
     car_cells : width of a car, about.
     """
 
-    def __init__(self, cells: RoadCells, *, car_cells: float) -> None:
+    def __init__(self, cells: RoadCells, settings: RoadSettings, *, car_cells: float) -> None:
         self._cells = cells
-        self._car_cells = car_cells
+        self._reach = round(settings.plain_around_widths * car_cells / 2)
+        self._plain_levels = settings.plain_levels
+        self._least_plain = settings.least_plain_widths2 * car_cells**2
         self._road = cells.pack(cells.road.astype(np.uint8)) > 0
 
     def around(self, planes: FloatArray) -> FloatArray:
@@ -58,17 +56,17 @@ class RoadColour:
         -------
         (3, rows, columns) as `around`.
         """
-        reach = round(AROUND_WIDTHS * self._car_cells / 2)
+        reach = self._reach
         rows, columns = (_widened(one, reach, size) for one, size in zip(window, self._cells.grid.shape, strict=True))
         near, inner = (rows[0], columns[0]), (rows[1], columns[1])
         colours = self._cells.window(planes, near)
-        is_plain = np.abs(colours - usual[:, None, None]).max(axis=0) <= PLAIN_LEVELS
+        is_plain = np.abs(colours - usual[:, None, None]).max(axis=0) <= self._plain_levels
         weight = (self._cells.window(self._road, near) & is_plain).astype(np.float32)
         count, *totals = (
             cv2.boxFilter(levels, -1, (2 * reach + 1, 2 * reach + 1), normalize=False)[inner]
             for levels in (weight, *(np.rint(colours).astype(np.uint8) * weight))
         )
-        is_enough = count >= LEAST_PLAIN_WIDTHS2 * self._car_cells**2
+        is_enough = count >= self._least_plain
         mean = np.stack(totals) / np.maximum(count, 1)
         return np.where(is_enough, mean, usual[:, None, None]).astype(np.float32)
 

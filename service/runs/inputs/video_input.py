@@ -32,6 +32,7 @@ from vision.errors import VisionError
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.road.scale import estimate_scale, image_plane
+from vision.settings import VisionSettings
 from vision.video.frames import VideoSource, open_video
 
 SCALE_SPAN_US = 10_000_000
@@ -164,7 +165,7 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
     if network is not None:
         raise InputError(f"{path}: expected a [camera] beside the [network] of the site file, got a network alone")
     try:
-        scale = estimate_scale(_first_pictures(video))
+        scale = estimate_scale(_first_pictures(video), VisionSettings())
     except VisionError as error:
         raise InputError(f"{path}: no camera is known: {error}") from error
     camera = GroundCamera.from_homography(image_plane(scale, width_px=video.width_px, height_px=video.height_px))
