@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any
 
 from vision.background.settings import BackgroundSettings
+from vision.errors import VisionError
 from vision.registration.settings import RegistrationSettings
 from vision.road.settings import RoadSettings
 from vision.tracking.settings import TrackingSettings
@@ -29,7 +32,7 @@ class VisionSettings:
 
     car_width_m: float = 1.8
     car_width_cells: float = 6.0
-    road_margin_m: float = 1.0
+    road_margin_m: float = field(default=1.0, metadata={"least": 0})
     max_metres_per_pixel: float = 0.9
     strong_ratio: float = 1.5
     min_area_m2: float = 1.2
@@ -42,3 +45,18 @@ class VisionSettings:
     road: RoadSettings = field(default_factory=RoadSettings)
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant."""
+        _check(self)
+
+
+def _check(settings: Any, room: str = "") -> None:  # Any: there is no type for dataclasses
+    """Refuse, in all rooms, numbers that are not finite and above 0, or the `least` of a field's metadata."""
+    for one in fields(settings):
+        value, name, least = getattr(settings, one.name), room + one.name, one.metadata.get("least")
+        if is_dataclass(value):
+            _check(value, f"{name}.")
+        elif not math.isfinite(value) or (value <= 0 if least is None else value < least):
+            words = "above 0" if least is None else f">= {least}"
+            raise VisionError(f"vision settings: {name} must be a number {words}, got {value!r}")

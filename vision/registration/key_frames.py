@@ -62,7 +62,7 @@ class KeyFrame:
             cv2.fillPoly(mask, [np.rint(to_half(outline)).astype(np.int32)], (0,))
         corners = np.zeros((0, 2))
         spacing_px = settings.corner_spacing * float(np.sqrt(luma.size / settings.corners))
-        for quality in settings.corner_qualities:
+        for quality in settings.corner_quality / np.array([1, 5, 25]):
             found = cv2.goodFeaturesToTrack(luma, settings.corners, quality, spacing_px, mask=mask)
             if found is not None:
                 corners = to_full(np.asarray(found, np.float64).reshape(-1, 2))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,13 +16,13 @@ class RegistrationSettings:
     corners: int = 100
     # Least distance between corners, as a part of what it would be if they filled the picture evenly.
     corner_spacing: float = 0.5
-    # Strength of the weakest corner as a part of the strongest one's; the later ones where fewer than enough are found.
-    corner_qualities: tuple[float, ...] = (0.05, 0.01, 0.002)
+    # Strength of the weakest corner as a part of the strongest one's; a fifth of it, twice, where too few are found.
+    corner_quality: float = 0.05
     enough_corners: int = 50
     # What lies nearer to the border of the picture is not followed: its surroundings would stick out.
     corner_border_px: int = 12
     # Side of the surroundings by which a corner is followed, half-size: some blocks of an encoder.
-    window_px: int = 21
+    window_px: int = field(default=21, metadata={"least": 3})
     # ORB descriptors of a picture, and how much nearer than the second one a match must be (Lowe's ratio test).
     descriptors: int = 500
     match_ratio: float = 0.8

@@ -96,8 +96,10 @@ def moving_area(
     return plain_rings(shapely.Polygon(camera.view_outline(*size_px)).buffer(around_m, join_style="mitre"))
 
 
-def camera_motion(camera: GroundCamera, motion: Motion, size_px: tuple[int, int]) -> StoredPoses | Registration:
+def camera_motion(
+    camera: GroundCamera, motion: Motion, size_px: tuple[int, int], settings: RegistrationSettings
+) -> StoredPoses | Registration:
     """Follow a camera by its poses where there are any, else by its pictures; `camera` is that of the first frame."""
     if motion.poses is not None:
         return StoredPoses(motion.poses, size_px)
-    return Registration(camera.pixel_from_ground, size_px, RegistrationSettings())
+    return Registration(camera.pixel_from_ground, size_px, settings)
