@@ -60,14 +60,11 @@ class Background:
     ) -> None:
         self._raster = raster
         self._settings = settings.background
-        self._car_cells = car_cells
         self._colour = RoadColour(raster, settings.road, car_cells=car_cells)
         self._standing: StandingVehicles | None = None
         if finds_standing:
             margin_cells = round(settings.road_margin_m / raster.grid.side) + 1
-            self._standing = StandingVehicles(
-                raster, self._colour, self._settings, car_cells=car_cells, margin_cells=margin_cells, borders=borders
-            )
+            self._standing = StandingVehicles(self._colour, self._settings, margin_cells=margin_cells, borders=borders)
         self._startup_us = self._settings.startup_us
         self._held: list[RoadImage] = []
         self._max_held = max(2, self._settings.startup_bytes // (3 * raster.packed_size))
@@ -75,7 +72,7 @@ class Background:
         self._shown = np.zeros((3, raster.packed_size), np.uint8)
         self._sensitivity = np.zeros((1, raster.packed_size), np.float32)
         # The cells that can be compared now, and those that may learn now: a moving camera changes both.
-        self._road = raster.pack(raster.road.astype(np.uint8)) > 0
+        self._road = self._colour.road
         self._is_seen = np.ones(raster.packed_size, np.bool_)
         road_cells = np.flatnonzero(self._road)
         self._gain_cells = road_cells[:: max(1, len(road_cells) // GAIN_CELLS)]
@@ -123,8 +120,7 @@ class Background:
             self._begin(sight, None if self._standing is None else self._standing.find(sight))
 
     def _first_sight(self) -> FirstSight:
-        samples = self._samples(self._held)
-        return first_sight(samples, self._raster, self._colour, self._settings, car_cells=self._car_cells)
+        return first_sight([image.planes for image in self._samples()], self._colour, self._settings)
 
     def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
         """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
@@ -137,9 +133,10 @@ class Background:
         self._held = []
         self.is_ready = True
 
-    def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
-        count = min(len(held), self._settings.startup_samples)
-        return [held[i].planes for i in np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))]
+    def _samples(self) -> list[RoadImage]:
+        last = len(self._held) - 1
+        places = np.linspace(0, last, min(last + 1, self._settings.startup_samples)).round().astype(np.intp)
+        return [self._held[i] for i in np.unique(places)]
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every cell differs from the background, for what is usual there.
@@ -219,9 +216,7 @@ class Background:
             return
         self._learned_us = image.t_us
         is_foreground = foreground > 0
-        is_claimed = (
-            self._raster.pack(self._raster.grid.paint(objects.select(is_real).corners(self._raster.grid.side))) > 0
-        )
+        is_claimed = self._covered(objects.select(is_real), self._raster.grid.side)
         present = self._in_reference_light(image.planes)
         # After a gap nothing is claimed yet: a long one must not count as time in which nobody claimed it.
         self._unclaimed_us += min(elapsed_us, self._settings.heal_us // 3)
@@ -245,8 +240,7 @@ class Background:
         image : the present frame.
         boxes : where, on the raster's plane.
         """
-        where = self._raster.pack(self._raster.grid.paint(boxes.corners(2 * self._raster.grid.side))) > 0
-        where &= self._is_seen
+        where = self._covered(boxes, 2 * self._raster.grid.side) & self._is_seen
         self._planes[:, where] = self._in_reference_light(image.planes)[:, where]
         self._show()
 
@@ -313,6 +307,10 @@ class Background:
         cv2.fillPoly(inside, shape, (1,))
         window = slice(top, top + ring.shape[0]), slice(left, left + ring.shape[1])
         return window, (ring > 0) & self._raster.road[window], (inside > 0) & self._raster.road[window]
+
+    def _covered(self, boxes: Boxes, margin: float) -> BoolArray:
+        """Mark the cells under boxes and a margin around them: (packed_size,)."""
+        return self._raster.pack(self._raster.grid.paint(boxes.corners(margin))) > 0
 
     def _follow_light(self, luma: ByteArray) -> None:
         """Measure the gain on a fixed sample of cells; a median does not mind the vehicles among them."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from vision.background.settings import BackgroundSettings
 from vision.background.startup import LEVEL, FirstSight
 from vision.objects import BoolArray
-from vision.road.rectify import RoadCells
 from vision.road.road_colour import RoadColour
 from vision.video.frames import ByteArray
 
@@ -26,28 +25,24 @@ class StandingVehicles:
 
     Parameters
     ----------
-    cells : the raster.
-    colour : of its road.
+    colour : of the road.
     settings : of this room.
-    car_cells : width of a car.
     margin_cells : how far the watched cells reach beyond the road; there, other colours are usual.
     borders : (rows, columns) cells on the borders of lanes, where there are lines and kerbs; None if not known.
     """
 
     def __init__(
         self,
-        cells: RoadCells,
         colour: RoadColour,
         settings: BackgroundSettings,
         *,
-        car_cells: float,
         margin_cells: int,
         borders: BoolArray | None = None,
     ) -> None:
-        self._cells = cells
+        self._cells = cells = colour.cells
         self._colour = colour
         self._settings = settings
-        self._car_cells = car_cells
+        self._car_cells = colour.car_cells
         self._inner = _shrunk(cells.road.astype(np.uint8), margin_cells)
         self._borders = np.zeros(cells.grid.shape, np.bool_) if borders is None else borders
 
@@ -63,7 +58,7 @@ class StandingVehicles:
         (packed_size,) True on what is strange of them and their shadows; markings beside them are left out.
         """
         settings = self._settings
-        restless = self._cells.unpack((sight.unrest > LEVEL * settings.unrest_levels).astype(np.uint8)) * self._inner
+        restless = self._spread(sight.unrest > LEVEL * settings.unrest_levels) * self._inner
         places = _shrunk(restless, round(settings.beyond_widths * self._car_cells))
         if not places.any():
             return np.zeros(self._cells.packed_size, np.bool_)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import cv2
 import numpy as np
@@ -50,39 +51,27 @@ class FirstSight:
     is_calm: BoolArray
 
 
-def first_sight(
-    samples: Sequence[ByteArray],
-    cells: RoadCells,
-    colour: RoadColour,
-    settings: BackgroundSettings,
-    *,
-    car_cells: float,
-) -> FirstSight:
+def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: BackgroundSettings) -> FirstSight:
     """Estimate the bare road from pictures with traffic on it.
 
     Parameters
     ----------
     samples : (3, packed_size) each, in order of time, evenly spread.
-    cells : the raster. colour : of its road.
+    colour : of the road.
     settings : of this room.
-    car_cells : width of a car.
 
     Returns
     -------
     The road; where nothing ever passed, the median.
     """
-    planes = median_of(samples)
-    road = cells.pack(cells.road.astype(np.uint8)) > 0
-    samples = in_one_light(samples, planes[0], road, settings.least_gain)
+    planes, cells = median_of(samples), colour.cells
+    samples = in_one_light(samples, planes[0], colour.road, settings.least_gain)
     tables = _tables(settings)
     usual = np.rint(colour.around(planes)).astype(np.uint8)
-    side = 2 * round(settings.calm_widths * car_cells / 2) + 1
+    side = 2 * round(settings.calm_widths * colour.car_cells / 2) + 1
     unrest = [_unrest(sample, usual, cells, tables, side) for sample in samples]
-    lowest, highest = samples[0].copy(), samples[0].copy()
-    for sample in samples[1:]:
-        np.minimum(lowest, sample, out=lowest)
-        np.maximum(highest, sample, out=highest)
-    busy = np.flatnonzero((highest - lowest).max(axis=0) > 2 * settings.same_levels)
+    change = reduce(np.maximum, samples) - reduce(np.minimum, samples)
+    busy = np.flatnonzero(change.max(axis=0) > 2 * settings.same_levels)
     least = np.median(np.stack(unrest), axis=0).astype(np.uint8)
     is_calm = np.ones((len(samples), cells.packed_size), np.bool_)
     piece = 8_192

@@ -38,38 +38,6 @@ class KeyFrame:
     pixel_from_ground: FloatArray
     corners_px: FloatArray
 
-    @classmethod
-    def of(
-        cls,
-        luma: ByteArray,
-        pixel_from_ground: FloatArray,
-        vehicles_px: Sequence[FloatArray],
-        settings: RegistrationSettings,
-    ) -> KeyFrame:
-        """Make a key frame.
-
-        Parameters
-        ----------
-        luma : at half size.
-        pixel_from_ground : of the full-size picture.
-        vehicles_px : outlines (k, 2) in the full-size picture, of things that may move; no corner is taken there.
-        settings : of this room.
-        """
-        mask = np.zeros(luma.shape, np.uint8)
-        inner = slice(settings.corner_border_px, -settings.corner_border_px)
-        mask[inner, inner] = 255
-        for outline in vehicles_px:
-            cv2.fillPoly(mask, [np.rint(to_half(outline)).astype(np.int32)], (0,))
-        corners = np.zeros((0, 2))
-        spacing_px = settings.corner_spacing * float(np.sqrt(luma.size / settings.corners))
-        for quality in settings.corner_quality / np.array([1, 5, 25]):
-            found = cv2.goodFeaturesToTrack(luma, settings.corners, quality, spacing_px, mask=mask)
-            if found is not None:
-                corners = to_full(np.asarray(found, np.float64).reshape(-1, 2))
-            if len(corners) >= settings.enough_corners:
-                break
-        return cls(luma, np.asarray(pixel_from_ground, np.float64), corners)
-
     def follow(self, luma: ByteArray, guess: FloatArray, settings: RegistrationSettings) -> tuple[PlaneFit | None, int]:
         """Find the corners in another picture.
 
@@ -106,6 +74,35 @@ class KeyFrame:
         if fit is not None:
             fit = replace(fit, matrix=fit.matrix @ moved, source_px=corners[good])
         return fit, len(corners)
+
+
+def corners_of(luma: ByteArray, vehicles_px: Sequence[FloatArray], settings: RegistrationSettings) -> FloatArray:
+    """Choose corners of a picture that can be followed.
+
+    Parameters
+    ----------
+    luma : at half size.
+    vehicles_px : outlines (k, 2) in the full-size picture, of things that may move; no corner is taken there.
+    settings : of this room.
+
+    Returns
+    -------
+    (n, 2) full-size positions.
+    """
+    mask = np.zeros(luma.shape, np.uint8)
+    inner = slice(settings.corner_border_px, -settings.corner_border_px)
+    mask[inner, inner] = 255
+    for outline in vehicles_px:
+        cv2.fillPoly(mask, [np.rint(to_half(outline)).astype(np.int32)], (0,))
+    corners = np.zeros((0, 2))
+    spacing_px = settings.corner_spacing * float(np.sqrt(luma.size / settings.corners))
+    for quality in settings.corner_quality / np.array([1, 5, 25]):
+        found = cv2.goodFeaturesToTrack(luma, settings.corners, quality, spacing_px, mask=mask)
+        if found is not None:
+            corners = to_full(np.asarray(found, np.float64).reshape(-1, 2))
+        if len(corners) >= settings.enough_corners:
+            break
+    return corners
 
 
 class Landmarks:

@@ -59,10 +59,8 @@ class MosaicBackground(Background):
     def _end_startup(self, *, is_full: bool) -> None:
         """Read some of the held frames, then settle some of the cells, with every frame; more are held meanwhile."""
         if self._least == 0:
-            count = min(len(self._held), self._settings.startup_samples)
-            places = np.unique(np.linspace(0, len(self._held) - 1, count).round().astype(np.intp))
-            self._unread = [self._held[i] for i in places]
-            self._least = min(self._mosaic.startup_samples, count)
+            self._unread = self._samples()
+            self._least = min(self._mosaic.startup_samples, len(self._unread))
             self._learned_us, self._held_until_us = self._held[0].t_us, self._held[-1].t_us
         read, self._unread = self._unread[:READ_FRAMES], self._unread[READ_FRAMES:]
         for image in read:
@@ -106,8 +104,7 @@ class MosaicBackground(Background):
             return
         is_new = self._is_seen & ~self._is_known & self._is_road & (self._count < self._least)
         if is_new.any():
-            grid = self._moving.grid
-            is_new &= self._moving.pack(grid.paint(objects.corners(2 * grid.side))) == 0
+            is_new &= ~self._covered(objects, 2 * self._moving.grid.side)
             self._collect(np.clip(np.rint(self._in_reference_light(image.planes)), 0, 255).astype(np.uint8), is_new)
         self._settle(self._least)
 

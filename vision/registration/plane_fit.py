@@ -15,9 +15,6 @@ import numpy as np
 from vision.objects import BoolArray, FloatArray
 from vision.registration.settings import RegistrationSettings
 
-# Gauss-Newton steps: the last two with close weights.
-STEPS = 3
-
 
 @dataclass(frozen=True, slots=True)
 class PlaneFit:
@@ -59,7 +56,8 @@ def fit_plane(source_px: FloatArray, target_px: FloatArray, settings: Registrati
     >>> bool(fit.is_inlier[20:].all()), transform(fit.matrix, np.array([[100.0, 100.0]])).round(3).tolist()
     (True, [[106.0, 101.0]])
     """
-    rough_px, least_pairs = settings.rough_px, settings.least_pairs
+    rough_px, close_px, least_pairs = settings.rough_px, settings.close_px, settings.least_pairs
+    reaches_px = (rough_px, close_px, close_px)
     if len(source_px) < least_pairs:
         return None
     similarity, chosen = cv2.estimateAffinePartial2D(
@@ -68,14 +66,14 @@ def fit_plane(source_px: FloatArray, target_px: FloatArray, settings: Registrati
     if similarity is None or np.count_nonzero(chosen) < least_pairs:
         return None
     rough = np.asarray(chosen).ravel() > 0
-    matrix = _refine(np.vstack([similarity, [0.0, 0.0, 1.0]]), source_px[rough], target_px[rough], settings)
+    matrix = _refine(np.vstack([similarity, [0.0, 0.0, 1.0]]), source_px[rough], target_px[rough], *reaches_px)
     error_px = np.hypot(*(transform(matrix, source_px) - target_px).T)
     near = error_px <= rough_px
     if np.any(near & ~rough) and np.count_nonzero(near) >= least_pairs:
         # Pairs that the similarity missed and the homography explains.
-        matrix = _refine(matrix, source_px[near], target_px[near], settings)
+        matrix = _refine(matrix, source_px[near], target_px[near], *reaches_px)
         error_px = np.hypot(*(transform(matrix, source_px) - target_px).T)
-    is_inlier = error_px <= settings.close_px
+    is_inlier = error_px <= close_px
     if np.count_nonzero(is_inlier) < least_pairs:
         return None
     return PlaneFit(matrix, source_px, is_inlier, float(np.sqrt(np.mean(error_px[is_inlier] ** 2))))
@@ -97,22 +95,19 @@ def transform(matrix: FloatArray, points: FloatArray) -> FloatArray:
     return np.asarray(mapped[..., :2] / mapped[..., 2:])
 
 
-def _refine(
-    start: FloatArray, source_px: FloatArray, target_px: FloatArray, settings: RegistrationSettings
-) -> FloatArray:
+def _refine(start: FloatArray, source_px: FloatArray, target_px: FloatArray, *reaches_px: float) -> FloatArray:
     """Improve a homography by Gauss-Newton steps, far pairs weighing less; the first step bends it to all pairs."""
     scale = 1.0 / max(float(np.abs(source_px).max()), 1.0)
     # In coordinates near 1 the normal equations are well conditioned.
     shrink = np.diag([scale, scale, 1.0])
     matrix = shrink @ start @ np.linalg.inv(shrink)
     source, target = source_px * scale, target_px * scale
-    for step in range(STEPS):
+    for reach_px in reaches_px:
         mapped = source @ matrix[:, :2].T + matrix[:, 2]
         depth = mapped[:, 2:]
         image = mapped[:, :2] / depth
         error = target - image
-        reach = (settings.rough_px if step < STEPS - 2 else settings.close_px) * scale
-        weight = np.clip(1.0 - np.sum(error**2, axis=1) / (2 * reach) ** 2, 0.0, None) ** 2
+        weight = np.clip(1.0 - np.sum(error**2, axis=1) / (2 * (reach_px * scale)) ** 2, 0.0, None) ** 2
         slope = np.zeros((2, len(source), 8))  # of x and of y by the eight free entries
         slope[0, :, :2] = slope[1, :, 3:5] = source / depth
         slope[0, :, 2] = slope[1, :, 5] = 1 / depth[:, 0]

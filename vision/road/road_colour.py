@@ -20,14 +20,20 @@ class RoadColour:
     cells : the raster.
     settings : of this room.
     car_cells : width of a car, about.
+
+    Attributes
+    ----------
+    cells, car_cells : as given.
+    road : (packed_size,) the cells that were road at first.
     """
 
     def __init__(self, cells: RoadCells, settings: RoadSettings, *, car_cells: float) -> None:
-        self._cells = cells
+        self.cells = cells
+        self.car_cells = car_cells
+        self.road = cells.pack(cells.road)
         self._reach = round(settings.plain_around_widths * car_cells / 2)
         self._plain_levels = settings.plain_levels
         self._least_plain = settings.least_plain_widths2 * car_cells**2
-        self._road = cells.pack(cells.road.astype(np.uint8)) > 0
 
     def around(self, planes: FloatArray) -> FloatArray:
         """Find the usual colour around every cell.
@@ -40,8 +46,8 @@ class RoadColour:
         -------
         (3, packed_size); the most frequent colour of all where there is no plain road around.
         """
-        cells = self.around_in(planes, self._cells.whole, self.usual(planes))
-        return np.concatenate([cells[:, *strip.area.slices].reshape(3, -1) for strip in self._cells.strips], axis=1)
+        cells = self.around_in(planes, self.cells.whole, self.usual(planes))
+        return np.concatenate([cells[:, *strip.area.slices].reshape(3, -1) for strip in self.cells.strips], axis=1)
 
     def around_in(self, planes: FloatArray, window: Window, usual: FloatArray) -> FloatArray:
         """Find the usual colour around the cells of a window; nothing else is computed.
@@ -57,11 +63,11 @@ class RoadColour:
         (3, rows, columns) as `around`.
         """
         reach = self._reach
-        rows, columns = (_widened(one, reach, size) for one, size in zip(window, self._cells.grid.shape, strict=True))
+        rows, columns = (_widened(one, reach, size) for one, size in zip(window, self.cells.grid.shape, strict=True))
         near, inner = (rows[0], columns[0]), (rows[1], columns[1])
-        colours = self._cells.window(planes, near)
+        colours = self.cells.window(planes, near)
         is_plain = np.abs(colours - usual[:, None, None]).max(axis=0) <= self._plain_levels
-        weight = (self._cells.window(self._road, near) & is_plain).astype(np.float32)
+        weight = (self.cells.window(self.road, near) & is_plain).astype(np.float32)
         count, *totals = (
             cv2.boxFilter(levels, -1, (2 * reach + 1, 2 * reach + 1), normalize=False)[inner]
             for levels in (weight, *(np.rint(colours).astype(np.uint8) * weight))
@@ -72,7 +78,7 @@ class RoadColour:
 
     def usual(self, planes: FloatArray) -> FloatArray:
         """Find the most frequent level of the road in every plane, (3,)."""
-        cells = np.flatnonzero(self._road)
+        cells = np.flatnonzero(self.road)
         return np.array([np.bincount(plane.take(cells).astype(np.intp)).argmax() for plane in planes], np.float32)
 
 

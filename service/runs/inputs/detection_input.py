@@ -82,7 +82,7 @@ class DetectionInput(Input):
             size_px=size_px,
             rate_hz=details.rate_hz,
             motion=site.motion if site and camera is not None else None,
-            settings=asked.vision,
+            settings=site.vision if site else VisionSettings(),
             detector=describe(choice),
         )
 

@@ -17,7 +17,6 @@ from service.records import CameraRecord, InputKind
 from service.runs.inputs.detectors import DetectorChoice, choose_detector
 from service.runs.inputs.site import Site
 from service.runs.pipeline import Feed
-from vision.settings import VisionSettings
 from vision.video.frames import VideoSource
 
 STANDARD_INPUT = (Path("-"), Path("/dev/stdin"))
@@ -44,11 +43,6 @@ class Asked:
     def network(self) -> RoadNetwork | None:
         """Return the roads of the site."""
         return self.site.network if self.site else None
-
-    @property
-    def vision(self) -> VisionSettings:
-        """Return the numbers of vision for the site."""
-        return self.site.vision if self.site else VisionSettings()
 
     @cached_property
     def choice(self) -> DetectorChoice:

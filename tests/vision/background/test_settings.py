@@ -73,7 +73,7 @@ def bare_road(settings: BackgroundSettings) -> bytes:
     """Read the road off the first pictures."""
     road, samples = first_pictures()
     colour = RoadColour(road.raster, RoadSettings(), car_cells=CAR_CELLS)
-    sight = first_sight(samples, road.raster, colour, settings, car_cells=CAR_CELLS)
+    sight = first_sight(samples, colour, settings)
     differences = [cv2.absdiff(one, np.rint(sight.planes).astype(np.uint8))[:1] for one in sight.samples]
     noise = noise_of(differences, sight.is_calm, settings.most_noise_levels)
     return told(sight.planes, sight.unrest, sight.is_calm, noise)
@@ -117,8 +117,8 @@ def spanning_pictures() -> tuple[Road, list[ByteArray]]:
 
 def vehicles(settings: BackgroundSettings, road: Road, samples: list[ByteArray]) -> bytes:
     colour = RoadColour(road.raster, RoadSettings(), car_cells=CAR_CELLS)
-    sight = first_sight(samples, road.raster, colour, settings, car_cells=CAR_CELLS)
-    return told(StandingVehicles(road.raster, colour, settings, car_cells=CAR_CELLS, margin_cells=2).find(sight))
+    sight = first_sight(samples, colour, settings)
+    return told(StandingVehicles(colour, settings, margin_cells=2).find(sight))
 
 
 def standing_vehicles(settings: BackgroundSettings) -> bytes:

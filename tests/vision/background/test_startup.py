@@ -47,10 +47,10 @@ class Road:
         return median_of([self.sample() for _ in range(9)])
 
     def see(self, samples: list[NDArray[np.uint8]]) -> FirstSight:
-        return first_sight(samples, self.raster, self.colour, SETTINGS, car_cells=CAR_CELLS)
+        return first_sight(samples, self.colour, SETTINGS)
 
     def standing(self, sight: FirstSight) -> NDArray[np.bool_]:
-        return StandingVehicles(self.raster, self.colour, SETTINGS, car_cells=CAR_CELLS, margin_cells=2).find(sight)
+        return StandingVehicles(self.colour, SETTINGS, margin_cells=2).find(sight)
 
 
 def differing(planes: NDArray[np.float32], bare: NDArray[np.float32]) -> int:
@@ -95,10 +95,7 @@ def test_what_is_bright_on_the_border_of_a_lane_is_a_kerb_and_no_part_of_the_car
     kerb, body = (road.raster.pack(road.raster.grid.paint(car.select(np.array([i])).corners())) > 0 for i in (2, 1))
     borders = road.raster.unpack(kerb.astype(np.uint8)) > 0
     found = [
-        StandingVehicles(road.raster, road.colour, SETTINGS, car_cells=CAR_CELLS, margin_cells=2, borders=one).find(
-            sight
-        )
-        for one in (None, borders)
+        StandingVehicles(road.colour, SETTINGS, margin_cells=2, borders=one).find(sight) for one in (None, borders)
     ]
     assert [bool((one & kerb & ~body).any()) for one in found] == [True, False]
     assert [int((one & body).sum() > 0.7 * body.sum()) for one in found] == [1, 1]

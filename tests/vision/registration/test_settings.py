@@ -9,13 +9,13 @@ from functools import cache
 import cv2
 import numpy as np
 
-from tests.vision.moving_world import ROAD, SIZE, MovingWorld, drift, view
+from tests.vision.moving_world import ROAD, SIZE, MovingWorld, drift, first_key, view
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import FloatArray, make_boxes, make_frame
 from tests.vision.turned import unnoticed
 from vision.background.settings import BackgroundSettings
 from vision.camera import facing
-from vision.registration.key_frames import KeyFrame, Landmarks, half_size
+from vision.registration.key_frames import Landmarks, corners_of, half_size
 from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingGroundSurface
 from vision.registration.plane_fit import fit_plane, transform
@@ -45,12 +45,12 @@ def corners(settings: RegistrationSettings) -> Told:
     for i in range(35):
         left, top = 20 + 17 * (i % 7), 20 + 12 * (i // 7)
         cv2.rectangle(weak, (left, top), (left + 3, top + 3), (160,), -1)
-    return told(*(KeyFrame.of(one, view(), [], settings).corners_px for one in (luma, weak)))
+    return told(*(corners_of(one, [], settings) for one in (luma, weak)))
 
 
 def followed(settings: RegistrationSettings) -> Told:
     """Follow the corners into a view that is some metres away."""
-    key = KeyFrame.of(half_size(first_frame().luma), view(), [], settings)
+    key = first_key(half_size(first_frame().luma), [], settings)
     there = view(east_m=4.0, north_m=1.0, turn_rad=0.02)
     fit, expected = key.follow(half_size(MovingWorld().frame(there, 1).luma), view(), settings)
     return told(None if fit is None else fit.matrix, np.array([expected]))
@@ -58,7 +58,7 @@ def followed(settings: RegistrationSettings) -> Told:
 
 def known_again(settings: RegistrationSettings) -> Told:
     """Guess a turned view by the looks of corners."""
-    key = KeyFrame.of(half_size(first_frame().luma), view(), [], settings)
+    key = first_key(half_size(first_frame().luma), [], settings)
     there = half_size(MovingWorld().frame(view(east_m=12.0, turn_rad=0.5), 1).luma)
     return told(*(guess for _, guess in Landmarks(settings).guess(there, [key])))
 
