@@ -101,31 +101,21 @@ class Background:
             self._end_startup(is_full=is_full)
         return self.is_ready
 
-    def _end_startup(self, *, is_full: bool) -> None:
-        """Begin, unless a vehicle seems to stand all the time and more frames can be held."""
-        if is_full or self._standing is None:
-            self.start()
-            return
-        sight = self._first_sight()
-        is_vehicle = self._standing.find(sight)
-        if is_vehicle.any():
-            self._startup_us *= 2
-        else:
-            self._begin(sight, is_vehicle)
-
     def start(self) -> None:
         """End the start-up with what is held; without any frame there is no background."""
         if self._held:
-            sight = self._first_sight()
-            self._begin(sight, None if self._standing is None else self._standing.find(sight))
+            self._end_startup(is_full=True)
 
-    def _first_sight(self) -> FirstSight:
-        return first_sight([image.planes for image in self._samples()], self._colour, self._settings)
-
-    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
-        """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
+    def _end_startup(self, *, is_full: bool) -> None:
+        """Make the first background, unless a vehicle seems to stand all the time and more frames can be held."""
+        sight = first_sight([image.planes for image in self._samples()], self._colour, self._settings)
+        is_vehicle = np.zeros_like(self._road) if self._standing is None else self._standing.find(sight)
+        if is_vehicle.any() and not is_full:
+            self._startup_us *= 2
+            return
         self._planes[...] = sight.planes
-        if is_vehicle is not None and is_vehicle.any():
+        if is_vehicle.any():
+            # Under vehicles that stand there all the time, the road is what it is around.
             self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
         self._show()
         self._set_sensitivity(sight, is_vehicle)
@@ -162,11 +152,11 @@ class Background:
         weighted = cv2.convertScaleAbs(chroma, alpha=self._settings.chroma_weight)
         return np.asarray(cv2.max(difference[:1], weighted), np.uint8)
 
-    def _set_sensitivity(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
+    def _set_sensitivity(self, sight: FirstSight, is_vehicle: BoolArray) -> None:
         """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
         differences = [self._difference(planes) for planes in sight.samples]
         noise = noise_of(differences, sight.is_calm, self._settings.most_noise_levels)
-        if is_vehicle is not None and is_vehicle.any():
+        if is_vehicle.any():
             # The road under a vehicle that stands there all the time was never seen: it is taken for a usual one.
             noise[:, is_vehicle] = np.median(noise[:, self._road])
         threshold = self._threshold(noise)

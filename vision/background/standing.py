@@ -111,13 +111,9 @@ class StandingVehicles:
 def _came_back(sight: FirstSight, same_levels: int) -> BoolArray:
     """Tell whether each cell took its value in several stretches of time."""
     levels = np.rint(sight.planes).astype(np.uint8)
-    begins = np.zeros(levels.shape[1], np.intp)
-    was = np.zeros(levels.shape[1], np.bool_)
-    for sample in sight.samples:
-        is_same = cv2.absdiff(sample, levels).max(axis=0) <= same_levels
-        begins += is_same & ~was
-        was = is_same
-    return np.asarray(begins > 1)
+    is_same = np.stack([cv2.absdiff(sample, levels).max(axis=0) <= same_levels for sample in sight.samples])
+    begins = np.diff(is_same.astype(np.int8), axis=0, prepend=0) > 0
+    return np.asarray(begins.sum(axis=0) > 1)
 
 
 def _shrunk(mask: ByteArray, cells: int) -> ByteArray:

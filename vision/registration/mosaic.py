@@ -142,7 +142,7 @@ class MosaicBackground(Background):
     def _set_thresholds(self) -> None:
         """Raise the threshold where the background has edges: by how much a shift of part of a cell would change it."""
         luma = self._moving.unpack(self._shown[0])
-        known = self._moving.unpack(self._is_known.view(np.uint8)) > 0
+        known = self._moving.unpack(self._is_known)
         kernel = np.ones((3, 3), np.uint8)
         highest = cv2.dilate(np.where(known, luma, 0).astype(np.uint8), kernel)
         lowest = cv2.erode(np.where(known, luma, FILL).astype(np.uint8), kernel)

@@ -116,7 +116,7 @@ class MovingRaster(RoadCells):
         cell_px = self.grid.side * np.sqrt(abs(np.linalg.det(pixel_from_ground)) / depth**3)
         inner_px = self._border_px + self._edge_cells * cell_px
         self._inner = self.grid.paint([self._outline(pixel_from_ground, inner_px)]) > 0
-        self.is_seen = self.pack(self._seen.view(np.uint8)) > 0
+        self.is_seen = self.pack(self._seen)
         self._combine()
 
     def set_known(self, is_known: BoolArray) -> None:
@@ -126,9 +126,9 @@ class MovingRaster(RoadCells):
         ----------
         is_known : (packed_size,).
         """
-        self._known = self.unpack(is_known.view(np.uint8)) > 0
+        self._known = self.unpack(is_known)
         band = np.ones((2 * self._edge_cells + 1, 2 * self._edge_cells + 1), np.uint8)
-        road = self.unpack(np.ones(self.packed_size, np.uint8)) > 0
+        road = self.unpack(np.ones_like(is_known))
         self._known_edge = cv2.dilate((road & ~self._known).astype(np.uint8), band) > 0
         self._combine()
 

@@ -18,20 +18,18 @@ from vision.registration.settings import RegistrationSettings
 
 @dataclass(frozen=True, slots=True)
 class PlaneFit:
-    """A homography and how well it explains the pairs.
+    """A homography and which pairs it explains.
 
     Attributes
     ----------
     matrix : (3, 3), target from source, last entry 1.
     source_px : (n, 2) the pairs' first points.
     is_inlier : (n,) pairs within `close_px`.
-    residual_px : root mean square over these; infinite without any.
     """
 
     matrix: FloatArray
     source_px: FloatArray
     is_inlier: BoolArray
-    residual_px: float
 
 
 def fit_plane(source_px: FloatArray, target_px: FloatArray, settings: RegistrationSettings) -> PlaneFit | None:
@@ -76,7 +74,7 @@ def fit_plane(source_px: FloatArray, target_px: FloatArray, settings: Registrati
     is_inlier = error_px <= close_px
     if np.count_nonzero(is_inlier) < least_pairs:
         return None
-    return PlaneFit(matrix, source_px, is_inlier, float(np.sqrt(np.mean(error_px[is_inlier] ** 2))))
+    return PlaneFit(matrix, source_px, is_inlier)
 
 
 def transform(matrix: FloatArray, points: FloatArray) -> FloatArray:

@@ -61,15 +61,13 @@ class Registration:
 
     Attributes
     ----------
-    residual_px : root mean square error of the corners that agreed in the latest frame.
-    inliers : how many did.
+    inliers : how many corners agreed in the latest frame.
     """
 
     def __init__(
         self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: RegistrationSettings
     ) -> None:
         self._settings = settings
-        self.residual_px = 0.0
         self.inliers = 0
         self._matrix = np.asarray(pixel_from_ground, np.float64)
         width, height = image_size_px
@@ -126,7 +124,7 @@ class Registration:
         if fit is None:
             return None
         found_px = transform(fit.matrix, fit.source_px)[fit.is_inlier]
-        self.inliers, self.residual_px = len(found_px), fit.residual_px
+        self.inliers = len(found_px)
         spread = np.ptp(found_px, axis=0) / np.array(luma.shape[::-1]) / 2
         least_inliers = max(settings.least_inliers, settings.least_share * expected)
         if self.inliers < least_inliers or spread.min() < settings.least_spread:
