@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 
 from tests.vision.support import FloatArray, draw_boxes, make_boxes, top_view, write_video
+from vision.background.settings import BackgroundSettings
 from vision.camera import fixed_camera
 from vision.settings import VisionSettings
 from vision.video.frames import Frame, open_video
@@ -74,7 +75,7 @@ def road_polygon() -> FloatArray:
 
 
 def vision_ms(frames: Sequence[Frame], matrix: FloatArray, polygon: FloatArray) -> float:
-    vision = fixed_camera(matrix, [polygon], SIZE, VisionSettings(startup_us=2_000_000))
+    vision = fixed_camera(matrix, [polygon], SIZE, VisionSettings(background=BackgroundSettings(startup_us=2_000_000)))
     for frame in frames[:WARM_UP]:
         vision.observe(frame)
     return per_frame_ms(frames[WARM_UP:], vision.observe)

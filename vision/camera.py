@@ -157,7 +157,7 @@ class Camera(Generic[InstantT]):
 
     def _judge(self, t_us: int) -> None:
         """Decide about tracks that stand: what any eye sees is a vehicle; else what is burned in is learned."""
-        if self._judged_us is not None and t_us - self._judged_us < self._settings.background_period_us:
+        if self._judged_us is not None and t_us - self._judged_us < self._settings.background.period_us:
             return
         rows, boxes = self._suspects()
         self._judged_us = t_us
@@ -331,8 +331,8 @@ def box_camera(
     """
     # A detector knows vehicles from road: all that stands is proved at every instant.
     settings = settings or VisionSettings()
-    tracking = replace(settings.tracking, standing_us=0)
-    settings = replace(settings, background_period_us=0, tracking=tracking)
+    background, tracking = replace(settings.background, period_us=0), replace(settings.tracking, standing_us=0)
+    settings = replace(settings, background=background, tracking=tracking)
     eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground)
     return Camera([eye], motion, settings)
 

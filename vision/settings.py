@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any
 
+from vision.background.settings import BackgroundSettings
+from vision.errors import VisionError
+from vision.registration.settings import RegistrationSettings
+from vision.road.settings import RoadSettings
 from vision.tracking.settings import TrackingSettings
 
 
@@ -16,48 +22,41 @@ class VisionSettings:
     car_width_m, car_width_cells : a raster cell is their quotient, or what the camera gives if that is coarser.
     road_margin_m : how far around the road polygons is watched too; cars lean over the line.
     max_metres_per_pixel : ground seen more coarsely than this is left out.
-    startup_us : how long frames are held before the first background exists; the constant delay of the first result.
-    startup_most_us : the same at most: where a vehicle seems to stand all the time, more frames are held.
-    startup_samples : how many of the held frames, evenly spread, the first background is read off.
-    startup_bytes : memory cap for held frames; start-up ends early when they would not fit.
-    background_period_us : how often the background learns.
-    background_tau_us : time constant of learning where nothing is seen.
-    heal_us : how long a wrong patch of background (a car burned in, road revealed) lives before the present picture
-        replaces it.
-    lost_fraction, lost_us : a larger part of the road in motion for this long means the view changed: learn it anew.
-    least_difference, most_difference : grey levels between which the threshold of a cell lies; in between it is
-        `least_difference` and `noise_factor` times what the cell's noise exceeds 1 level.
     strong_ratio : a blob must hold a cell this many times over its threshold (hysteresis against noise).
-    chroma_weight : how much one level of chroma counts against one level of luma.
     min_area_m2 : smaller blobs are noise.
     split_share : part of its own area that a predicted box must own in a blob to claim it.
     position_noise_m : standard deviation of a detected centre, along and across the same.
     usual_length_m, usual_width_m, usual_height_m : assumed of an object where they cannot be seen.
-    tracking : of the room `vision/tracking`.
+    background, road, registration, tracking : of these rooms.
     """
 
     car_width_m: float = 1.8
     car_width_cells: float = 6.0
-    road_margin_m: float = 1.0
+    road_margin_m: float = field(default=1.0, metadata={"least": 0})
     max_metres_per_pixel: float = 0.9
-    startup_us: int = 5_000_000
-    startup_most_us: int = 60_000_000
-    startup_samples: int = 61
-    startup_bytes: int = 400_000_000
-    background_period_us: int = 200_000
-    background_tau_us: int = 20_000_000
-    heal_us: int = 3_000_000
-    lost_fraction: float = 0.6
-    lost_us: int = 1_000_000
-    least_difference: float = 10.0
-    most_difference: float = 40.0
-    noise_factor: float = 5.0
     strong_ratio: float = 1.5
-    chroma_weight: float = 2.0
     min_area_m2: float = 1.2
     split_share: float = 0.3
     position_noise_m: float = 0.3
     usual_length_m: float = 4.5
     usual_width_m: float = 1.8
     usual_height_m: float = 1.5
+    background: BackgroundSettings = field(default_factory=BackgroundSettings)
+    road: RoadSettings = field(default_factory=RoadSettings)
+    registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant."""
+        _check(self)
+
+
+def _check(settings: Any, room: str = "") -> None:  # Any: there is no type for dataclasses
+    """Refuse, in all rooms, numbers that are not finite and above 0, or the `least` of a field's metadata."""
+    for one in fields(settings):
+        value, name, least = getattr(settings, one.name), room + one.name, one.metadata.get("least")
+        if is_dataclass(value):
+            _check(value, f"{name}.")
+        elif not math.isfinite(value) or (value <= 0 if least is None else value < least):
+            words = "above 0" if least is None else f">= {least}"
+            raise VisionError(f"vision settings: {name} must be a number {words}, got {value!r}")

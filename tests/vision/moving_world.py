@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.vision.support import FloatArray, make_boxes, make_frame
+from vision.registration.key_frames import KeyFrame, corners_of
+from vision.registration.settings import RegistrationSettings
 from vision.video.frames import Frame
 
 SIZE = (320, 180)
@@ -70,3 +72,8 @@ def drift(k: int) -> FloatArray:
         turn_rad=0.08 * np.sin(0.45 * t),
         zoom=1 + 0.04 * np.sin(0.6 * t),
     )
+
+
+def first_key(luma: NDArray[np.uint8], vehicles_px: Sequence[FloatArray], settings: RegistrationSettings) -> KeyFrame:
+    """Make a key frame of a half-size picture of the first view."""
+    return KeyFrame(luma, view(), corners_of(luma, vehicles_px, settings))

@@ -7,6 +7,7 @@ import pytest
 
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import ROAD_LEVEL, FloatArray, draw_boxes, make_boxes, make_frame, top_view, whole_view
+from vision.background.settings import BackgroundSettings
 from vision.camera import fixed_camera
 from vision.errors import VisionError
 from vision.objects import VisionObjects
@@ -14,8 +15,8 @@ from vision.settings import VisionSettings
 
 SIZE = (200, 40)
 LANE_M, OTHER_LANE_M = 7.5, 11.0
-QUICK = VisionSettings(startup_us=800_000)
-TRAFFIC = VisionSettings(startup_us=2_000_000)
+QUICK = VisionSettings(background=BackgroundSettings(startup_us=800_000))
+TRAFFIC = VisionSettings(background=BackgroundSettings(startup_us=2_000_000))
 World = Callable[[float], list[tuple[float, float, float, float, float]]]
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
 from vision.background.background import Background
+from vision.background.settings import BackgroundSettings
 from vision.camera import FixedView, fixed_camera, fused_camera
 from vision.detection import eye
 from vision.detection.lanes import LaneStrip
@@ -20,7 +21,7 @@ from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
 SIZE, COARSE, COARSE_M = (200, 40), (100, 20), 0.94
-QUICK = VisionSettings(startup_us=800_000)
+QUICK = VisionSettings(background=BackgroundSettings(startup_us=800_000))
 World = Callable[[float], tuple[float, float, float, float, float]]
 
 
@@ -49,7 +50,7 @@ def watch(colour: list[Frame], thermal: list[Frame]) -> list[VisionObjects]:
         FixedView(top_view(COARSE, COARSE_M), COARSE),
         thermal,
         [whole_view(SIZE)],
-        VisionSettings(startup_us=800_000, max_metres_per_pixel=1.0),
+        VisionSettings(background=BackgroundSettings(startup_us=800_000), max_metres_per_pixel=1.0),
     )
     seen = [objects for frame in colour for objects in vision.observe(frame)]
     return [*seen, *vision.finish()]

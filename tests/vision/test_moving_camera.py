@@ -7,14 +7,16 @@ import pytest
 
 from tests.vision.moving_world import ROAD, SIZE, Car, MovingWorld, drift
 from tests.vision.support import FloatArray, make_frame
+from vision.background.settings import BackgroundSettings
 from vision.camera import facing, moving_camera
 from vision.errors import VisionError
 from vision.objects import VisionObjects
 from vision.registration.registration import CameraMotion, Registration
+from vision.registration.settings import RegistrationSettings
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
-QUICK = VisionSettings(startup_us=2_000_000)
+QUICK = VisionSettings(background=BackgroundSettings(startup_us=2_000_000))
 LEVELS = [190.0, 55.0]
 
 
@@ -46,7 +48,7 @@ def watch(motion: CameraMotion[Frame], frames: int, blank: Sequence[int] = ()) -
 
 
 def test_cars_are_tracked_in_ground_metres() -> None:
-    results = watch(Registration(drift(0), SIZE), 170)
+    results = watch(Registration(drift(0), SIZE, RegistrationSettings()), 170)
     assert [r.t_us for r in results] == [40_000 * k for k in range(170)]
     errors, seen = [], 0
     for k, r in list(enumerate(results))[60:]:
@@ -63,7 +65,9 @@ def test_cars_are_tracked_in_ground_metres() -> None:
 
 def test_standing_scene_gives_no_objects() -> None:
     world = MovingWorld()
-    vision = moving_camera(drift(0), [ROAD], SIZE, Registration(drift(0), SIZE), reach_m=40.0, settings=QUICK)
+    vision = moving_camera(
+        drift(0), [ROAD], SIZE, Registration(drift(0), SIZE, RegistrationSettings()), reach_m=40.0, settings=QUICK
+    )
     results = [one for k in range(150) for one in vision.observe(world.frame(drift(k), k))]
     assert len(results) == 150
     assert all(r.ids == () for r in results)
@@ -77,7 +81,7 @@ def test_every_result_carries_the_map_of_its_frame() -> None:
 
 def test_lost_frames_say_nothing_and_leave_nothing_behind() -> None:
     blank = range(80, 160)
-    results = watch(Registration(drift(0), SIZE), 190, blank)
+    results = watch(Registration(drift(0), SIZE, RegistrationSettings()), 190, blank)
     assert [k for k, r in enumerate(results) if r.is_lost] == list(blank)
     assert all(r.ids == () and r.pixel_from_ground is None for r in results if r.is_lost)
     before, after = set(results[79].ids), {name for r in results[160:] for name in r.ids}

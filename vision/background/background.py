@@ -23,24 +23,11 @@ from vision.road.road_colour import RoadColour
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
 
-# Cells on which the gain is measured, and cells too dark to measure it on.
+# Cells on which the gain is measured.
 GAIN_CELLS = 2_000
-GAIN_MIN_LEVEL = 40.0
-# Outline contrast of picture over background that shows an object, and of background over picture that shows a ghost.
-# The second is stricter: a marking under a dark car has edges too, and a car taken for a ghost is lost.
-OBJECT_RATIO = 1.3
-GHOST_RATIO = 2.0
-# Where one of picture and background shows plain road and the other does not, that settles it: if at least this part of
-# the box is so, and this many times more of it than the other way round.
-PLAIN_SHARE, PLAIN_RATIO = 0.15, 2.0
 # Differences are handed on as multiples of a cell's threshold, this being 1.
 AT_THRESHOLD = 20
-# Shadow leaves this part of the light, and changes the colour by few levels.
-SHADE_DEEPEST, SHADE_LIGHTEST = 0.25, 0.97
-SHADE_CHROMA = 6.0
 NO_COLOUR = 128.0
-# In the light of the start-up, cells of bare road match the usual colour around them up to so much.
-MATCH_LEVELS = 10.0
 
 
 class Background:
@@ -72,23 +59,20 @@ class Background:
         borders: BoolArray | None = None,
     ) -> None:
         self._raster = raster
-        self._settings = settings
-        self._car_cells = car_cells
-        self._colour = RoadColour(raster, car_cells=car_cells)
+        self._settings = settings.background
+        self._colour = RoadColour(raster, settings.road, car_cells=car_cells)
         self._standing: StandingVehicles | None = None
         if finds_standing:
             margin_cells = round(settings.road_margin_m / raster.grid.side) + 1
-            self._standing = StandingVehicles(
-                raster, self._colour, car_cells=car_cells, margin_cells=margin_cells, borders=borders
-            )
-        self._startup_us = settings.startup_us
+            self._standing = StandingVehicles(self._colour, self._settings, margin_cells=margin_cells, borders=borders)
+        self._startup_us = self._settings.startup_us
         self._held: list[RoadImage] = []
-        self._max_held = max(2, settings.startup_bytes // (3 * raster.packed_size))
+        self._max_held = max(2, self._settings.startup_bytes // (3 * raster.packed_size))
         self._planes = np.zeros((3, raster.packed_size), np.float32)
         self._shown = np.zeros((3, raster.packed_size), np.uint8)
         self._sensitivity = np.zeros((1, raster.packed_size), np.float32)
         # The cells that can be compared now, and those that may learn now: a moving camera changes both.
-        self._road = raster.pack(raster.road.astype(np.uint8)) > 0
+        self._road = self._colour.road
         self._is_seen = np.ones(raster.packed_size, np.bool_)
         road_cells = np.flatnonzero(self._road)
         self._gain_cells = road_cells[:: max(1, len(road_cells) // GAIN_CELLS)]
@@ -117,31 +101,21 @@ class Background:
             self._end_startup(is_full=is_full)
         return self.is_ready
 
-    def _end_startup(self, *, is_full: bool) -> None:
-        """Begin, unless a vehicle seems to stand all the time and more frames can be held."""
-        if is_full or self._standing is None:
-            self.start()
-            return
-        sight = self._first_sight()
-        is_vehicle = self._standing.find(sight)
-        if is_vehicle.any():
-            self._startup_us *= 2
-        else:
-            self._begin(sight, is_vehicle)
-
     def start(self) -> None:
         """End the start-up with what is held; without any frame there is no background."""
         if self._held:
-            sight = self._first_sight()
-            self._begin(sight, None if self._standing is None else self._standing.find(sight))
+            self._end_startup(is_full=True)
 
-    def _first_sight(self) -> FirstSight:
-        return first_sight(self._samples(self._held), self._raster, self._colour, car_cells=self._car_cells)
-
-    def _begin(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
-        """Make the first background; under vehicles that stand there all the time, the road is what it is around."""
+    def _end_startup(self, *, is_full: bool) -> None:
+        """Make the first background, unless a vehicle seems to stand all the time and more frames can be held."""
+        sight = first_sight([image.planes for image in self._samples()], self._colour, self._settings)
+        is_vehicle = np.zeros_like(self._road) if self._standing is None else self._standing.find(sight)
+        if is_vehicle.any() and not is_full:
+            self._startup_us *= 2
+            return
         self._planes[...] = sight.planes
-        if is_vehicle is not None and is_vehicle.any():
+        if is_vehicle.any():
+            # Under vehicles that stand there all the time, the road is what it is around.
             self._planes[:, is_vehicle] = self._colour.around(sight.planes)[:, is_vehicle]
         self._show()
         self._set_sensitivity(sight, is_vehicle)
@@ -149,9 +123,10 @@ class Background:
         self._held = []
         self.is_ready = True
 
-    def _samples(self, held: list[RoadImage]) -> list[ByteArray]:
-        count = min(len(held), self._settings.startup_samples)
-        return [held[i].planes for i in np.unique(np.linspace(0, len(held) - 1, count).round().astype(np.intp))]
+    def _samples(self) -> list[RoadImage]:
+        last = len(self._held) - 1
+        places = np.linspace(0, last, min(last + 1, self._settings.startup_samples)).round().astype(np.intp)
+        return [self._held[i] for i in np.unique(places)]
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every cell differs from the background, for what is usual there.
@@ -177,20 +152,19 @@ class Background:
         weighted = cv2.convertScaleAbs(chroma, alpha=self._settings.chroma_weight)
         return np.asarray(cv2.max(difference[:1], weighted), np.uint8)
 
-    def _set_sensitivity(self, sight: FirstSight, is_vehicle: BoolArray | None) -> None:
+    def _set_sensitivity(self, sight: FirstSight, is_vehicle: BoolArray) -> None:
         """Learn each cell's noise: leaves, compression and shaking edges differ more than bare road does."""
         differences = [self._difference(planes) for planes in sight.samples]
-        noise = noise_of(differences, sight.is_calm)
-        if is_vehicle is not None and is_vehicle.any():
+        noise = noise_of(differences, sight.is_calm, self._settings.most_noise_levels)
+        if is_vehicle.any():
             # The road under a vehicle that stands there all the time was never seen: it is taken for a usual one.
             noise[:, is_vehicle] = np.median(noise[:, self._road])
         threshold = self._threshold(noise)
         self._sensitivity[...] = np.where(self._road, AT_THRESHOLD / threshold, 0.0)
 
     def _threshold(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
-        settings = self._settings
-        threshold = settings.least_difference + settings.noise_factor * (noise - 1.0)
-        return np.asarray(np.clip(threshold, settings.least_difference, settings.most_difference), np.float32)
+        least, most = self._settings.least_difference_levels, self._settings.most_difference_levels
+        return np.asarray(np.clip(least + self._settings.noise_factor * (noise - 1.0), least, most), np.float32)
 
     def shaded(self, image: RoadImage, points: NDArray[np.float64]) -> ByteArray:
         """Find cells that look like the known road with less light on it.
@@ -212,11 +186,12 @@ class Background:
         # Less light takes colour away in proportion, seen best on grass.
         colour = shown[1:] - NO_COLOUR
         difference = np.abs(present[1:] - NO_COLOUR - light * colour).max(axis=0)
-        is_darker = (light > SHADE_DEEPEST) & (light < SHADE_LIGHTEST)
-        return np.asarray(np.where(is_darker & (difference <= SHADE_CHROMA), 100 * light, 0.0), np.uint8)
+        is_darker = (light > self._settings.shade_deepest) & (light < self._settings.shade_lightest)
+        is_shade = is_darker & (difference <= self._settings.shade_chroma_levels)
+        return np.asarray(np.where(is_shade, 100 * light, 0.0), np.uint8)
 
     def learn(self, image: RoadImage, foreground: ByteArray, objects: Boxes, is_real: BoolArray) -> None:
-        """Bring the background up to date, every `background_period_us`.
+        """Bring the background up to date, every `period_us`.
 
         Parameters
         ----------
@@ -227,13 +202,11 @@ class Background:
         """
         assert self._learned_us is not None
         elapsed_us = image.t_us - self._learned_us
-        if elapsed_us < self._settings.background_period_us:
+        if elapsed_us < self._settings.period_us:
             return
         self._learned_us = image.t_us
         is_foreground = foreground > 0
-        is_claimed = (
-            self._raster.pack(self._raster.grid.paint(objects.select(is_real).corners(self._raster.grid.side))) > 0
-        )
+        is_claimed = self._covered(objects.select(is_real), self._raster.grid.side)
         present = self._in_reference_light(image.planes)
         # After a gap nothing is claimed yet: a long one must not count as time in which nobody claimed it.
         self._unclaimed_us += min(elapsed_us, self._settings.heal_us // 3)
@@ -243,7 +216,7 @@ class Background:
             is_healing = self._road
         self._unclaimed_us[is_healing] = 0
         is_quiet = np.asarray(self._is_seen & ~(is_foreground | is_claimed), np.uint8)[None]
-        rate = min(1.0, elapsed_us / self._settings.background_tau_us)
+        rate = min(1.0, elapsed_us / self._settings.tau_us)
         for plane, seen in zip(self._planes, present, strict=True):
             cv2.accumulateWeighted(seen[None], plane[None], rate, mask=is_quiet)
             plane[is_healing] = seen[is_healing]
@@ -257,8 +230,7 @@ class Background:
         image : the present frame.
         boxes : where, on the raster's plane.
         """
-        where = self._raster.pack(self._raster.grid.paint(boxes.corners(2 * self._raster.grid.side))) > 0
-        where &= self._is_seen
+        where = self._covered(boxes, 2 * self._raster.grid.side) & self._is_seen
         self._planes[:, where] = self._in_reference_light(image.planes)[:, where]
         self._show()
 
@@ -283,11 +255,12 @@ class Background:
         for i, corners in enumerate(boxes.corners()):
             window, ring, inside = self._outline(corners)
             reveals, hides = self._plain_road(image, window, usual)
-            verdicts[i] = _verdict_by_colour(reveals[inside], hides[inside])
+            verdicts[i] = self._verdict_by_colour(reveals[inside], hides[inside])
             if verdicts[i] == 0:
                 lumas = (self._raster.window(planes[0], window) for planes in (image.planes, self._shown))
                 seen, known = (_edge_strength(luma, ring) for luma in lumas)
-                verdicts[i] = int(seen > OBJECT_RATIO * known) - int(known > GHOST_RATIO * seen)
+                is_object = seen > self._settings.object_ratio * known
+                verdicts[i] = int(is_object) - int(known > self._settings.ghost_ratio * seen)
         return verdicts
 
     def _plain_road(self, image: RoadImage, window: Window, usual: NDArray[np.float32]) -> tuple[BoolArray, BoolArray]:
@@ -298,9 +271,19 @@ class Background:
         around = self._colour.around_in(self._planes, window, usual)
         present = self._in_reference_light(self._raster.window(image.planes, window))
         learned, is_road = self._raster.window(self._planes, window), self._raster.window(self._road, window)
-        is_plain, was_plain = (np.abs(one - around).max(axis=0) <= MATCH_LEVELS for one in (present, learned))
-        differs = is_road & (np.abs(present - learned).max(axis=0) > self._settings.least_difference)
+        is_plain, was_plain = (
+            np.abs(one - around).max(axis=0) <= self._settings.strange_levels for one in (present, learned)
+        )
+        differs = is_road & (np.abs(present - learned).max(axis=0) > self._settings.least_difference_levels)
         return differs & is_plain & ~was_plain, differs & was_plain & ~is_plain
+
+    def _verdict_by_colour(self, reveals: BoolArray, hides: BoolArray) -> int:
+        """Say 1 for an object, -1 for a ghost, 0 for undecided, by the cells inside a box."""
+        revealed, hidden = int(reveals.sum()), int(hides.sum())
+        if max(revealed, hidden) < self._settings.plain_share * len(reveals):
+            return 0
+        ratio = self._settings.plain_ratio
+        return int(hidden > ratio * revealed) - int(revealed > ratio * hidden)
 
     def _outline(self, corners: NDArray[np.float64]) -> tuple[Window, BoolArray, BoolArray]:
         """Mark the border and the inside of a box, in a window around it."""
@@ -315,16 +298,21 @@ class Background:
         window = slice(top, top + ring.shape[0]), slice(left, left + ring.shape[1])
         return window, (ring > 0) & self._raster.road[window], (inside > 0) & self._raster.road[window]
 
+    def _covered(self, boxes: Boxes, margin: float) -> BoolArray:
+        """Mark the cells under boxes and a margin around them: (packed_size,)."""
+        return self._raster.pack(self._raster.grid.paint(boxes.corners(margin))) > 0
+
     def _follow_light(self, luma: ByteArray) -> None:
         """Measure the gain on a fixed sample of cells; a median does not mind the vehicles among them."""
         learned = self._planes[0].take(self._gain_cells) - np.float32(BLACK_LEVEL)
         seen = luma.take(self._gain_cells) - np.float32(BLACK_LEVEL)
-        is_bright = learned > GAIN_MIN_LEVEL - BLACK_LEVEL
+        is_bright = learned > self._settings.gain_least_level - BLACK_LEVEL
         ratios = seen[is_bright] / learned[is_bright]
         if len(ratios) >= 10:
             middle = slice((len(ratios) - 1) // 2, len(ratios) // 2 + 1)
             ratios.partition((middle.start, middle.stop - 1))
-            self._gain = min(max(float(ratios[middle].mean()), 0.25), 4.0)
+            least = self._settings.least_gain
+            self._gain = min(max(float(ratios[middle].mean()), least), 1 / least)
 
     def _in_reference_light(self, planes: ByteArray) -> NDArray[np.float32]:
         present = planes.astype(np.float32)
@@ -343,14 +331,6 @@ class Background:
 
     def _show(self) -> None:
         np.rint(self._planes, out=self._shown, casting="unsafe")
-
-
-def _verdict_by_colour(reveals: BoolArray, hides: BoolArray) -> int:
-    """Say 1 for an object, -1 for a ghost, 0 for undecided, by the cells inside a box."""
-    revealed, hidden = int(reveals.sum()), int(hides.sum())
-    if max(revealed, hidden) < PLAIN_SHARE * len(reveals):
-        return 0
-    return int(hidden > PLAIN_RATIO * revealed) - int(revealed > PLAIN_RATIO * hidden)
 
 
 def _edge_strength(luma: ByteArray, ring: BoolArray) -> float:

@@ -11,28 +11,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.background.startup import LEVEL, SAME_LEVELS, UNREST_LEVELS, FirstSight
+from vision.background.settings import BackgroundSettings
+from vision.background.startup import LEVEL, FirstSight
 from vision.objects import BoolArray
-from vision.road.rectify import RoadCells
 from vision.road.road_colour import RoadColour
 from vision.video.frames import ByteArray
 
 FloatArray = NDArray[np.float32]
-
-# A neighbourhood that is not calm reaches beyond the vehicle by this part of a car's width.
-BEYOND_WIDTHS = 1 / 3
-# Of what may be a vehicle, or a queue of some, this part and the area of a small car has another colour than the road
-# around, and some of it is not just brighter, as crossings and other markings are. Larger things are crowns of leaves,
-# or the shadows of houses.
-STRANGE_LEVELS = 10.0
-STRANGE_SHARE = 0.3
-MOST_WIDTHS2 = 40.0
-LEAST_WIDTHS2 = 1.5
-LEAST_DARK_WIDTHS2 = 0.5
-# A bridge or a gantry reaches from side to side: without it and so much beside it, the road around is cut in two.
-SIDE_WIDTHS, AROUND_WIDTHS = 0.3, 1.0
-# If so much of that came back after something else, it is ground.
-GROUND_SHARE = 0.5
 
 
 class StandingVehicles:
@@ -40,25 +25,24 @@ class StandingVehicles:
 
     Parameters
     ----------
-    cells : the raster.
-    colour : of its road.
-    car_cells : width of a car.
+    colour : of the road.
+    settings : of this room.
     margin_cells : how far the watched cells reach beyond the road; there, other colours are usual.
     borders : (rows, columns) cells on the borders of lanes, where there are lines and kerbs; None if not known.
     """
 
     def __init__(
         self,
-        cells: RoadCells,
         colour: RoadColour,
+        settings: BackgroundSettings,
         *,
-        car_cells: float,
         margin_cells: int,
         borders: BoolArray | None = None,
     ) -> None:
-        self._cells = cells
+        self._cells = cells = colour.cells
         self._colour = colour
-        self._car_cells = car_cells
+        self._settings = settings
+        self._car_cells = colour.car_cells
         self._inner = _shrunk(cells.road.astype(np.uint8), margin_cells)
         self._borders = np.zeros(cells.grid.shape, np.bool_) if borders is None else borders
 
@@ -73,22 +57,28 @@ class StandingVehicles:
         -------
         (packed_size,) True on what is strange of them and their shadows; markings beside them are left out.
         """
-        restless = self._cells.unpack((sight.unrest > LEVEL * UNREST_LEVELS).astype(np.uint8)) * self._inner
-        places = _shrunk(restless, round(BEYOND_WIDTHS * self._car_cells))
+        settings = self._settings
+        restless = self._spread(sight.unrest > LEVEL * settings.unrest_levels) * self._inner
+        places = _shrunk(restless, round(settings.beyond_widths * self._car_cells))
         if not places.any():
             return np.zeros(self._cells.packed_size, np.bool_)
         difference = sight.planes - self._colour.around(sight.planes)
-        is_strange = np.abs(difference).max(axis=0) > STRANGE_LEVELS
-        is_dark = is_strange & (difference[0] <= STRANGE_LEVELS)
+        is_strange = np.abs(difference).max(axis=0) > settings.strange_levels
+        is_dark = is_strange & (difference[0] <= settings.strange_levels)
+        is_ground = is_strange & _came_back(sight, settings.same_levels)
         count, labels = cv2.connectedComponents(places, connectivity=8)
         area, strange_area, dark_area, ground_area = (
             np.bincount(labels.ravel(), cells.ravel(), count)
-            for cells in (places, *(self._spread(one) for one in (is_strange, is_dark, is_strange & _came_back(sight))))
+            for cells in (places, *(self._spread(one) for one in (is_strange, is_dark, is_ground)))
         )
         width2 = self._car_cells**2
-        is_large = (strange_area >= LEAST_WIDTHS2 * width2) & (dark_area >= LEAST_DARK_WIDTHS2 * width2)
-        is_vehicle_like = (strange_area >= STRANGE_SHARE * area) & (area <= MOST_WIDTHS2 * width2)
-        is_vehicle = is_large & is_vehicle_like & (ground_area < GROUND_SHARE * strange_area)
+        is_vehicle = (
+            (strange_area >= settings.least_widths2 * width2)
+            & (dark_area >= settings.least_dark_widths2 * width2)
+            & (strange_area >= settings.strange_share * area)
+            & (area <= settings.most_widths2 * width2)
+            & (ground_area < settings.ground_share * strange_area)
+        )
         is_vehicle[0] = False
         for number in np.flatnonzero(is_vehicle).tolist():
             is_vehicle[number] = not self._spans_road((labels == number).astype(np.uint8))
@@ -97,12 +87,12 @@ class StandingVehicles:
 
     def _spans_road(self, place: ByteArray) -> bool:
         """Tell whether something reaches from one side of a road to the other: a bridge or a gantry does."""
-        reach = round(AROUND_WIDTHS * self._car_cells)
+        reach = round(self._settings.around_widths * self._car_cells)
         left, top, width, height = cv2.boundingRect(place)
         rows = slice(max(0, top - reach), top + height + reach)
         columns = slice(max(0, left - reach), left + width + reach)
         around = self._inner[rows, columns]
-        side = _square(2 * round(SIDE_WIDTHS * self._car_cells) + 1)
+        side = _square(2 * round(self._settings.side_widths * self._car_cells) + 1)
         free = around & (np.asarray(cv2.dilate(place[rows, columns], side)) == 0)
         return bool(cv2.connectedComponents(free.astype(np.uint8))[0] > cv2.connectedComponents(around)[0])
 
@@ -118,16 +108,12 @@ class StandingVehicles:
         return self._cells.unpack(packed.astype(np.uint8))
 
 
-def _came_back(sight: FirstSight) -> BoolArray:
+def _came_back(sight: FirstSight, same_levels: int) -> BoolArray:
     """Tell whether each cell took its value in several stretches of time."""
     levels = np.rint(sight.planes).astype(np.uint8)
-    begins = np.zeros(levels.shape[1], np.intp)
-    was = np.zeros(levels.shape[1], np.bool_)
-    for sample in sight.samples:
-        is_same = cv2.absdiff(sample, levels).max(axis=0) <= SAME_LEVELS
-        begins += is_same & ~was
-        was = is_same
-    return np.asarray(begins > 1)
+    is_same = np.stack([cv2.absdiff(sample, levels).max(axis=0) <= same_levels for sample in sight.samples])
+    begins = np.diff(is_same.astype(np.int8), axis=0, prepend=0) > 0
+    return np.asarray(begins.sum(axis=0) > 1)
 
 
 def _shrunk(mask: ByteArray, cells: int) -> ByteArray:

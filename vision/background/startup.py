@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.background.settings import BackgroundSettings
 from vision.objects import BoolArray
 from vision.road.rectify import RoadCells
 from vision.road.road_colour import RoadColour
@@ -23,28 +25,11 @@ from vision.video.frames import ByteArray
 
 FloatArray = NDArray[np.float32]
 
-# Cells that never change by more than this show one thing all the time.
-SAME_LEVELS = 8
-# How many of its calmest times a cell is the median of (fewer, but at least so many, if only these are calm), and at
-# how many its noise is measured.
-CALMEST = 5
-LEAST_CALM = 2
-CALM = 15
-# A neighbourhood is about as wide as two cars: whoever covers the middle sticks out of what is usual somewhere in it.
-AROUND_WIDTHS = 1.9
-# Differences from the usual colour, in levels: up to the first number they are noise, beyond the second they count no
-# more. One level of colour counts as two of darkness, and one of brightness little: markings are bright.
-DARK_FROM, DARK_MOST = 5, 40
-COLOUR_FROM, COLOUR_MOST, COLOUR_WEIGHT = 3, 20, 2.0
-BRIGHT_WEIGHT = 0.2
-# Unrest is kept in parts of a level; a neighbourhood is not calm from this mean difference on.
+# Unrest is kept in parts of a level.
 LEVEL = 6
-UNREST_LEVELS = 3
-# Black in video levels: light multiplies what lies above it, by this at least.
+# Black in video levels: light multiplies what lies above it.
 BLACK_LEVEL = 16.0
-LEAST_GAIN = 0.25
-# Differences beyond this are something else in front of the cell, and no noise of it.
-MOST_NOISE = 24
+# No difference: something else is in front of the cell.
 IN_FRONT = 255
 
 
@@ -66,30 +51,27 @@ class FirstSight:
     is_calm: BoolArray
 
 
-def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColour, *, car_cells: float) -> FirstSight:
+def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: BackgroundSettings) -> FirstSight:
     """Estimate the bare road from pictures with traffic on it.
 
     Parameters
     ----------
     samples : (3, packed_size) each, in order of time, evenly spread.
-    cells : the raster. colour : of its road.
-    car_cells : width of a car.
+    colour : of the road.
+    settings : of this room.
 
     Returns
     -------
     The road; where nothing ever passed, the median.
     """
-    planes = median_of(samples)
-    samples = in_one_light(samples, planes[0], cells.pack(cells.road.astype(np.uint8)) > 0)
-    tables = _tables()
+    planes, cells = median_of(samples), colour.cells
+    samples = in_one_light(samples, planes[0], colour.road, settings.least_gain)
+    tables = _tables(settings)
     usual = np.rint(colour.around(planes)).astype(np.uint8)
-    side = 2 * round(AROUND_WIDTHS * car_cells / 2) + 1
+    side = 2 * round(settings.calm_widths * colour.car_cells / 2) + 1
     unrest = [_unrest(sample, usual, cells, tables, side) for sample in samples]
-    lowest, highest = samples[0].copy(), samples[0].copy()
-    for sample in samples[1:]:
-        np.minimum(lowest, sample, out=lowest)
-        np.maximum(highest, sample, out=highest)
-    busy = np.flatnonzero((highest - lowest).max(axis=0) > 2 * SAME_LEVELS)
+    change = reduce(np.maximum, samples) - reduce(np.minimum, samples)
+    busy = np.flatnonzero(change.max(axis=0) > 2 * settings.same_levels)
     least = np.median(np.stack(unrest), axis=0).astype(np.uint8)
     is_calm = np.ones((len(samples), cells.packed_size), np.bool_)
     piece = 8_192
@@ -97,19 +79,20 @@ def first_sight(samples: Sequence[ByteArray], cells: RoadCells, colour: RoadColo
         where = busy[start : start + piece]
         values = np.stack([sample[:, where] for sample in samples], axis=-1)
         around = np.stack([one[where] for one in unrest], axis=-1)
-        planes[:, where], least[where] = calmest(values, around)
-        calm = np.sort(around, axis=-1)[:, min(CALM, len(samples)) - 1, None]
+        planes[:, where], least[where] = calmest(values, around, settings)
+        calm = np.sort(around, axis=-1)[:, min(settings.noise_samples, len(samples)) - 1, None]
         is_calm[:, where] = (around <= calm).T
     return FirstSight(samples, planes, least, is_calm)
 
 
-def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray) -> list[ByteArray]:
+def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray, least_gain: float) -> list[ByteArray]:
     """Make up for the sun that comes and goes: a darker road is not a less calm one.
 
     Parameters
     ----------
     samples : (3, n) each. luma : (n,) the level that each cell gets on average.
     road : (n,) the cells by which light is measured; vehicles among them do no harm as long as they are fewer.
+    least_gain : the light is taken for no darker.
 
     Returns
     -------
@@ -118,7 +101,8 @@ def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray
     Examples
     --------
     >>> shades = [np.full((3, 4), level, np.uint8) for level in (116, 96, 136)]
-    >>> [int(sample[0, 0]) for sample in in_one_light(shades, np.full(4, 116, np.float32), np.ones(4, np.bool_))]
+    >>> lit = in_one_light(shades, np.full(4, 116, np.float32), np.ones(4, np.bool_), 0.25)
+    >>> [int(sample[0, 0]) for sample in lit]
     [116, 116, 116]
     """
     where = np.flatnonzero(road & (luma > BLACK_LEVEL + 1))
@@ -126,20 +110,21 @@ def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray
     result = []
     for sample in samples:
         gain = float(np.median((sample[0, where] - BLACK_LEVEL) / known)) if len(where) else 1.0
-        factor = 1 / max(gain, LEAST_GAIN)
+        factor = 1 / max(gain, least_gain)
         one = sample.copy()
         one[:1] = cv2.convertScaleAbs(sample[:1], alpha=factor, beta=BLACK_LEVEL * (1 - factor))
         result.append(one)
     return result
 
 
-def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray]:
+def calmest(values: ByteArray, unrest: ByteArray, settings: BackgroundSettings) -> tuple[FloatArray, ByteArray]:
     """Find what is seen at the calmest times.
 
     Parameters
     ----------
     values : (planes, cells, times) levels.
     unrest : (cells, times).
+    settings : of this room.
 
     Returns
     -------
@@ -151,22 +136,22 @@ def calmest(values: ByteArray, unrest: ByteArray) -> tuple[FloatArray, ByteArray
     A car of level 30 stands in a cell most of the time; the road has level 100.
 
     >>> levels = np.array([[[100, 30, 30, 30, 30, 30, 100, 101, 30, 99, 102]]], np.uint8)
-    >>> planes, least = calmest(levels, np.where(levels[0] > 50, 1, 9).astype(np.uint8))
+    >>> planes, least = calmest(levels, np.where(levels[0] > 50, 1, 9).astype(np.uint8), BackgroundSettings())
     >>> planes.tolist(), least.tolist()
     ([[100.4000015258789]], [1])
     """
-    most = min(CALMEST, unrest.shape[-1])
+    most = min(settings.calmest_samples, unrest.shape[-1])
     # Stable, so that among equally calm times the earlier ones count.
     times = np.argsort(unrest, axis=-1, kind="stable")[:, :most]
     ordered = np.take_along_axis(unrest, times, axis=-1)
-    calm = (ordered <= LEVEL * UNREST_LEVELS).sum(axis=-1)
-    count = np.where(calm >= LEAST_CALM, calm, most)
+    calm = (ordered <= LEVEL * settings.unrest_levels).sum(axis=-1)
+    count = np.where(calm >= settings.least_calm_samples, calm, most)
     least = np.take_along_axis(ordered, (count - 1)[:, None] // 2, axis=-1)[:, 0]
     # What is not among the times that count goes to the end.
     chosen = np.take_along_axis(values, times[None], axis=-1)
     chosen[:, np.arange(most) >= count[:, None]] = 255
     middle = np.take_along_axis(np.sort(chosen, axis=-1), count[None, :, None] // 2, axis=-1)
-    is_near = (cv2.absdiff(values, np.broadcast_to(middle, values.shape)) <= SAME_LEVELS).all(axis=0)
+    is_near = (cv2.absdiff(values, np.broadcast_to(middle, values.shape)) <= settings.same_levels).all(axis=0)
     mean = np.where(is_near, values, 0).sum(axis=-1, dtype=np.float32) / np.maximum(is_near.sum(axis=-1), 1)
     return np.where(is_near.any(axis=-1), mean, middle[..., 0]).astype(np.float32), least
 
@@ -185,13 +170,13 @@ def _unrest(
     return cells.pack(np.asarray(cv2.blur(strange, (side, side), borderType=cv2.BORDER_CONSTANT), np.uint8))
 
 
-def _tables() -> tuple[ByteArray, ByteArray, ByteArray]:
+def _tables(settings: BackgroundSettings) -> tuple[ByteArray, ByteArray, ByteArray]:
     """Look up by how much a difference in darkness, brightness and colour counts."""
     levels = np.arange(256)
-    dark = np.clip(levels - DARK_FROM, 0, DARK_MOST)
-    colour = np.clip(levels - COLOUR_FROM, 0, COLOUR_MOST)
-    weighted = (dark, BRIGHT_WEIGHT * dark, COLOUR_WEIGHT * colour)
-    first, second, third = (np.rint(LEVEL * one).astype(np.uint8) for one in weighted)
+    dark = np.clip(levels - settings.dark_from_levels, 0, settings.dark_most_levels)
+    colour = np.clip(levels - settings.colour_from_levels, 0, settings.colour_most_levels)
+    weighted = (dark, settings.bright_weight * dark, settings.chroma_weight * colour)
+    first, second, third = (np.rint(LEVEL * one).clip(0, 255).astype(np.uint8) for one in weighted)
     return first, second, third
 
 
@@ -215,17 +200,18 @@ def median_of(samples: Sequence[ByteArray]) -> FloatArray:
     return result
 
 
-def noise_of(differences: Sequence[ByteArray], is_calm: BoolArray) -> FloatArray:
+def noise_of(differences: Sequence[ByteArray], is_calm: BoolArray, most_levels: int) -> FloatArray:
     """Take the median difference per cell over the times at which nothing stood in front of it.
 
     Parameters
     ----------
     differences : (1, n) each.
     is_calm : (k, n) the times that count.
+    most_levels : larger differences do not.
 
     Returns
     -------
-    (1, n); `MOST_NOISE` where something always differed more.
+    (1, n); `most_levels` where something always differed more.
     """
     result = np.empty((1, differences[0].shape[-1]), np.float32)
     piece = 65_536
@@ -233,7 +219,7 @@ def noise_of(differences: Sequence[ByteArray], is_calm: BoolArray) -> FloatArray
         cells = np.concatenate([one[:, start : start + piece] for one in differences])
         cells[~is_calm[:, start : start + piece]] = IN_FRONT
         cells.sort(axis=0)
-        count = (cells <= MOST_NOISE).sum(axis=0)
+        count = (cells <= most_levels).sum(axis=0)
         middle = np.take_along_axis(cells, (count // 2)[None] * (count > 0), axis=0)
-        result[:, start : start + piece] = np.where(count > 0, middle, MOST_NOISE)
+        result[:, start : start + piece] = np.where(count > 0, middle, most_levels)
     return result

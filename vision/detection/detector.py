@@ -272,7 +272,7 @@ class MotionDetector:
 
     def _shaded(self, cells: Cells, image: RoadImage) -> BoolArray | None:
         """Find cells like road in shadow; only now and then, since shadows change slowly."""
-        if image.t_us - self._shadows_us < self._settings.background_period_us:
+        if image.t_us - self._shadows_us < self._settings.background.period_us:
             return None
         self._shadows_us = image.t_us
         return self._background.shaded(image, cells.points) > 0

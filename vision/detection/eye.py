@@ -221,7 +221,7 @@ def _choose_surface(
     settings: VisionSettings,
 ) -> FixedSurface:
     """Choose the plane of detection: the image, where height would smear a car over more than its own length."""
-    view = GroundView(pixel_from_ground, image_size_px, max_metres_per_pixel=settings.max_metres_per_pixel)
+    view = GroundView(pixel_from_ground, image_size_px, settings)
     corners = np.concatenate(polygons_m)
     corners = corners[view.sees(corners)]
     if len(corners) == 0:

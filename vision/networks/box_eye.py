@@ -91,8 +91,7 @@ class BoxEye(Eye[InstantT]):
         if pixel_from_ground is None or (self._matrix is not None and np.array_equal(pixel_from_ground, self._matrix)):
             return
         self._matrix = pixel_from_ground
-        limit = self._settings.max_metres_per_pixel
-        self._view = GroundView(pixel_from_ground, self._image_size_px, max_metres_per_pixel=limit)
+        self._view = GroundView(pixel_from_ground, self._image_size_px, self._settings)
 
     def _on_road(self, points_m: FloatArray) -> BoolArray:
         return np.asarray(shapely.contains_xy(self._road, points_m), np.bool_)

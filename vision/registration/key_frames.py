@@ -15,23 +15,12 @@ import numpy as np
 
 from vision.objects import ByteArray, FloatArray
 from vision.registration.plane_fit import PlaneFit, fit_plane, transform
+from vision.registration.settings import RegistrationSettings
 
-# Few strong corners do better than many weak ones: an encoder lets weak texture lag behind the motion.
-CORNERS = 100
-# Least distance between corners, as a part of what it would be if they filled the picture evenly.
-CORNER_SPACING = 0.5
-# Strength of the weakest corner as a part of the strongest one's; the later ones where too few are found.
-CORNER_QUALITIES = (0.05, 0.01, 0.002)
-ENOUGH_CORNERS = 50
-# What lies nearer to the border of the picture is not followed: its surroundings would stick out.
-BORDER_PX = 12
-WINDOW_PX = 21
+# Pyramid levels and steps of Lucas-Kanade.
 LEVELS = 3
 FLOW_STEPS = 12
 FLOW_ACCURACY_PX = 0.02
-# A descriptor of the nearest key frame must be this much nearer than the second one.
-MATCH_RATIO = 0.8
-DESCRIPTORS = 500
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,37 +38,14 @@ class KeyFrame:
     pixel_from_ground: FloatArray
     corners_px: FloatArray
 
-    @classmethod
-    def of(cls, luma: ByteArray, pixel_from_ground: FloatArray, vehicles_px: Sequence[FloatArray]) -> KeyFrame:
-        """Make a key frame.
-
-        Parameters
-        ----------
-        luma : at half size.
-        pixel_from_ground : of the full-size picture.
-        vehicles_px : outlines (k, 2) in the full-size picture, of things that may move; no corner is taken there.
-        """
-        mask = np.zeros(luma.shape, np.uint8)
-        mask[BORDER_PX:-BORDER_PX, BORDER_PX:-BORDER_PX] = 255
-        for outline in vehicles_px:
-            cv2.fillPoly(mask, [np.rint(to_half(outline)).astype(np.int32)], (0,))
-        corners = np.zeros((0, 2))
-        spacing_px = CORNER_SPACING * float(np.sqrt(luma.size / CORNERS))
-        for quality in CORNER_QUALITIES:
-            found = cv2.goodFeaturesToTrack(luma, CORNERS, quality, spacing_px, mask=mask)
-            if found is not None:
-                corners = to_full(np.asarray(found, np.float64).reshape(-1, 2))
-            if len(corners) >= ENOUGH_CORNERS:
-                break
-        return cls(luma, np.asarray(pixel_from_ground, np.float64), corners)
-
-    def follow(self, luma: ByteArray, guess: FloatArray) -> tuple[PlaneFit | None, int]:
+    def follow(self, luma: ByteArray, guess: FloatArray, settings: RegistrationSettings) -> tuple[PlaneFit | None, int]:
         """Find the corners in another picture.
 
         Parameters
         ----------
         luma : at half size.
         guess : (3, 3) pixel_from_ground of the other picture, some pixels off.
+        settings : of this room.
 
         Returns
         -------
@@ -87,8 +53,8 @@ class KeyFrame:
         """
         moved = guess @ np.linalg.inv(self.pixel_from_ground)
         expected = transform(moved, self.corners_px)
-        last_px = np.array(luma.shape[::-1]) * 2.0 - 1 - BORDER_PX
-        is_in_view = np.all((expected >= BORDER_PX) & (expected <= last_px), axis=1)
+        first_px, last_px = settings.corner_border_px, np.array(luma.shape[::-1]) * 2.0 - 1 - settings.corner_border_px
+        is_in_view = np.all((expected >= first_px) & (expected <= last_px), axis=1)
         corners, expected = self.corners_px[is_in_view], expected[is_in_view]
         if len(corners) == 0:
             return None, 0
@@ -97,24 +63,54 @@ class KeyFrame:
             luma,
             to_half(corners).astype(np.float32),
             to_half(expected).astype(np.float32),
-            winSize=(WINDOW_PX, WINDOW_PX),
+            winSize=(settings.window_px, settings.window_px),
             maxLevel=LEVELS - 1,
             criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, FLOW_STEPS, FLOW_ACCURACY_PX),
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
         )
         good = np.asarray(is_found).ravel() > 0
         # What is left between guess and picture is nearly a similarity, however much the camera has tilted.
-        fit = fit_plane(expected[good], to_full(np.asarray(flow, np.float64)[good]))
+        fit = fit_plane(expected[good], to_full(np.asarray(flow, np.float64)[good]), settings)
         if fit is not None:
             fit = replace(fit, matrix=fit.matrix @ moved, source_px=corners[good])
         return fit, len(corners)
 
 
+def corners_of(luma: ByteArray, vehicles_px: Sequence[FloatArray], settings: RegistrationSettings) -> FloatArray:
+    """Choose corners of a picture that can be followed.
+
+    Parameters
+    ----------
+    luma : at half size.
+    vehicles_px : outlines (k, 2) in the full-size picture, of things that may move; no corner is taken there.
+    settings : of this room.
+
+    Returns
+    -------
+    (n, 2) full-size positions.
+    """
+    mask = np.zeros(luma.shape, np.uint8)
+    inner = slice(settings.corner_border_px, -settings.corner_border_px)
+    mask[inner, inner] = 255
+    for outline in vehicles_px:
+        cv2.fillPoly(mask, [np.rint(to_half(outline)).astype(np.int32)], (0,))
+    corners = np.zeros((0, 2))
+    spacing_px = settings.corner_spacing * float(np.sqrt(luma.size / settings.corners))
+    for quality in settings.corner_quality / np.array([1, 5, 25]):
+        found = cv2.goodFeaturesToTrack(luma, settings.corners, quality, spacing_px, mask=mask)
+        if found is not None:
+            corners = to_full(np.asarray(found, np.float64).reshape(-1, 2))
+        if len(corners) >= settings.enough_corners:
+            break
+    return corners
+
+
 class Landmarks:
     """Key frames by the looks of their corners: finds a place again from nothing."""
 
-    def __init__(self) -> None:
-        self._orb = cv2.ORB.create(nfeatures=DESCRIPTORS)
+    def __init__(self, settings: RegistrationSettings) -> None:
+        self._settings = settings
+        self._orb = cv2.ORB.create(nfeatures=settings.descriptors)
         self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
         self._described: dict[int, tuple[FloatArray, ByteArray]] = {}
 
@@ -141,10 +137,10 @@ class Landmarks:
             pairs = [
                 (first.queryIdx, first.trainIdx)
                 for first, second in self._matcher.knnMatch(known, descriptors, k=2)
-                if first.distance < MATCH_RATIO * second.distance
+                if first.distance < self._settings.match_ratio * second.distance
             ]
             source, target = np.array(pairs, np.intp).reshape(-1, 2).T
-            fit = fit_plane(known_points[source], points[target])
+            fit = fit_plane(known_points[source], points[target], self._settings)
             if fit is not None:
                 guesses.append((frame, fit.matrix @ frame.pixel_from_ground))
         return guesses

@@ -21,11 +21,6 @@ from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
 
-# Samples of a cell seen during the start-up, at least, and of one that comes into view later.
-STARTUP_SAMPLES = 10
-LATER_SAMPLES = 15
-# What registration leaves, as a part of a cell; it adds this part of the contrast around a cell to its threshold.
-RESIDUAL_CELLS = 0.25
 # At the end of the start-up so many held frames are read at a time, and always so many cells become known at a time:
 # to do it all at once would keep a frame waiting.
 READ_FRAMES, SETTLED_CELLS = 4, 2_000
@@ -45,11 +40,13 @@ class MosaicBackground(Background):
         car_cells = settings.car_width_m / raster.grid.side
         super().__init__(raster, settings, car_cells=car_cells, finds_standing=False)
         self._moving = raster
+        self._mosaic = settings.registration
         self._is_road = self._road
         self._is_known = np.zeros(raster.packed_size, np.bool_)
         self._count = np.zeros(raster.packed_size, np.int16)
-        self._collected = np.zeros((max(settings.startup_samples, LATER_SAMPLES), 3, raster.packed_size), np.uint8)
-        self._base_threshold = np.full(raster.packed_size, settings.most_difference, np.float32)
+        most_samples = max(self._settings.startup_samples, self._mosaic.later_samples)
+        self._collected = np.zeros((most_samples, 3, raster.packed_size), np.uint8)
+        self._base_threshold = np.full(raster.packed_size, self._settings.most_difference_levels, np.float32)
         self._held_until_us = 0
         self._unread: list[RoadImage] = []
         self._least = 0  # samples of a cell that are enough; 0 before the held frames have been read
@@ -62,10 +59,8 @@ class MosaicBackground(Background):
     def _end_startup(self, *, is_full: bool) -> None:
         """Read some of the held frames, then settle some of the cells, with every frame; more are held meanwhile."""
         if self._least == 0:
-            count = min(len(self._held), self._settings.startup_samples)
-            places = np.unique(np.linspace(0, len(self._held) - 1, count).round().astype(np.intp))
-            self._unread = [self._held[i] for i in places]
-            self._least = min(STARTUP_SAMPLES, count)
+            self._unread = self._samples()
+            self._least = min(self._mosaic.startup_samples, len(self._unread))
             self._learned_us, self._held_until_us = self._held[0].t_us, self._held[-1].t_us
         read, self._unread = self._unread[:READ_FRAMES], self._unread[READ_FRAMES:]
         for image in read:
@@ -73,7 +68,7 @@ class MosaicBackground(Background):
             self._collect(image.planes, self._is_seen)
         self.is_ready = not read and not self._settle(self._least)
         if self.is_ready:
-            self._held, self._least = [], LATER_SAMPLES
+            self._held, self._least = [], self._mosaic.later_samples
 
     def compare(self, image: RoadImage) -> ByteArray:
         """Measure how much every known cell in view differs; see `Background.compare`.
@@ -109,8 +104,7 @@ class MosaicBackground(Background):
             return
         is_new = self._is_seen & ~self._is_known & self._is_road & (self._count < self._least)
         if is_new.any():
-            grid = self._moving.grid
-            is_new &= self._moving.pack(grid.paint(objects.corners(2 * grid.side))) == 0
+            is_new &= ~self._covered(objects, 2 * self._moving.grid.side)
             self._collect(np.clip(np.rint(self._in_reference_light(image.planes)), 0, 255).astype(np.uint8), is_new)
         self._settle(self._least)
 
@@ -148,14 +142,13 @@ class MosaicBackground(Background):
     def _set_thresholds(self) -> None:
         """Raise the threshold where the background has edges: by how much a shift of part of a cell would change it."""
         luma = self._moving.unpack(self._shown[0])
-        known = self._moving.unpack(self._is_known.view(np.uint8)) > 0
+        known = self._moving.unpack(self._is_known)
         kernel = np.ones((3, 3), np.uint8)
         highest = cv2.dilate(np.where(known, luma, 0).astype(np.uint8), kernel)
         lowest = cv2.erode(np.where(known, luma, FILL).astype(np.uint8), kernel)
         contrast = self._moving.pack(np.asarray(cv2.subtract(highest, lowest), np.uint8)).astype(np.float32)
-        threshold = np.minimum(
-            self._base_threshold + RESIDUAL_CELLS * contrast, max(self._settings.most_difference, 1.0)
-        )
+        raised = self._base_threshold + self._mosaic.residual_cells * contrast
+        threshold = np.minimum(raised, self._settings.most_difference_levels)
         self._sensitivity[...] = np.where(self._is_known, AT_THRESHOLD / threshold, 0.0)
 
 

@@ -26,12 +26,6 @@ from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
-# Pixels at the border of the picture that are not used: half-seen cells, and what the lens and the encoder do there.
-BORDER_PX = 3.0
-# Half-width of the band of cells that counts as the edge of the view.
-EDGE_CELLS = 2
-# The smear of heights is worked out anew when the view has moved by this part of the picture.
-SMEAR_SHIFT = 0.02
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 CHROMA_FROM_LUMA = np.array([[0.5, 0.0, 0.0], [0.0, 0.5, -0.25], [0.0, 0.0, 1.0]])  # see `rectify.chroma_places`
 
@@ -44,7 +38,7 @@ class MovingRaster(RoadCells):
     grid : of ground, north up.
     road : (rows, columns) cells that are road, in view or not.
     image_size_px : (width, height) of the frames.
-    max_metres_per_pixel : ground seen more coarsely than this is left out.
+    settings : how near to the border, and how coarsely, ground may be seen.
 
     Attributes
     ----------
@@ -52,12 +46,13 @@ class MovingRaster(RoadCells):
     """
 
     def __init__(
-        self, grid: Grid, *, road: BoolArray, image_size_px: tuple[int, int], max_metres_per_pixel: float
+        self, grid: Grid, *, road: BoolArray, image_size_px: tuple[int, int], settings: VisionSettings
     ) -> None:
         super().__init__(grid, road=road, view_edge=np.zeros_like(road))
         self.is_seen = np.ones(self.packed_size, np.bool_)
         self._image_size_px = image_size_px
-        self._max_metres_per_pixel = max_metres_per_pixel
+        self._max_metres_per_pixel = settings.max_metres_per_pixel
+        self._border_px, self._edge_cells = settings.registration.border_px, settings.road.edge_cells
         self._known, self._known_edge = road, np.zeros_like(road)
         self._seen, self._inner = road, road
         columns, rows = grid.side, -grid.side
@@ -82,7 +77,7 @@ class MovingRaster(RoadCells):
         """
         check_size(frame, self._image_size_px)
         planes = np.zeros((3, self.packed_size), np.uint8)
-        outline = self.grid.to_cells(self._outline(pixel_from_ground, BORDER_PX))
+        outline = self.grid.to_cells(self._outline(pixel_from_ground, self._border_px))
         low, high = outline.min(axis=0), outline.max(axis=0)
         luma_from_cell = pixel_from_ground @ self._ground_from_cell
         matrices = (luma_from_cell, *[CHROMA_FROM_LUMA @ luma_from_cell] * 2)
@@ -114,13 +109,14 @@ class MovingRaster(RoadCells):
         ----------
         pixel_from_ground : (3, 3) of the frame.
         """
-        outline = self._outline(pixel_from_ground, BORDER_PX)
+        outline = self._outline(pixel_from_ground, self._border_px)
         self._seen = self.grid.paint([outline]) > 0
         middle_m = outline.mean(axis=0)
         depth = float(pixel_from_ground[2] @ [*middle_m, 1.0])
         cell_px = self.grid.side * np.sqrt(abs(np.linalg.det(pixel_from_ground)) / depth**3)
-        self._inner = self.grid.paint([self._outline(pixel_from_ground, BORDER_PX + EDGE_CELLS * cell_px)]) > 0
-        self.is_seen = self.pack(self._seen.view(np.uint8)) > 0
+        inner_px = self._border_px + self._edge_cells * cell_px
+        self._inner = self.grid.paint([self._outline(pixel_from_ground, inner_px)]) > 0
+        self.is_seen = self.pack(self._seen)
         self._combine()
 
     def set_known(self, is_known: BoolArray) -> None:
@@ -130,9 +126,9 @@ class MovingRaster(RoadCells):
         ----------
         is_known : (packed_size,).
         """
-        self._known = self.unpack(is_known.view(np.uint8)) > 0
-        band = np.ones((2 * EDGE_CELLS + 1, 2 * EDGE_CELLS + 1), np.uint8)
-        road = self.unpack(np.ones(self.packed_size, np.uint8)) > 0
+        self._known = self.unpack(is_known)
+        band = np.ones((2 * self._edge_cells + 1, 2 * self._edge_cells + 1), np.uint8)
+        road = self.unpack(np.ones_like(is_known))
         self._known_edge = cv2.dilate((road & ~self._known).astype(np.uint8), band) > 0
         self._combine()
 
@@ -197,7 +193,7 @@ class MovingGroundSurface(MapSurface):
             grid,
             road=painted_road(grid, polygons_m, margin_m=settings.road_margin_m),
             image_size_px=image_size_px,
-            max_metres_per_pixel=settings.max_metres_per_pixel,
+            settings=settings,
         )
         super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
         self._smeared_by = pixel_from_ground
@@ -212,14 +208,13 @@ class MovingGroundSurface(MapSurface):
         """
         self.raster.look(pixel_from_ground)
         moved_px = transform(pixel_from_ground, self._corners_m) - transform(self._smeared_by, self._corners_m)
-        if np.abs(moved_px).max() < SMEAR_SHIFT * max(self._image_size_px):
+        if np.abs(moved_px).max() < self._settings.registration.smear_shift * max(self._image_size_px):
             return
         self._smeared_by = pixel_from_ground
         self._parallax = Parallax(self._view(pixel_from_ground), self._settings)
 
     def _view(self, pixel_from_ground: FloatArray) -> GroundView:
-        limit = self._settings.max_metres_per_pixel
-        return GroundView(pixel_from_ground, self._image_size_px, max_metres_per_pixel=limit)
+        return GroundView(pixel_from_ground, self._image_size_px, self._settings)
 
 
 class MovingEye(RoadEye):

@@ -13,43 +13,36 @@ import cv2
 import numpy as np
 
 from vision.objects import BoolArray, FloatArray
-
-# Pairs this far from the best similarity still take part: a tilting camera bends a similarity by some pixels.
-ROUGH_PX = 6.0
-# Pairs farther than this from the homography do not belong to it; weights reach zero here.
-CLOSE_PX = 1.5
-STEPS = 3
-LEAST_PAIRS = 8
+from vision.registration.settings import RegistrationSettings
 
 
 @dataclass(frozen=True, slots=True)
 class PlaneFit:
-    """A homography and how well it explains the pairs.
+    """A homography and which pairs it explains.
 
     Attributes
     ----------
     matrix : (3, 3), target from source, last entry 1.
     source_px : (n, 2) the pairs' first points.
-    is_inlier : (n,) pairs within `CLOSE_PX`.
-    residual_px : root mean square over these; infinite without any.
+    is_inlier : (n,) pairs within `close_px`.
     """
 
     matrix: FloatArray
     source_px: FloatArray
     is_inlier: BoolArray
-    residual_px: float
 
 
-def fit_plane(source_px: FloatArray, target_px: FloatArray) -> PlaneFit | None:
+def fit_plane(source_px: FloatArray, target_px: FloatArray, settings: RegistrationSettings) -> PlaneFit | None:
     """Fit the homography between two pictures of a plane.
 
     Parameters
     ----------
     source_px, target_px : (n, 2), pair by pair.
+    settings : of this room.
 
     Returns
     -------
-    The fit; None where no map explains at least `LEAST_PAIRS` pairs.
+    The fit; None where no map explains at least `least_pairs` pairs.
 
     Examples
     --------
@@ -57,29 +50,31 @@ def fit_plane(source_px: FloatArray, target_px: FloatArray) -> PlaneFit | None:
     >>> source = rng.uniform(0, 600, (60, 2))
     >>> target = source @ np.array([[0.99, 0.05], [-0.05, 0.99]]) + [12.0, -3.0]
     >>> target[:20] = rng.uniform(0, 600, (20, 2))               # a third of the pairs is wrong
-    >>> fit = fit_plane(source, target)
+    >>> fit = fit_plane(source, target, RegistrationSettings())
     >>> bool(fit.is_inlier[20:].all()), transform(fit.matrix, np.array([[100.0, 100.0]])).round(3).tolist()
     (True, [[106.0, 101.0]])
     """
-    if len(source_px) < LEAST_PAIRS:
+    rough_px, close_px, least_pairs = settings.rough_px, settings.close_px, settings.least_pairs
+    reaches_px = (rough_px, close_px, close_px)
+    if len(source_px) < least_pairs:
         return None
     similarity, chosen = cv2.estimateAffinePartial2D(
-        source_px, target_px, method=cv2.RANSAC, ransacReprojThreshold=ROUGH_PX, maxIters=500, confidence=0.999
+        source_px, target_px, method=cv2.RANSAC, ransacReprojThreshold=rough_px, maxIters=500, confidence=0.999
     )
-    if similarity is None or np.count_nonzero(chosen) < LEAST_PAIRS:
+    if similarity is None or np.count_nonzero(chosen) < least_pairs:
         return None
     rough = np.asarray(chosen).ravel() > 0
-    matrix = _refine(np.vstack([similarity, [0.0, 0.0, 1.0]]), source_px[rough], target_px[rough])
+    matrix = _refine(np.vstack([similarity, [0.0, 0.0, 1.0]]), source_px[rough], target_px[rough], *reaches_px)
     error_px = np.hypot(*(transform(matrix, source_px) - target_px).T)
-    near = error_px <= ROUGH_PX
-    if np.any(near & ~rough) and np.count_nonzero(near) >= LEAST_PAIRS:
+    near = error_px <= rough_px
+    if np.any(near & ~rough) and np.count_nonzero(near) >= least_pairs:
         # Pairs that the similarity missed and the homography explains.
-        matrix = _refine(matrix, source_px[near], target_px[near])
+        matrix = _refine(matrix, source_px[near], target_px[near], *reaches_px)
         error_px = np.hypot(*(transform(matrix, source_px) - target_px).T)
-    is_inlier = error_px <= CLOSE_PX
-    if np.count_nonzero(is_inlier) < LEAST_PAIRS:
+    is_inlier = error_px <= close_px
+    if np.count_nonzero(is_inlier) < least_pairs:
         return None
-    return PlaneFit(matrix, source_px, is_inlier, float(np.sqrt(np.mean(error_px[is_inlier] ** 2))))
+    return PlaneFit(matrix, source_px, is_inlier)
 
 
 def transform(matrix: FloatArray, points: FloatArray) -> FloatArray:
@@ -98,20 +93,19 @@ def transform(matrix: FloatArray, points: FloatArray) -> FloatArray:
     return np.asarray(mapped[..., :2] / mapped[..., 2:])
 
 
-def _refine(start: FloatArray, source_px: FloatArray, target_px: FloatArray) -> FloatArray:
+def _refine(start: FloatArray, source_px: FloatArray, target_px: FloatArray, *reaches_px: float) -> FloatArray:
     """Improve a homography by Gauss-Newton steps, far pairs weighing less; the first step bends it to all pairs."""
     scale = 1.0 / max(float(np.abs(source_px).max()), 1.0)
     # In coordinates near 1 the normal equations are well conditioned.
     shrink = np.diag([scale, scale, 1.0])
     matrix = shrink @ start @ np.linalg.inv(shrink)
     source, target = source_px * scale, target_px * scale
-    for step in range(STEPS):
+    for reach_px in reaches_px:
         mapped = source @ matrix[:, :2].T + matrix[:, 2]
         depth = mapped[:, 2:]
         image = mapped[:, :2] / depth
         error = target - image
-        reach = (ROUGH_PX if step < STEPS - 2 else CLOSE_PX) * scale
-        weight = np.clip(1.0 - np.sum(error**2, axis=1) / (2 * reach) ** 2, 0.0, None) ** 2
+        weight = np.clip(1.0 - np.sum(error**2, axis=1) / (2 * (reach_px * scale)) ** 2, 0.0, None) ** 2
         slope = np.zeros((2, len(source), 8))  # of x and of y by the eight free entries
         slope[0, :, :2] = slope[1, :, 3:5] = source / depth
         slope[0, :, 2] = slope[1, :, 5] = 1 / depth[:, 0]

@@ -14,7 +14,6 @@ every frame, and by the looks of the corners (ORB: Rublee and others 2011) among
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import cv2
@@ -22,30 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.objects import ByteArray, FloatArray
-from vision.registration.key_frames import KeyFrame, Landmarks, half_size, to_half
+from vision.registration.key_frames import KeyFrame, Landmarks, corners_of, half_size, to_half
 from vision.registration.plane_fit import transform
+from vision.registration.settings import RegistrationSettings
 from vision.video.frame import Frame
 
-# The guard: corners that must agree, their share of those that should be in view, the part of the picture's width and
-# height over which they must spread, and how like the key frame the picture must look at them (correlation).
-LEAST_INLIERS = 20
-LEAST_SHARE = 0.4
-LEAST_SPREAD = 0.3
-LEAST_LIKENESS = 0.5
+# Around so many corners the looks are compared.
 LIKENESS_CORNERS = 40
-# No corner of the picture moves farther than this between two known views: a part of the diagonal, and more with time.
-JUMP_SHARE, JUMP_SHARE_PER_S = 0.1, 0.5
-# A key frame that shows less than this of the view's corners is replaced by a nearer one, or by a new one.
-KEY_SHARE = 0.6
-# A new key frame is made from good registrations only.
-KEY_INLIERS = 30
-MOST_KEYS = 40
-# The key frame is redrawn when turn, zoom and tilt have moved a corner of the picture by more than this, shift aside.
-REDRAW_PX = 8.0
-# While the view is lost, key frames are searched this often, so many at a time.
-SEARCH_US = 120_000
-SEARCH_KEYS = 4
-
 
 InstantT_contra = TypeVar("InstantT_contra", contravariant=True)
 
@@ -68,14 +50,6 @@ class CameraMotion(Protocol[InstantT_contra]):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Reference:
-    """A key frame redrawn as seen from near the present view, and the key frame."""
-
-    drawn: KeyFrame
-    key: KeyFrame
-
-
 class Registration:
     """Maps to the ground by comparison with key frames.
 
@@ -83,15 +57,17 @@ class Registration:
     ----------
     pixel_from_ground : (3, 3) of the first frame.
     image_size_px : (width, height).
+    settings : of this room.
 
     Attributes
     ----------
-    residual_px : root mean square error of the corners that agreed in the latest frame.
-    inliers : how many did.
+    inliers : how many corners agreed in the latest frame.
     """
 
-    def __init__(self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int]) -> None:
-        self.residual_px = 0.0
+    def __init__(
+        self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: RegistrationSettings
+    ) -> None:
+        self._settings = settings
         self.inliers = 0
         self._matrix = np.asarray(pixel_from_ground, np.float64)
         width, height = image_size_px
@@ -100,8 +76,10 @@ class Registration:
         self._diagonal_px = float(np.hypot(width, height))
         self._known_us = 0
         self._keys: list[KeyFrame] = []
-        self._landmarks = Landmarks()
-        self._reference: _Reference | None = None
+        self._landmarks = Landmarks(settings)
+        # A key frame, and how it is drawn as seen from near the present view.
+        self._key: KeyFrame | None = None
+        self._drawn: KeyFrame | None = None
         self._searched_us: int | None = None
         self._search_from = 0
 
@@ -123,12 +101,13 @@ class Registration:
         (3, 3) pixel_from_ground; None where the view is lost.
         """
         luma = half_size(frame.luma)
-        if self._reference is None:
+        if self._drawn is None:
             self._add_key(luma, vehicles_m)
             self._known_us = frame.t_us
             return self._matrix
-        reach_px = (JUMP_SHARE + JUMP_SHARE_PER_S * (frame.t_us - self._known_us) / 1e6) * self._diagonal_px
-        matrix = self._follow(luma, self._reference, self._matrix, reach_px=reach_px)
+        share_per_s, unknown_s = self._settings.jump_share_per_s, (frame.t_us - self._known_us) / 1e6
+        reach_px = (self._settings.jump_share + share_per_s * unknown_s) * self._diagonal_px
+        matrix = self._follow(luma, self._drawn, self._matrix, reach_px=reach_px)
         if matrix is None:
             matrix = self._search(luma, frame.t_us, reach_px=reach_px)
             if matrix is None:
@@ -138,95 +117,92 @@ class Registration:
         self._choose_key(luma, vehicles_m)
         return matrix
 
-    def _follow(
-        self, luma: ByteArray, reference: _Reference, guess: FloatArray, *, reach_px: float
-    ) -> FloatArray | None:
+    def _follow(self, luma: ByteArray, drawn: KeyFrame, guess: FloatArray, *, reach_px: float) -> FloatArray | None:
         """Register against one key frame, from a guess; None where the guard refuses."""
-        drawn = reference.drawn
-        fit, expected = drawn.follow(luma, guess)
+        settings = self._settings
+        fit, expected = drawn.follow(luma, guess, settings)
         if fit is None:
             return None
         found_px = transform(fit.matrix, fit.source_px)[fit.is_inlier]
-        self.inliers, self.residual_px = len(found_px), fit.residual_px
+        self.inliers = len(found_px)
         spread = np.ptp(found_px, axis=0) / np.array(luma.shape[::-1]) / 2
-        if self.inliers < max(LEAST_INLIERS, LEAST_SHARE * expected) or spread.min() < LEAST_SPREAD:
+        least_inliers = max(settings.least_inliers, settings.least_share * expected)
+        if self.inliers < least_inliers or spread.min() < settings.least_spread:
             return None
         some = slice(None, None, max(1, self.inliers // LIKENESS_CORNERS))
-        if _likeness(drawn.luma, fit.source_px[fit.is_inlier][some], luma, found_px[some]) < LEAST_LIKENESS:
+        likeness = _likeness(drawn.luma, fit.source_px[fit.is_inlier][some], luma, found_px[some])
+        if likeness < settings.least_likeness:
             return None
         matrix = np.asarray(fit.matrix @ drawn.pixel_from_ground)
-        return matrix if self._moved_px(self._matrix, matrix).max() <= reach_px else None
+        moved_px = np.hypot(*self._shift_px(self._matrix, matrix).T).max()
+        return matrix if moved_px <= reach_px else None
 
     def _search(self, luma: ByteArray, t_us: int, *, reach_px: float) -> FloatArray | None:
         """Look for a lost view among the key frames, now and then."""
-        if self._searched_us is not None and t_us - self._searched_us < SEARCH_US:
+        if self._searched_us is not None and t_us - self._searched_us < self._settings.search_us:
             return None
         self._searched_us = t_us
         ranked = sorted(self._keys, key=lambda key: -self._shared(key, self._matrix))
-        count = min(SEARCH_KEYS, len(ranked))
+        count = min(self._settings.search_keys, len(ranked))
         candidates = [ranked[(self._search_from + k) % len(ranked)] for k in range(count)]
         self._search_from = (self._search_from + count) % len(ranked)
         for key, guess in self._landmarks.guess(luma, candidates):
-            reference = self._redrawn(key, guess)
-            matrix = self._follow(luma, reference, guess, reach_px=reach_px)
+            drawn = _redrawn(key, guess)
+            matrix = self._follow(luma, drawn, guess, reach_px=reach_px)
             if matrix is not None:
-                self._reference, self._search_from = reference, 0
+                self._key, self._drawn, self._search_from = key, drawn, 0
                 return matrix
         return None
 
     def _choose_key(self, luma: ByteArray, vehicles_m: Sequence[FloatArray]) -> None:
         """Go on with the key frame that shows most of the view; make one where none shows enough."""
-        assert self._reference is not None
-        key = self._reference.key
-        if self._shared(key, self._matrix) < KEY_SHARE:
+        assert self._key is not None
+        assert self._drawn is not None
+        key = self._key
+        if self._shared(key, self._matrix) < self._settings.key_share:
             key = max(self._keys, key=lambda one: self._shared(one, self._matrix))
-            if self._shared(key, self._matrix) < KEY_SHARE:
-                if self.inliers >= KEY_INLIERS:
+            if self._shared(key, self._matrix) < self._settings.key_share:
+                if self.inliers >= self._settings.key_inliers:
                     self._add_key(luma, vehicles_m)
                 return
-        if key is not self._reference.key or self._bend_px(self._reference.drawn) > REDRAW_PX:
-            self._reference = self._redrawn(key, self._matrix)
+        shift = self._shift_px(self._drawn.pixel_from_ground, self._matrix)
+        bend_px = np.hypot(*(shift - shift.mean(axis=0)).T).max()
+        if key is not self._key or bend_px > self._settings.redraw_px:
+            self._key, self._drawn = key, _redrawn(key, self._matrix)
 
     def _add_key(self, luma: ByteArray, vehicles_m: Sequence[FloatArray]) -> None:
         outlines = [transform(self._matrix, outline) for outline in vehicles_m]
-        key = KeyFrame.of(luma, self._matrix, outlines)
-        self._keys.append(key)
-        self._reference = _Reference(key, key)
-        if len(self._keys) > MOST_KEYS:
+        self._key = self._drawn = KeyFrame(luma, self._matrix, corners_of(luma, outlines, self._settings))
+        self._keys.append(self._key)
+        if len(self._keys) > self._settings.most_keys:
             # The first one stays for ever: its map is exact.
             self._landmarks.forget(self._keys.pop(1))
-
-    def _redrawn(self, key: KeyFrame, matrix: FloatArray) -> _Reference:
-        """Redraw a key frame as seen from another view."""
-        moved = matrix @ np.linalg.inv(key.pixel_from_ground)
-        half = HALF_FROM_FULL @ moved @ np.linalg.inv(HALF_FROM_FULL)
-        drawn = cv2.warpPerspective(key.luma, half, key.luma.shape[::-1], borderMode=cv2.BORDER_REPLICATE)
-        corners_px = transform(moved, key.corners_px)
-        return _Reference(KeyFrame(np.asarray(drawn, np.uint8), matrix, corners_px), key)
 
     def _shared(self, key: KeyFrame, matrix: FloatArray) -> float:
         """Tell which part of a view a key frame shows, by a lattice of points; 0 where it is turned or zoomed a lot."""
         back = key.pixel_from_ground @ np.linalg.inv(matrix)
         seen = transform(back, self._lattice_px)
         zoom = np.sqrt(abs(np.linalg.det(back / back[2, 2])))
-        if not 0.7 < zoom < 1.4:
+        if max(zoom, 1 / zoom) >= self._settings.key_zoom:
             return 0.0
         return float(np.mean(np.all((seen >= 0) & (seen <= self._corners_px[2]), axis=1)))
 
-    def _bend_px(self, drawn: KeyFrame) -> float:
-        """Measure by how much the view differs from a drawn one, beyond a shift."""
-        shift = transform(self._matrix @ np.linalg.inv(drawn.pixel_from_ground), self._corners_px) - self._corners_px
-        return float(np.hypot(*(shift - shift.mean(axis=0)).T).max())
-
-    def _moved_px(self, one: FloatArray, two: FloatArray) -> FloatArray:
-        """Measure how far each corner of the picture moves between two views."""
-        shift = transform(two @ np.linalg.inv(one), self._corners_px) - self._corners_px
-        return np.asarray(np.hypot(*shift.T))
+    def _shift_px(self, one: FloatArray, two: FloatArray) -> FloatArray:
+        """Tell how each corner of the picture moves between two views, (4, 2)."""
+        return np.asarray(transform(two @ np.linalg.inv(one), self._corners_px) - self._corners_px)
 
 
 # Around a corner, in full-size pixels.
 SURROUNDINGS_PX = np.stack(np.meshgrid(np.arange(-4, 5, 2), np.arange(-4, 5, 2)), axis=-1).reshape(1, -1, 2)
 HALF_FROM_FULL = np.array([[0.5, 0.0, -0.25], [0.0, 0.5, -0.25], [0.0, 0.0, 1.0]])
+
+
+def _redrawn(key: KeyFrame, matrix: FloatArray) -> KeyFrame:
+    """Redraw a key frame as seen from another view."""
+    moved = matrix @ np.linalg.inv(key.pixel_from_ground)
+    half = HALF_FROM_FULL @ moved @ np.linalg.inv(HALF_FROM_FULL)
+    drawn = cv2.warpPerspective(key.luma, half, key.luma.shape[::-1], borderMode=cv2.BORDER_REPLICATE)
+    return KeyFrame(np.asarray(drawn, np.uint8), matrix, transform(moved, key.corners_px))
 
 
 def _lattice(corners_px: FloatArray) -> FloatArray:

@@ -15,9 +15,6 @@ from vision.road.boxes import Boxes, axis
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
-# What remains of a box at least.
-MIN_LENGTH_M, MIN_WIDTH_M = 2.0, 1.4
-
 
 class Parallax:
     """The smear of vehicles of usual height, for one camera.
@@ -52,12 +49,9 @@ class Parallax:
         # The middle of what is seen lies half the smear behind the footprint's middle.
         shift_m = self._smear(seen.centre_m) / 2
         along, across = _turn(self._smear(seen.centre_m - shift_m), seen.heading_rad)
-        length_m = np.maximum(seen.length_m - np.abs(along), MIN_LENGTH_M)
-        is_hidden = np.abs(along) > self._settings.usual_length_m
-        length_m = np.minimum(np.where(is_hidden, self._settings.usual_length_m, length_m), seen.length_m)
-        is_hidden = np.abs(across) > self._settings.usual_width_m
-        width_m = np.maximum(seen.width_m - np.abs(across), MIN_WIDTH_M)
-        width_m = np.minimum(np.where(is_hidden, self._settings.usual_width_m, width_m), seen.width_m)
+        usual, least = self._settings, self._settings.road
+        length_m = _cut(seen.length_m, np.abs(along), usual.usual_length_m, least.least_length_m)
+        width_m = _cut(seen.width_m, np.abs(across), usual.usual_width_m, least.least_width_m)
         ahead = axis(seen.heading_rad) * (np.sign(along) * (seen.length_m - length_m) / 2)[:, None]
         left = axis(seen.heading_rad + np.pi / 2) * (np.sign(across) * (seen.width_m - width_m) / 2)[:, None]
         return Boxes(seen.centre_m - ahead - left, seen.heading_rad, length_m, width_m)
@@ -87,6 +81,11 @@ class Parallax:
     def _smear(self, points_m: FloatArray) -> FloatArray:
         sight = self._view.sight(points_m)
         return sight.away * sight.smear_m(self._settings.usual_height_m)[:, None]
+
+
+def _cut(seen_m: FloatArray, smear_m: FloatArray, usual_m: float, least_m: float) -> FloatArray:
+    """Take smears off lengths; one that is longer than what is usual hides how long that is."""
+    return np.minimum(np.where(smear_m > usual_m, usual_m, np.maximum(seen_m - smear_m, least_m)), seen_m)
 
 
 def _turn(vector_m: FloatArray, heading_rad: FloatArray) -> tuple[FloatArray, FloatArray]:

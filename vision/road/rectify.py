@@ -61,14 +61,6 @@ class Strip:
     packed: slice
 
 
-@dataclass(frozen=True, slots=True)
-class _Maps:
-    """The image positions of the cells of a strip."""
-
-    luma_map: tuple[cv2.typing.MatLike, cv2.typing.MatLike]
-    chroma_map: tuple[cv2.typing.MatLike, cv2.typing.MatLike]
-
-
 class RoadCells:
     """The cells that are road and can be looked at.
 
@@ -100,7 +92,7 @@ class RoadCells:
             start += area.size
         self.packed_size = start
 
-    def pack(self, cells: NDArray[np.uint8]) -> ByteArray:
+    def pack(self, cells: NDArray[NumberT]) -> NDArray[NumberT]:
         """Keep the cells of the strips.
 
         Parameters
@@ -111,12 +103,12 @@ class RoadCells:
         -------
         (packed_size,).
         """
-        packed = np.empty(self.packed_size, np.uint8)
+        packed = np.empty(self.packed_size, cells.dtype)
         for strip in self.strips:
             packed[strip.packed] = cells[strip.area.slices].ravel()
         return packed
 
-    def unpack(self, packed: NDArray[np.uint8]) -> ByteArray:
+    def unpack(self, packed: NDArray[NumberT]) -> NDArray[NumberT]:
         """Put packed cells back to their places; 0 elsewhere.
 
         Parameters
@@ -202,10 +194,9 @@ class RoadRaster(RoadCells):
     ) -> None:
         super().__init__(grid, road=road, view_edge=view_edge)
         self._image_size_px = image_size_px
-        self._maps: list[_Maps] = []
-        for strip in self.strips:
-            pixels = to_pixels(grid.centres(strip.area))
-            self._maps.append(_Maps(_fixed_point(pixels), _fixed_point(chroma_places(pixels))))
+        pixels = [to_pixels(grid.centres(strip.area)) for strip in self.strips]
+        # The image positions of the cells of each strip, in the luma plane and in those of chroma.
+        self._maps = [(_fixed_point(places), _fixed_point(chroma_places(places))) for places in pixels]
 
     def rectify(self, frame: Frame) -> RoadImage:
         """Sample the road's cells.
@@ -226,8 +217,8 @@ class RoadRaster(RoadCells):
         check_size(frame, self._image_size_px)
         planes = np.empty((3, self.packed_size), np.uint8)
         sources = (frame.luma, frame.chroma_u, frame.chroma_v)
-        for strip, one in zip(self.strips, self._maps, strict=True):
-            maps = (one.luma_map, one.chroma_map, one.chroma_map)
+        for strip, (luma_map, chroma_map) in zip(self.strips, self._maps, strict=True):
+            maps = (luma_map, chroma_map, chroma_map)
             for source, (coarse, fine), plane in zip(sources, maps, planes, strict=True):
                 target = plane[strip.packed].reshape(coarse.shape[:2])
                 cv2.remap(source, coarse, fine, cv2.INTER_LINEAR, dst=target, borderMode=cv2.BORDER_REPLICATE)

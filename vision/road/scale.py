@@ -11,17 +11,11 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.objects import ByteArray, FloatArray
-
-TYPICAL_LENGTH_M = 4.5
-LEAST_PICTURES = 5
-LEAST_BLOBS = 10
-LEAST_AREA_PX = 30
-LEAST_FILL = 0.4
-DIFFERENCE = 22
+from vision.road.settings import RoadSettings
+from vision.settings import VisionSettings
 
 
 def image_plane(metres_per_pixel: float, *, width_px: int, height_px: int) -> FloatArray:
@@ -41,29 +35,31 @@ def image_plane(metres_per_pixel: float, *, width_px: int, height_px: int) -> Fl
     return np.array([[s, 0.0, -s * (width_px - 1) / 2], [0.0, -s, s * (height_px - 1) / 2], [0.0, 0.0, 1.0]])
 
 
-def estimate_scale(pictures: Sequence[ByteArray], *, typical_length_m: float = TYPICAL_LENGTH_M) -> float:
+def estimate_scale(pictures: Sequence[ByteArray], settings: VisionSettings) -> float:
     """Estimate metres per pixel from what moves.
 
     Parameters
     ----------
-    pictures : (h, w) luma of frames spread over some seconds of one fixed camera, at least five.
+    pictures : (h, w) luma of frames spread over some seconds of one fixed camera.
+    settings : how long a usual car is, and what is taken for one.
 
     Returns
     -------
-    Metres per pixel, such that the typical moving blob is ``typical_length_m`` long.
+    Metres per pixel, such that the typical moving blob is as long as a usual car.
 
     Raises
     ------
     VisionError
         If too little moves to tell.
     """
-    if len(pictures) < LEAST_PICTURES:
-        raise VisionError(f"scale: expected at least {LEAST_PICTURES} pictures, got {len(pictures)}")
+    least_pictures, least_blobs = settings.road.scale_least_pictures, settings.road.scale_least_blobs
+    if len(pictures) < least_pictures:
+        raise VisionError(f"scale: expected at least {least_pictures} pictures, got {len(pictures)}")
     background = np.median(np.stack(pictures), axis=0).astype(np.uint8)
-    lengths_px = [length for picture in pictures for length in _blob_lengths(picture, background)]
-    if len(lengths_px) < LEAST_BLOBS:
-        raise VisionError(f"scale: expected at least {LEAST_BLOBS} moving blobs to take it from, got {len(lengths_px)}")
-    return typical_length_m / _middle(np.sort(lengths_px))
+    lengths_px = [length for picture in pictures for length in _blob_lengths(picture, background, settings.road)]
+    if len(lengths_px) < least_blobs:
+        raise VisionError(f"scale: expected at least {least_blobs} moving blobs to take it from, got {len(lengths_px)}")
+    return settings.usual_length_m / _middle(np.sort(lengths_px))
 
 
 def _middle(lengths_px: FloatArray) -> float:
@@ -80,24 +76,19 @@ def _middle(lengths_px: FloatArray) -> float:
     return float(lengths_px[np.searchsorted(total_px, total_px[-1] / 2)])
 
 
-def _blob_lengths(picture: ByteArray, background: ByteArray) -> list[float]:
+def _blob_lengths(picture: ByteArray, background: ByteArray, settings: RoadSettings) -> list[float]:
     """Return the long sides in pixels of the compact blobs that are wholly in the picture."""
-    moving = (cv2.absdiff(picture, background) > DIFFERENCE).astype(np.uint8)
+    moving = (cv2.absdiff(picture, background) > settings.scale_difference_levels).astype(np.uint8)
     closed = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     outlines, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return [
-        length
-        for outline in outlines
-        if (length := _length_px(np.asarray(outline, np.int32), picture.shape)) is not None
-    ]
-
-
-def _length_px(outline: NDArray[np.int32], shape: tuple[int, ...]) -> float | None:
-    area_px = cv2.contourArea(outline)
-    left, top, width, height = cv2.boundingRect(outline)
-    touches = left == 0 or top == 0 or left + width == shape[1] or top + height == shape[0]
-    _, sides, _ = cv2.minAreaRect(outline)
-    if touches or area_px < LEAST_AREA_PX or area_px < LEAST_FILL * sides[0] * sides[1]:
-        return None
-    # A rectangle through pixel centres is one pixel shorter than what it covers.
-    return float(max(sides)) + 1.0
+    lengths_px = []
+    for outline in outlines:
+        area_px = cv2.contourArea(outline)
+        left, top, width, height = cv2.boundingRect(outline)
+        is_whole = left > 0 and top > 0 and left + width < picture.shape[1] and top + height < picture.shape[0]
+        _, sides, _ = cv2.minAreaRect(outline)
+        least_px = max(settings.scale_least_area_px, settings.scale_least_fill * sides[0] * sides[1])
+        if is_whole and area_px >= least_px:
+            # A rectangle through pixel centres is one pixel shorter than what it covers.
+            lengths_px.append(float(max(sides)) + 1.0)
+    return lengths_px

@@ -8,11 +8,10 @@ import numpy as np
 
 from vision.errors import VisionError
 from vision.objects import BoolArray, FloatArray
+from vision.settings import VisionSettings
 
 # The extent of the seen ground is sampled on image positions this far apart.
 STEP_PX = 8.0
-# Above this sine of the viewing angle, unequal scales say more about the calibration than about the view.
-STEEP = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,11 +23,13 @@ class Sight:
     across_m : (n,) metres per pixel across the line of sight.
     along_m : (n,) metres per pixel along it; more, the more slanting the view.
     away : (n, 2) unit vectors on the ground, along the line of sight, away from the camera.
+    steep_sine : of the viewing angle; above it the scales are taken for equal.
     """
 
     across_m: FloatArray
     along_m: FloatArray
     away: FloatArray
+    steep_sine: float
 
     def smear_m(self, height_m: float) -> FloatArray:
         """Measure over how much ground an upright thing is projected.
@@ -43,7 +44,7 @@ class Sight:
         """
         steepness = self.across_m / self.along_m  # the sine of the angle between ground and line of sight
         slant = np.sqrt(np.maximum(1 - steepness**2, 0.0)) / steepness
-        return np.where(steepness < STEEP, height_m * slant, 0.0)
+        return np.where(steepness < self.steep_sine, height_m * slant, 0.0)
 
 
 class GroundView:
@@ -53,9 +54,7 @@ class GroundView:
     right-handed ground (x east, y north) seen from above, that is the sign with a negative determinant.
     """
 
-    def __init__(
-        self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], *, max_metres_per_pixel: float
-    ) -> None:
+    def __init__(self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: VisionSettings) -> None:
         matrix = np.asarray(pixel_from_ground, np.float64)
         if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)) or np.linalg.matrix_rank(matrix) < 3:
             raise VisionError(f"camera: expected an invertible (3, 3) homography, got {pixel_from_ground!r}")
@@ -66,7 +65,8 @@ class GroundView:
         self._inverse = np.linalg.inv(self._matrix)
         self._scale = 1.0 / np.sqrt(abs(determinant))
         self._last_px = np.array([image_size_px[0] - 1.0, image_size_px[1] - 1.0])
-        self._max_metres_per_pixel = max_metres_per_pixel
+        self._max_metres_per_pixel = settings.max_metres_per_pixel
+        self._steep_sine = settings.road.steep_sine
 
     def to_pixels(self, points_m: FloatArray) -> FloatArray:
         """Project ground points in front of the camera; others get meaningless positions.
@@ -150,7 +150,8 @@ class GroundView:
         if np.allclose(self._matrix[2, :2] / self._matrix[2, 2], 0.0, atol=1e-9):
             farther = -derivative[:, 1]
         sign = np.where(np.einsum("ni,ni->n", away, farther) < 0, -1.0, 1.0)
-        return Sight(1 / stretch[:, 0], 1 / np.maximum(stretch[:, 1], 1e-12), away * sign[:, None])
+        along_m = 1 / np.maximum(stretch[:, 1], 1e-12)
+        return Sight(1 / stretch[:, 0], along_m, away * sign[:, None], self._steep_sine)
 
     def extent(self) -> tuple[FloatArray, FloatArray]:
         """Bound the seen ground.

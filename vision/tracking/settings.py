@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class TrackingSettings:
     # How far a standing blob must move to be shown at once; otherwise it must last `standing_us`.
     confirm_shift_m: float = 1.0
     # Age at which an unmoved track is shown, if the picture and not the background has its outline.
-    standing_us: int = 600_000
+    standing_us: int = field(default=600_000, metadata={"least": 0})
 
     # How long a track lives on prediction alone; longer gaps are anchoring's work. The same before confirmation.
     coast_us: int = 1_000_000

@@ -10,9 +10,6 @@ import numpy as np
 
 from vision.objects import ByteArray
 
-# Before two frames have been seen, their distance is a guess.
-USUAL_STEP_US = 40_000
-
 
 @dataclass(frozen=True, slots=True)
 class Frame:
@@ -65,7 +62,7 @@ class Companion:
         self._frames: Iterator[Frame] = iter(frames)
         self._before: Frame | None = None
         self._after: Frame | None = None
-        self._step_us = USUAL_STEP_US
+        self._step_us = 0
         self._is_at_end = False
 
     def at(self, t_us: int) -> Frame | None:
@@ -79,7 +76,8 @@ class Companion:
         -------
         The nearest frame not farther away than half the distance between two frames; None if there is none.
         """
-        while not self._is_at_end and (self._after is None or self._after.t_us < t_us):
+        # Two frames tell how far they are apart.
+        while not self._is_at_end and (self._before is None or self._after is None or self._after.t_us < t_us):
             self._advance()
         near = [one for one in (self._before, self._after) if one is not None]
         best = min(near, key=lambda frame: abs(frame.t_us - t_us), default=None)

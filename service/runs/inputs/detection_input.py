@@ -22,6 +22,7 @@ from service.runs.pipeline import VIDEO, Feed
 from vision.camera import box_camera
 from vision.errors import VisionError
 from vision.networks.stored_detections import StoredDetections
+from vision.settings import VisionSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -38,6 +39,7 @@ class DetectionInput(Input):
     area_m : rings (k, 2) of ground; what is detected elsewhere is left out.
     size_px : width and height of the picture; `NO_PICTURE` without a camera.
     rate_hz : frames a second, for a file by frame.
+    settings : of vision.
     """
 
     kind: ClassVar[InputKind] = "detections"
@@ -47,6 +49,7 @@ class DetectionInput(Input):
     size_px: tuple[int, int]
     rate_hz: float | None
     motion: Motion | None
+    settings: VisionSettings
 
     @classmethod
     def fits(cls, asked: Asked) -> bool:
@@ -79,6 +82,7 @@ class DetectionInput(Input):
             size_px=size_px,
             rate_hz=details.rate_hz,
             motion=site.motion if site and camera is not None else None,
+            settings=site.vision if site else VisionSettings(),
             detector=describe(choice),
         )
 
@@ -104,6 +108,7 @@ class DetectionInput(Input):
                 self.size_px,
                 pixel_from_ground=None if self.ground_camera is None else self.ground_camera.pixel_from_ground,
                 motion=None if poses is None else StoredPoses(poses, self.size_px),
+                settings=self.settings,
             )
         except VisionError as error:
             raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error

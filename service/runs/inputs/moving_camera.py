@@ -13,6 +13,7 @@ from gis.road_network import RoadNetwork, plain_rings
 from service.runs.inputs.site import Motion
 from vision.networks.box_detector import Instant
 from vision.registration.registration import Registration
+from vision.registration.settings import RegistrationSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -95,8 +96,10 @@ def moving_area(
     return plain_rings(shapely.Polygon(camera.view_outline(*size_px)).buffer(around_m, join_style="mitre"))
 
 
-def camera_motion(camera: GroundCamera, motion: Motion, size_px: tuple[int, int]) -> StoredPoses | Registration:
+def camera_motion(
+    camera: GroundCamera, motion: Motion, size_px: tuple[int, int], settings: RegistrationSettings
+) -> StoredPoses | Registration:
     """Follow a camera by its poses where there are any, else by its pictures; `camera` is that of the first frame."""
     if motion.poses is not None:
         return StoredPoses(motion.poses, size_px)
-    return Registration(camera.pixel_from_ground, size_px)
+    return Registration(camera.pixel_from_ground, size_px, settings)

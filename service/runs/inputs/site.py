@@ -28,6 +28,7 @@ from qsr.settings import RelationSettings
 from service.runs.inputs.detectors import DetectionDetails
 from service.runs.inputs.toml_tables import Number, Text, read_toml, wrong
 from service.times import FIRST_UTC, LAST_UTC
+from vision.settings import VisionSettings
 
 Point = Annotated[tuple[Number, Number], Meta(description="a point [x, y] of two numbers")]
 Line = Annotated[list[tuple[Number, Number]], Meta(min_length=1, description="points [[x, y], [x, y], ...]")]
@@ -100,6 +101,7 @@ class SiteFile(Struct, kw_only=True):
     detector: DetectionDetails | None = None
     anchoring: AnchoringSettings = AnchoringSettings()
     relations: RelationSettings = RelationSettings()
+    vision: VisionSettings = VisionSettings()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +149,7 @@ class Site:
     motion : None if the camera stands still; `camera` is that of the first frame where it moves.
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
     detector : which detector is to look, and what it needs besides; None if the file has no [detector].
-    anchoring, relations : the numbers of these engines, with what [anchoring] and [relations] change in them.
+    anchoring, relations, vision : the numbers of these engines, with what the tables of these names change in them.
     """
 
     name: str
@@ -163,6 +165,7 @@ class Site:
     detector: DetectionDetails | None = None
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
     relations: RelationSettings = field(default_factory=RelationSettings)
+    vision: VisionSettings = field(default_factory=VisionSettings)
 
 
 def load_site(path: str | Path) -> Site:
@@ -215,6 +218,7 @@ def load_site(path: str | Path) -> Site:
         detector=said.detector,
         anchoring=said.anchoring,
         relations=said.relations,
+        vision=said.vision,
     )
 
 

@@ -32,6 +32,7 @@ from vision.errors import VisionError
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.road.scale import estimate_scale, image_plane
+from vision.settings import VisionSettings
 from vision.video.frames import VideoSource, open_video
 
 SCALE_SPAN_US = 10_000_000
@@ -114,7 +115,7 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
 
 
 def _open_video(path: Path, site: Site | None) -> VideoInput:
-    network = site.network if site else None
+    network, settings = (site.network, site.vision) if site else (None, VisionSettings())
     video = open_video(path)
     if site is not None and site.motion is not None:
         return _with_moving_camera(path, video, site, site.motion)
@@ -123,8 +124,8 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
             area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
         except GisError as error:
             raise InputError(f"{site.path}: for {path.name}: {error}") from error
-        return _video_input(path, VideoSensor(video, site.camera, network, area_m))
-    return _without_camera(path, video, network)
+        return _video_input(path, VideoSensor(video, site.camera, network, area_m, settings=settings))
+    return _without_camera(path, video, network, settings)
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
@@ -156,15 +157,17 @@ def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Moti
         area_m = moving_area(camera, motion, site.network, size_px)
     except GisError as error:
         raise InputError(f"{site.path}: for {path.name}: {error}") from error
-    return _video_input(path, VideoSensor(video, camera, site.network, area_m, motion))
+    return _video_input(path, VideoSensor(video, camera, site.network, area_m, motion, settings=site.vision))
 
 
-def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None) -> VideoInput:
+def _without_camera(
+    path: Path, video: VideoSource, network: RoadNetwork | None, settings: VisionSettings
+) -> VideoInput:
     """Lay the ground into the image plane, with a scale from what moves in the first seconds."""
     if network is not None:
         raise InputError(f"{path}: expected a [camera] beside the [network] of the site file, got a network alone")
     try:
-        scale = estimate_scale(_first_pictures(video))
+        scale = estimate_scale(_first_pictures(video), settings)
     except VisionError as error:
         raise InputError(f"{path}: no camera is known: {error}") from error
     camera = GroundCamera.from_homography(image_plane(scale, width_px=video.width_px, height_px=video.height_px))
@@ -173,7 +176,7 @@ def _without_camera(path: Path, video: VideoSource, network: RoadNetwork | None)
         "the typical length of what moves; distances and speeds are rough"
     )
     area_m = watched_area(camera, None, None, (video.width_px, video.height_px))
-    return _video_input(path, VideoSensor(video, camera, None, area_m), warning)
+    return _video_input(path, VideoSensor(video, camera, None, area_m, settings=settings), warning)
 
 
 def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:

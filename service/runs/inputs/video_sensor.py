@@ -1,7 +1,7 @@
 """What looks at a video? The vision that goes with its camera, its ground and its detector."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,7 @@ class VideoSensor:
     boxes : finds vehicles without knowing the road; None for the built-in detector.
     thermal : a second video for the built-in detector to look at; None if there is none.
     is_thermal : whether the video itself is thermal, and therefore coarse.
+    settings : of vision.
     """
 
     video: VideoSource
@@ -49,6 +50,7 @@ class VideoSensor:
     boxes: BoxDetector[Frame] | None = None
     thermal: ThermalVideo | None = None
     is_thermal: bool = False
+    settings: VisionSettings = field(default_factory=VisionSettings)
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -63,19 +65,23 @@ class VideoSensor:
         VisionError, GisError
             If the roads, the view or the poses are unusable.
         """
-        matrix, motion = self.ground_camera.pixel_from_ground, self.motion
-        follow = None if motion is None else camera_motion(self.ground_camera, motion, self.size_px)
+        matrix, motion, settings = self.ground_camera.pixel_from_ground, self.motion, self.settings
+        follow = None
+        if motion is not None:
+            follow = camera_motion(self.ground_camera, motion, self.size_px, settings.registration)
         if self.boxes is not None:
-            return box_camera(self.boxes, self.area_m, self.size_px, pixel_from_ground=matrix, motion=follow)
+            return box_camera(
+                self.boxes, self.area_m, self.size_px, pixel_from_ground=matrix, motion=follow, settings=settings
+            )
         lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
         if self.thermal is not None:
             colour = FixedView(matrix, self.size_px)
-            return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, lanes=lanes)
+            return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, settings, lanes=lanes)
         if motion is None or follow is None:
-            settings = thermal_settings(VisionSettings()) if self.is_thermal else None
+            settings = thermal_settings(settings) if self.is_thermal else settings
             return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes)
         around_m = reach_m(self.ground_camera, motion, self.size_px, has_roads=self.network is not None)
-        return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m)
+        return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m, settings=settings)
 
     def frames(self, vision: Camera[Frame]) -> Iterator[Frame]:
         """Read the frames, prepared for this vision.

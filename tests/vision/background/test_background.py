@@ -7,12 +7,14 @@ import numpy as np
 from tests.vision.road.test_rectify import ground_surface
 from tests.vision.support import ROAD_LEVEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
 from vision.background.background import AT_THRESHOLD, Background
+from vision.background.settings import BackgroundSettings
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadImage, RoadRaster
 from vision.settings import VisionSettings
 
 SIZE = (120, 40)
-SETTINGS = VisionSettings(startup_us=1_000_000)
+SETTINGS = VisionSettings(background=BackgroundSettings(startup_us=1_000_000))
+LONGER = VisionSettings(background=BackgroundSettings(startup_us=1_000_000, startup_most_us=3_000_000))
 LEVELS = (200.0, 40.0, 170.0, 50.0, 140.0, 70.0)
 DARK = (40.0,)
 NOBODY = (Boxes.none(), np.zeros(0, np.bool_))
@@ -55,7 +57,7 @@ def test_startup_is_over_with_the_frame_that_ends_it() -> None:
 
 def test_startup_ends_early_when_memory_is_short() -> None:
     frame_bytes = 3 * Road().raster.packed_size
-    assert Road(VisionSettings(startup_bytes=5 * frame_bytes)).start() == 5
+    assert Road(VisionSettings(background=BackgroundSettings(startup_bytes=5 * frame_bytes))).start() == 5
 
 
 def test_passing_cars_do_not_get_into_the_background() -> None:
@@ -129,7 +131,7 @@ def test_startup_lasts_until_the_car_that_stands_there_has_left() -> None:
 
 def test_startup_ends_at_last_and_leaves_out_the_car_that_stands_there_still() -> None:
     car = make_boxes([(20, 9, 0, 4.5, 1.8)])
-    road = Road(VisionSettings(startup_us=1_000_000, startup_most_us=3_000_000), finds_standing=True)
+    road = Road(LONGER, finds_standing=True)
     k = road.start(car, levels=DARK)
     assert k == 76
     # The road under it was never seen: single cells of its texture may differ.
@@ -139,7 +141,7 @@ def test_startup_ends_at_last_and_leaves_out_the_car_that_stands_there_still() -
 
 def test_car_a_little_darker_than_the_road_is_seen_though_it_stood_there_all_the_time() -> None:
     car = make_boxes([(20, 9, 0, 4.5, 1.8)])
-    road = Road(VisionSettings(startup_us=1_000_000, startup_most_us=3_000_000), finds_standing=True)
+    road = Road(LONGER, finds_standing=True)
     k = road.start(car, levels=(70.0,))
     assert road.differing(road.picture(k, car, levels=(70.0,))) > 25
 

@@ -6,25 +6,16 @@ from numpy.typing import NDArray
 
 from tests.vision.road.test_rectify import ground_surface
 from tests.vision.support import METRES_PER_PIXEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
+from vision.background.settings import BackgroundSettings
 from vision.background.standing import StandingVehicles
-from vision.background.startup import (
-    CALMEST,
-    LEAST_CALM,
-    LEVEL,
-    MOST_NOISE,
-    SAME_LEVELS,
-    UNREST_LEVELS,
-    FirstSight,
-    calmest,
-    first_sight,
-    median_of,
-    noise_of,
-)
+from vision.background.startup import LEVEL, FirstSight, calmest, first_sight, median_of, noise_of
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadRaster
 from vision.road.road_colour import RoadColour
+from vision.road.settings import RoadSettings
 
 SIZE = (160, 40)
+SETTINGS = BackgroundSettings()
 CAR_CELLS = 1.8 / METRES_PER_PIXEL
 # A car in its lane, as it is seen: a roof of the road's level between dark windows, and a shadow.
 CAR_LEVELS = [60.0, 100.0, 40.0, 40.0]
@@ -42,7 +33,7 @@ class Road:
 
     def __init__(self) -> None:
         self.raster: RoadRaster = ground_surface(top_view(SIZE), [whole_view(SIZE)], SIZE).raster
-        self.colour = RoadColour(self.raster, car_cells=CAR_CELLS)
+        self.colour = RoadColour(self.raster, RoadSettings(), car_cells=CAR_CELLS)
         self._rng = np.random.default_rng(1)
         line, arrow = (40, 6.5, 0, 80, 0.3), (30, 9.0, 0, 3.0, 0.6)
         self._ground = draw_boxes(SIZE, make_boxes([line, arrow]), [MARKING] * 2, ground=np.full(SIZE[::-1], 100.0))
@@ -56,10 +47,10 @@ class Road:
         return median_of([self.sample() for _ in range(9)])
 
     def see(self, samples: list[NDArray[np.uint8]]) -> FirstSight:
-        return first_sight(samples, self.raster, self.colour, car_cells=CAR_CELLS)
+        return first_sight(samples, self.colour, SETTINGS)
 
     def standing(self, sight: FirstSight) -> NDArray[np.bool_]:
-        return StandingVehicles(self.raster, self.colour, car_cells=CAR_CELLS, margin_cells=2).find(sight)
+        return StandingVehicles(self.colour, SETTINGS, margin_cells=2).find(sight)
 
 
 def differing(planes: NDArray[np.float32], bare: NDArray[np.float32]) -> int:
@@ -104,8 +95,7 @@ def test_what_is_bright_on_the_border_of_a_lane_is_a_kerb_and_no_part_of_the_car
     kerb, body = (road.raster.pack(road.raster.grid.paint(car.select(np.array([i])).corners())) > 0 for i in (2, 1))
     borders = road.raster.unpack(kerb.astype(np.uint8)) > 0
     found = [
-        StandingVehicles(road.raster, road.colour, car_cells=CAR_CELLS, margin_cells=2, borders=one).find(sight)
-        for one in (None, borders)
+        StandingVehicles(road.colour, SETTINGS, margin_cells=2, borders=one).find(sight) for one in (None, borders)
     ]
     assert [bool((one & kerb & ~body).any()) for one in found] == [True, False]
     assert [int((one & body).sum() > 0.7 * body.sum()) for one in found] == [1, 1]
@@ -137,13 +127,13 @@ def test_calmest_times_agree_with_sorting_them_one_cell_after_the_other(most_unr
     rng = np.random.default_rng(2)
     values = rng.integers(100, 120, (3, 50, 21)).astype(np.uint8)
     unrest = rng.integers(0, most_unrest, (50, 21)).astype(np.uint8)
-    planes, least = calmest(values, unrest)
+    planes, least = calmest(values, unrest, SETTINGS)
     for cell in range(50):
-        times = sorted(range(21), key=lambda time: (unrest[cell, time], time))[:CALMEST]
-        calm = [time for time in times if unrest[cell, time] <= LEVEL * UNREST_LEVELS]
-        times = times[: max(LEAST_CALM, len(calm))]
+        times = sorted(range(21), key=lambda time: (unrest[cell, time], time))[: SETTINGS.calmest_samples]
+        calm = [time for time in times if unrest[cell, time] <= LEVEL * SETTINGS.unrest_levels]
+        times = times[: max(SETTINGS.least_calm_samples, len(calm))]
         middle = np.array([sorted(plane[cell, times].tolist())[len(times) // 2] for plane in values])
-        near = [time for time in range(21) if (np.abs(values[:, cell, time] - middle) <= SAME_LEVELS).all()]
+        near = [time for time in range(21) if (np.abs(values[:, cell, time] - middle) <= SETTINGS.same_levels).all()]
         expected = values[:, cell, near].mean(axis=1) if near else middle
         assert planes[:, cell] == pytest.approx(expected, rel=1e-6)
         assert least[cell] == sorted(unrest[cell, times].tolist())[(len(times) - 1) // 2]
@@ -156,10 +146,11 @@ def test_median_agrees_with_that_of_the_library() -> None:
 
 def test_noise_is_not_that_of_what_stood_in_front() -> None:
     differences = [np.array([[1, 90, 90]], np.uint8)] * 4 + [np.array([[2, 3, 90]], np.uint8)] * 3
-    assert noise_of(differences, np.ones((7, 3), np.bool_)).tolist() == [[1.0, 3.0, MOST_NOISE]]
+    most_levels = SETTINGS.most_noise_levels
+    assert noise_of(differences, np.ones((7, 3), np.bool_), most_levels).tolist() == [[1.0, 3.0, most_levels]]
 
 
 def test_noise_is_that_of_calm_times_though_a_grey_car_stands_there_most_of_the_time() -> None:
     differences = [np.array([[2]], np.uint8)] * 3 + [np.array([[20]], np.uint8)] * 9
     is_calm = np.arange(12)[:, None] < 4
-    assert noise_of(differences, is_calm).tolist() == [[2.0]]
+    assert noise_of(differences, is_calm, SETTINGS.most_noise_levels).tolist() == [[2.0]]

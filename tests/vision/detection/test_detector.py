@@ -5,6 +5,7 @@ import pytest
 
 from tests.vision.road.test_view import SIZE, bridge_view
 from tests.vision.support import make_frame
+from vision.background.settings import BackgroundSettings
 from vision.camera import fixed_camera
 from vision.detection.lanes import LaneStrip
 from vision.objects import VisionObjects
@@ -21,8 +22,10 @@ def show(
     lanes: list[LaneStrip], *, width_m: float, height_m: float, hidden_from_s: float = 99.0
 ) -> list[VisionObjects]:
     """Film an upright thing that comes down the road to 25 m at 10 m/s; its lower part is hidden after a while."""
-    vision = fixed_camera(bridge_view(), [ROAD], SIZE, VisionSettings(startup_us=1_500_000), lanes=lanes)
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    vision = fixed_camera(
+        bridge_view(), [ROAD], SIZE, VisionSettings(background=BackgroundSettings(startup_us=1_500_000)), lanes=lanes
+    )
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     results: list[VisionObjects] = []
     for k in range(RATE_HZ * SECONDS):
         foot_m = np.array([[2.0, 25 + 10 * (SECONDS - k / RATE_HZ)]])

@@ -47,7 +47,7 @@ def test_cars_in_two_lanes_that_overlap_are_parted_where_the_nearer_one_begins()
 def test_flat_thing_on_the_next_lane_is_a_shadow() -> None:
     surface = bridge_surface()
     car = surface.appearances(make_boxes([(1.8, 50.0, np.pi / 2, 4.5, 1.8)])).boxes.corners()
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     shadow = view.to_pixels(make_boxes([(-0.6, 50.0, np.pi / 2, 4.5, 3.0)]).corners())
     mask = surface.raster.grid.paint([*car, *shadow])
     cells = find_blobs(surface.raster, mask, 99 * mask)

@@ -15,13 +15,13 @@ ROAD = np.array([[-6.0, -100.0], [6, -100], [6, 400], [-6, 400]])
 
 
 def bridge_surface() -> ImageSurface:
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     return ImageSurface(view, [ROAD], image_size_px=SIZE, settings=VisionSettings())
 
 
 def test_road_is_watched_up_to_the_roofs_of_vehicles() -> None:
     surface = bridge_surface()
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     beside, above = view.to_pixels(np.array([[12.0, 50.0]]))[0], view.to_pixels(np.array([[0.0, 50.0]]))[0]
     above[1] -= 1.5 * 800 / 50
     look_up = surface.raster.grid.look_up
@@ -59,6 +59,6 @@ def test_points_in_polygons_are_those_of_a_winding_count() -> None:
 
 
 def test_road_out_of_view_is_refused() -> None:
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     with pytest.raises(VisionError, match="expected road in view, got none"):
         ImageSurface(view, [ROAD + np.array([0.0, 2000.0])], image_size_px=SIZE, settings=VisionSettings())

@@ -53,7 +53,7 @@ def drawn(projection: FloatArray, vehicles: Boxes, *, height_m: float = 1.5, nam
 
 
 def detect(projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHING) -> Detections:
-    view = GroundView(projection[:, [0, 1, 3]], SIZE_PX, max_metres_per_pixel=0.9)
+    view = GroundView(projection[:, [0, 1, 3]], SIZE_PX, VisionSettings())
     return image_detections(boxes, view, expected, image_size_px=SIZE_PX, settings=SETTINGS)
 
 
@@ -97,7 +97,7 @@ def test_slanted_view_finds_the_footprint_under_the_height(heading_rad: float) -
     camera = slanted()
     cars = make_boxes([(x, y, heading_rad, 4.5, 1.8) for x, y in ((-10.0, 50.0), (0.0, 60.0), (15.0, 75.0))])
     boxes = drawn(camera, cars)
-    view = GroundView(camera[:, [0, 1, 3]], SIZE_PX, max_metres_per_pixel=0.9)
+    view = GroundView(camera[:, [0, 1, 3]], SIZE_PX, VisionSettings())
     naive_m = view.to_ground(boxes.centre_px)[0]
     found = detect(camera, boxes, known(cars))
     error_m = np.hypot(*(found.boxes.centre_m - cars.centre_m).T)
@@ -116,7 +116,7 @@ def test_noise_is_longer_along_the_line_of_sight() -> None:
 @pytest.mark.parametrize("heading_rad", np.linspace(-3.0, 3.0, 7).tolist())
 def test_oriented_box_gives_direction_and_size_without_a_track(heading_rad: float) -> None:
     metres_per_px = 0.2
-    view = GroundView(top_view(SIZE_PX, metres_per_px), SIZE_PX, max_metres_per_pixel=0.9)
+    view = GroundView(top_view(SIZE_PX, metres_per_px), SIZE_PX, VisionSettings())
     car = make_boxes([(60.0, 40.0, heading_rad, 4.8, 1.8)])
     one = np.ones(1)
     box = ImageBoxes(

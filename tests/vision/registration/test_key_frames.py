@@ -2,9 +2,12 @@
 
 import numpy as np
 
-from tests.vision.moving_world import MovingWorld, view
+from tests.vision.moving_world import MovingWorld, first_key, view
 from vision.registration.key_frames import KeyFrame, Landmarks, half_size, to_full, to_half
 from vision.registration.plane_fit import transform
+from vision.registration.settings import RegistrationSettings
+
+SETTINGS = RegistrationSettings()
 
 
 def test_no_corner_is_taken_on_a_vehicle() -> None:
@@ -14,8 +17,8 @@ def test_no_corner_is_taken_on_a_vehicle() -> None:
     def inside(frame: KeyFrame) -> int:
         return int(np.all((frame.corners_px > outline[0]) & (frame.corners_px < outline[2]), axis=1).sum())
 
-    assert inside(KeyFrame.of(luma, view(), [])) > 5
-    masked = KeyFrame.of(luma, view(), [outline])
+    assert inside(first_key(luma, [], SETTINGS)) > 5
+    masked = first_key(luma, [outline], SETTINGS)
     assert inside(masked) == 0
     assert len(masked.corners_px) > 20
 
@@ -32,9 +35,9 @@ def test_half_size_pixel_is_the_mean_of_four() -> None:
 
 def test_following_needs_a_guess_some_pixels_near() -> None:
     world = MovingWorld()
-    key = KeyFrame.of(half_size(world.frame(view(), 0).luma), view(), [])
+    key = first_key(half_size(world.frame(view(), 0).luma), [], SETTINGS)
     there = view(east_m=4.0, north_m=1.0)
-    fit, expected = key.follow(half_size(world.frame(there, 1).luma), view())
+    fit, expected = key.follow(half_size(world.frame(there, 1).luma), view(), SETTINGS)
     assert fit is not None
     assert fit.is_inlier.sum() > 0.8 * expected
     moved = transform(there @ np.linalg.inv(view()), key.corners_px)
@@ -43,16 +46,16 @@ def test_following_needs_a_guess_some_pixels_near() -> None:
 
 def test_key_frame_out_of_view_expects_nothing() -> None:
     world = MovingWorld()
-    key = KeyFrame.of(half_size(world.frame(view(), 0).luma), view(), [])
-    assert key.follow(half_size(world.frame(view(), 1).luma), view(east_m=5_000.0)) == (None, 0)
+    key = first_key(half_size(world.frame(view(), 0).luma), [], SETTINGS)
+    assert key.follow(half_size(world.frame(view(), 1).luma), view(east_m=5_000.0), SETTINGS) == (None, 0)
 
 
 def test_landmarks_guess_a_turned_and_shifted_view() -> None:
     world = MovingWorld()
-    key = KeyFrame.of(half_size(world.frame(view(), 0).luma), view(), [])
-    other = KeyFrame.of(half_size(MovingWorld(seed=12).frame(view(), 0).luma), view(), [])
+    key = first_key(half_size(world.frame(view(), 0).luma), [], SETTINGS)
+    other = first_key(half_size(MovingWorld(seed=12).frame(view(), 0).luma), [], SETTINGS)
     there = view(east_m=12.0, turn_rad=0.5)
-    guesses = Landmarks().guess(half_size(world.frame(there, 1).luma), [other, key])
+    guesses = Landmarks(SETTINGS).guess(half_size(world.frame(there, 1).luma), [other, key])
     assert [frame is key for frame, _ in guesses] == [True]
     centre = np.array([[160.0, 90.0]])
     assert np.abs(transform(guesses[0][1] @ np.linalg.inv(there), centre) - centre).max() < 6

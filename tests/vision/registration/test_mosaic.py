@@ -5,13 +5,14 @@ import pytest
 
 from tests.vision.moving_world import ROAD, SIZE, MovingWorld, drift
 from tests.vision.support import FloatArray
+from vision.background.settings import BackgroundSettings
 from vision.camera import facing
 from vision.registration import mosaic
 from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingGroundSurface
 from vision.settings import VisionSettings
 
-SETTINGS = VisionSettings(startup_us=1_000_000, car_width_cells=3.0)
+SETTINGS = VisionSettings(background=BackgroundSettings(startup_us=1_000_000), car_width_cells=3.0)
 
 
 def start(monkeypatch: pytest.MonkeyPatch, *, cells: int, frames: int) -> tuple[list[int], FloatArray]:

@@ -6,6 +6,7 @@ from tests.vision.moving_world import SIZE, MovingWorld, drift, view
 from tests.vision.support import FloatArray, make_frame
 from vision.registration.plane_fit import transform
 from vision.registration.registration import Registration
+from vision.registration.settings import RegistrationSettings
 
 CORNERS = np.array([[0.0, 0.0], [SIZE[0] - 1, 0], [SIZE[0] - 1, SIZE[1] - 1], [0, SIZE[1] - 1]])
 
@@ -17,19 +18,19 @@ def error_px(found: FloatArray | None, true: FloatArray) -> float:
 
 
 def test_first_frame_has_the_given_map() -> None:
-    registration = Registration(drift(0), SIZE)
+    registration = Registration(drift(0), SIZE, RegistrationSettings())
     assert error_px(registration.locate(MovingWorld().frame(drift(0), 0), []), drift(0)) < 1e-9
 
 
 def test_drift_turn_and_zoom_are_followed_to_a_part_of_a_pixel() -> None:
-    world, registration = MovingWorld(), Registration(drift(0), SIZE)
+    world, registration = MovingWorld(), Registration(drift(0), SIZE, RegistrationSettings())
     errors = [error_px(registration.locate(world.frame(drift(k), k), []), drift(k)) for k in range(0, 300, 3)]
     assert np.mean(errors) < 0.35
     assert max(errors) < 1.2
 
 
 def test_coming_back_leaves_no_drift() -> None:
-    world, registration = MovingWorld(), Registration(view(), SIZE)
+    world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     away = [view(east_m=float(east)) for east in np.linspace(0, 90, 61)]
     path = away + away[::-1]
     errors = [error_px(registration.locate(world.frame(matrix, k), []), matrix) for k, matrix in enumerate(path)]
@@ -39,7 +40,7 @@ def test_coming_back_leaves_no_drift() -> None:
 
 
 def test_tilt_is_followed_by_the_homography() -> None:
-    world, registration = MovingWorld(), Registration(view(), SIZE)
+    world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     for k in range(30):
         tilted = np.array([[1.0, 0, 0], [0, 1, 0], [4e-6 * k, -3e-6 * k, 1]]) @ view()
         found = registration.locate(world.frame(tilted, k), [])
@@ -47,7 +48,7 @@ def test_tilt_is_followed_by_the_homography() -> None:
 
 
 def test_a_lorry_does_not_carry_the_map_along() -> None:
-    world, registration = MovingWorld(), Registration(view(), SIZE)
+    world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     for k in range(60):
         lorry = (40.0 + 0.8 * k, 50.0, 0.0, 16.0, 3.0)
         found = registration.locate(world.frame(view(), k, [lorry], [230.0]), [])
@@ -55,7 +56,7 @@ def test_a_lorry_does_not_carry_the_map_along() -> None:
 
 
 def test_blank_and_foreign_pictures_have_no_map() -> None:
-    world, registration = MovingWorld(), Registration(view(), SIZE)
+    world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     registration.locate(world.frame(view(), 0), [])
     blank = make_frame(np.full(SIZE[::-1], 90.0), index=1, t_us=40_000)
     assert registration.locate(blank, []) is None
@@ -64,7 +65,7 @@ def test_blank_and_foreign_pictures_have_no_map() -> None:
 
 
 def test_lost_view_is_found_again_elsewhere() -> None:
-    world, registration = MovingWorld(), Registration(view(), SIZE)
+    world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     for k, east in enumerate(np.linspace(0, 60, 40)):
         assert registration.locate(world.frame(view(east_m=float(east)), k), []) is not None
     rng = np.random.default_rng(1)

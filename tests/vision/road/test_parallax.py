@@ -12,12 +12,12 @@ from vision.settings import VisionSettings
 
 def parallax_of(height_m: float, pitch_rad: float) -> Parallax:
     matrix = bridge_view(height_m=height_m, pitch_rad=pitch_rad)
-    return Parallax(GroundView(matrix, SIZE, max_metres_per_pixel=0.9), VisionSettings())
+    return Parallax(GroundView(matrix, SIZE, VisionSettings()), VisionSettings())
 
 
 def test_camera_straight_above_changes_nothing() -> None:
     boxes = make_boxes([(20, 20, 0.3, 4.5, 1.8)])
-    parallax = Parallax(GroundView(top_view(SIZE), SIZE, max_metres_per_pixel=0.9), VisionSettings())
+    parallax = Parallax(GroundView(top_view(SIZE), SIZE, VisionSettings()), VisionSettings())
     assert parallax.footprints(boxes) is boxes
     assert parallax.appearances(boxes) is boxes
 

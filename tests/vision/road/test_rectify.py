@@ -18,7 +18,7 @@ def ground_surface(
     matrix: FloatArray, polygons: list[FloatArray], size: tuple[int, int] = SIZE, settings: VisionSettings | None = None
 ) -> GroundSurface:
     settings = settings or VisionSettings()
-    view = GroundView(matrix, size, max_metres_per_pixel=settings.max_metres_per_pixel)
+    view = GroundView(matrix, size, settings)
     return GroundSurface(view, polygons, image_size_px=size, settings=settings)
 
 

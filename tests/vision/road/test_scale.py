@@ -5,6 +5,7 @@ import pytest
 
 from vision.errors import VisionError
 from vision.road.scale import estimate_scale
+from vision.settings import VisionSettings
 
 
 def pictures_of_cars(length_px: int, count: int) -> list[np.ndarray]:
@@ -21,7 +22,7 @@ def pictures_of_cars(length_px: int, count: int) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("length_px", [12, 30])
 def test_typical_blob_is_as_long_as_a_typical_car(length_px: int) -> None:
-    assert estimate_scale(pictures_of_cars(length_px, 10)) == pytest.approx(4.5 / length_px, rel=0.02)
+    assert estimate_scale(pictures_of_cars(length_px, 10), VisionSettings()) == pytest.approx(4.5 / length_px, rel=0.02)
 
 
 def test_specks_that_outnumber_the_cars_do_not_set_the_scale() -> None:
@@ -30,14 +31,14 @@ def test_specks_that_outnumber_the_cars_do_not_set_the_scale() -> None:
     for picture in pictures:
         for x in rng.permutation(np.arange(6, 394, 16))[:5]:
             picture[2:9, x : x + 7] = 180
-    assert estimate_scale(pictures) == pytest.approx(4.5 / 40, rel=0.02)
+    assert estimate_scale(pictures, VisionSettings()) == pytest.approx(4.5 / 40, rel=0.02)
 
 
 def test_nothing_moving_gives_no_scale() -> None:
     with pytest.raises(VisionError, match="expected at least 10 moving blobs to take it from, got 0"):
-        estimate_scale([np.full((80, 400), 100, np.uint8)] * 10)
+        estimate_scale([np.full((80, 400), 100, np.uint8)] * 10, VisionSettings())
 
 
 def test_too_few_pictures_are_refused() -> None:
     with pytest.raises(VisionError, match="expected at least 5 pictures, got 2"):
-        estimate_scale(pictures_of_cars(12, 2))
+        estimate_scale(pictures_of_cars(12, 2), VisionSettings())

@@ -6,6 +6,7 @@ import pytest
 from tests.vision.support import FloatArray, top_view
 from vision.errors import VisionError
 from vision.road.view import GroundView
+from vision.settings import VisionSettings
 
 SIZE = (640, 360)
 
@@ -23,32 +24,32 @@ def bridge_view(*, height_m: float = 8.0, pitch_rad: float = 0.15, focal_px: flo
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_ground_behind_the_camera_is_not_seen_whatever_the_sign_of_the_homography(sign: float) -> None:
-    view = GroundView(sign * bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(sign * bridge_view(), SIZE, VisionSettings())
     assert view.sees(np.array([[0.0, 60.0], [0.0, -60.0], [0.0, 3.0]])).tolist() == [True, False, False]
 
 
 def test_pixels_above_the_horizon_show_no_ground() -> None:
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     ground_m, is_ground = view.to_ground(np.array([[320.0, 10.0], [320.0, 300.0]]))
     assert is_ground.tolist() == [False, True]
     assert view.to_pixels(ground_m[1]) == pytest.approx([320.0, 300.0])
 
 
 def test_ground_too_far_to_see_anything_on_it_is_left_out() -> None:
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     _, high = view.extent()
     assert 100 < high[1] < 300
 
 
 def test_scales_of_a_top_view_are_equal() -> None:
-    view = GroundView(top_view(SIZE, 0.25), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(top_view(SIZE, 0.25), SIZE, VisionSettings())
     sight = view.sight(np.array([[30.0, 30.0]]))
     assert [sight.across_m[0], sight.along_m[0]] == pytest.approx([0.25, 0.25])
     assert sight.smear_m(1.5).tolist() == [0.0]
 
 
 def test_low_camera_smears_height_away_from_itself() -> None:
-    view = GroundView(bridge_view(), SIZE, max_metres_per_pixel=0.9)
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
     sight = view.sight(np.array([[0.0, 60.0]]))
     assert sight.away[0] == pytest.approx([0.0, 1.0])
     assert sight.across_m[0] == pytest.approx(60 / 800, rel=0.02)
@@ -59,9 +60,9 @@ def test_low_camera_smears_height_away_from_itself() -> None:
 @pytest.mark.parametrize("matrix", [np.zeros((3, 3)), np.eye(2), np.full((3, 3), np.nan)], ids=["flat", "small", "nan"])
 def test_unusable_homography_is_refused(matrix: FloatArray) -> None:
     with pytest.raises(VisionError, match=r"expected an invertible \(3, 3\) homography, got"):
-        GroundView(matrix, SIZE, max_metres_per_pixel=0.9)
+        GroundView(matrix, SIZE, VisionSettings())
 
 
 def test_view_without_fine_ground_is_refused() -> None:
     with pytest.raises(VisionError, match=r"expected ground at 0.9 m per pixel or finer, got 5"):
-        GroundView(top_view(SIZE, 5.0), SIZE, max_metres_per_pixel=0.9).extent()
+        GroundView(top_view(SIZE, 5.0), SIZE, VisionSettings()).extent()
