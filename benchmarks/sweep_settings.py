@@ -1,0 +1,212 @@
+"""What does each setting change? Every one halved and doubled, on scenes with truth.
+
+``python -m benchmarks.sweep_settings --write docs/settings.md`` makes the scenes that are not there yet, processes each
+once as shipped and, for every setting, twice with that one number changed in a site file, as a user would. A room is
+tried on the scenes that its code sees. The figures are those of `dyknow evaluate`, pooled over these scenes: precision
+and recall of what vision sees, IDF1 of the cars, all as changes in thousandths, and the change in the number of events;
+``=`` says that not one row of the log changed, and ``refused`` that the site file may not say so. ``--only
+vision.background`` tries the settings whose names begin so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
+from dataclasses import dataclass, fields, is_dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+from anchoring.settings import AnchoringSettings
+from data_gen.scene import generate
+from qsr.settings import RelationSettings
+from service.errors import InputError
+from service.runs.processing import RunRequest, process
+from service.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
+from vision.settings import VisionSettings
+
+SECONDS = 12
+SIZE_PX = (960, 540)
+SEED = 1
+FACTORS = (0.5, 2.0)
+GENERATED: Mapping[str, tuple[str, str]] = {
+    "rural": ("rural_overtaking", "vertical"),
+    "junction": ("junction", "vertical"),
+    "oblique": ("rural_overtaking", "oblique"),
+    "drone": ("rural_overtaking", "uav"),
+}
+GOLDEN: Mapping[str, str] = {"detections": "found.csv", "junction_tracks": "tracks.csv"}
+GOLDEN_FOLDER = Path(__file__).parents[1] / "tests" / "golden"
+SCENES_OF: Mapping[str, tuple[str, ...]] = {
+    "vision.registration": ("drone",),
+    "vision.networks": ("detections",),
+    "vision.background": ("rural", "junction", "drone"),
+    "vision.road": ("rural", "oblique", "drone"),
+    "vision.detection": ("rural", "junction", "oblique"),
+    "vision.tracking": ("rural", "junction"),
+    "vision": ("rural", "oblique", "drone", "detections"),
+    "anchoring": ("junction_tracks", "junction", "oblique"),
+    "relations": ("junction_tracks",),
+}
+TREES = {"vision": VisionSettings(), "anchoring": AnchoringSettings(), "relations": RelationSettings()}
+ROWS = (
+    "SELECT * FROM seen_objects",
+    "SELECT * FROM car_states",
+    "SELECT t_us, decided_us, name, args, old, new, hypotheses FROM relations",
+    "SELECT type, start_us, end_us, status FROM events",
+)
+"""What is compared; identifiers of runs and events hold a digest of the site file, so they always differ."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Name one number of the trees, and say what is tried instead."""
+
+    room: str
+    name: str
+    value: float
+
+    def changed(self, factor: float) -> float:
+        """Give the number halved or doubled; whole numbers stay whole."""
+        return round(self.value * factor) if isinstance(self.value, int) else self.value * factor
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Hold what one log says: a digest of its rows, the number of events, and both sides of the scores."""
+
+    digest: str
+    events: int
+    compared: Compared | None
+
+
+Task = tuple[str, Setting | None, float, Path]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", default=[""], help="beginnings of settings' names; default: all")
+    parser.add_argument("--folder", type=Path, default=Path("out/sweep"), help="where the scenes are kept")
+    parser.add_argument("--write", type=Path, help="the page whose table is to be made anew")
+    options = parser.parse_args(arguments)
+    settings = [
+        one
+        for root, tree in TREES.items()
+        for one in walk(tree, root)
+        if f"{one.room}.{one.name}".startswith(tuple(options.only))
+    ]
+    scenes = sorted({scene for one in settings for scene in SCENES_OF[one.room]})
+    for scene in scenes:
+        _make(scene, options.folder)
+    tasks: list[Task] = [(scene, None, 1.0, options.folder) for scene in scenes]
+    tasks += [
+        (scene, one, by, options.folder) for one in settings for by in (0.5, 2.0) for scene in SCENES_OF[one.room]
+    ]
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        outcomes = dict(zip([task[:3] for task in tasks], pool.map(_try, tasks), strict=True))
+    table = [HEADER, *(_row(one, outcomes) for one in settings)]
+    print("\n".join(table))
+    if options.write:
+        _replace_table(options.write, table)
+
+
+def walk(tree: object, room: str) -> Iterator[Setting]:
+    """Give every number of a tree of dataclasses, depth first."""
+    for field in fields(tree):  # type: ignore[arg-type]  # a dataclass, as all rooms
+        value = getattr(tree, field.name)
+        if is_dataclass(value):
+            yield from walk(value, f"{room}.{field.name}")
+        elif isinstance(value, int | float):
+            yield Setting(room, field.name, value)
+
+
+def _make(scene: str, folder: Path) -> None:
+    made = folder / scene
+    if scene in GOLDEN:
+        shutil.copytree(GOLDEN_FOLDER / scene, made, dirs_exist_ok=True)
+    elif not (made / "site.toml").exists():  # written last, so a scene that was cut short is made anew
+        scenario, camera = GENERATED[scene]
+        generate(
+            scenario,
+            seed=SEED,
+            duration_us=SECONDS * 1_000_000,
+            out_dir=made,
+            width_px=SIZE_PX[0],
+            height_px=SIZE_PX[1],
+            camera=camera,  # type: ignore[arg-type]  # a text of `GENERATED`
+        )
+
+
+def _try(task: Task) -> Outcome | None:
+    """Process a scene with one number changed; None if the site file may not say so."""
+    scene, setting, factor, folder = task
+    source = folder / scene / GOLDEN.get(scene, "video.mp4")
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        site = folder / scene / f"{Path(own).name}.toml"  # beside the scene's own, for the paths in it
+        text = (folder / scene / "site.toml").read_text(encoding="utf-8")
+        if setting is not None:
+            text += f"\n[{setting.room}]\n{setting.name} = {setting.changed(factor)!r}\n"
+        site.write_text(text, encoding="utf-8")
+        log = Path(own) / "log.db"
+        try:
+            process(RunRequest(source, site, str(log)))
+        except InputError:
+            return None
+        finally:
+            site.unlink()
+        compared = None if scene in GOLDEN else compare_log(str(log), folder / scene)
+        with closing(sqlite3.connect(log)) as rows:
+            digest = hashlib.sha256()
+            for query in ROWS:
+                for row in rows.execute(query):
+                    digest.update(repr(row).encode())
+            (events,) = rows.execute("SELECT count(*) FROM events").fetchone()
+        return Outcome(digest.hexdigest(), events, compared)
+
+
+HEADER = "| setting | shipped | halved: P, R, IDF1, events | doubled: P, R, IDF1, events |\n|---|---|---|---|"
+
+
+def _row(setting: Setting, outcomes: Mapping[tuple[str, Setting | None, float], Outcome | None]) -> str:
+    scenes = SCENES_OF[setting.room]
+    shipped = [outcomes[scene, None, 1.0] for scene in scenes]
+    cells = [_cell(shipped, [outcomes[scene, setting, by] for scene in scenes]) for by in FACTORS]
+    return f"| `{setting.room}.{setting.name}` | {setting.value:g} | {' | '.join(cells)} |"
+
+
+def _cell(shipped: Sequence[Outcome | None], changed: Sequence[Outcome | None]) -> str:
+    if any(one is None for one in changed):
+        return "refused"
+    before, after = [one for one in shipped if one], [one for one in changed if one]
+    if [one.digest for one in before] == [one.digest for one in after]:
+        return "="
+    events = sum(one.events for one in after) - sum(one.events for one in before)
+    parts = zip(_figures(before), _figures(after), strict=True)
+    return ", ".join([*(f"{1000 * (new - old):+.0f}" for old, new in parts), f"{events:+d}"])
+
+
+def _figures(outcomes: Sequence[Outcome]) -> tuple[float, ...]:
+    """Give precision, recall and IDF1 over the scenes that have a truth; nothing if none has."""
+    compared = [one.compared for one in outcomes if one.compared is not None]
+    if not compared:
+        return ()
+    score = score_scenes(*compared)
+    return score.detection.precision, score.detection.recall, score.tracks[CARS].idf1
+
+
+def _replace_table(page: Path, table: Sequence[str]) -> None:
+    """Put the table where the page has one: from the line of its heading to the next empty line."""
+    before, heading, rest = page.read_text(encoding="utf-8").partition(HEADER.splitlines()[0])
+    _, empty, after = rest.partition("\n\n")
+    assert heading, f"{page}: expected a table headed {HEADER.splitlines()[0]!r}, got none"
+    page.write_text(before + "\n".join(table) + empty + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
