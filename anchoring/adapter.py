@@ -12,7 +12,7 @@ from typing import Protocol
 
 from anchoring.anchorer import Anchorer
 from anchoring.observations import BoolArray, Cars, FloatArray, Level, LinkChange, Observations
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 
 class TrackedObjects(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 from anchoring.adapter import AnchoringUnit, LinkTrials
 from anchoring.anchorer import Anchorer
 from anchoring.settings import AnchoringSettings
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from tests.anchoring.support import Seen, observations, straight_road
 from vision.objects import VisionObjects
 
