@@ -20,8 +20,7 @@ from dyknow.language.words import Source, Word
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.kinds import KindChecker, Signature
-from dyknow.mtl.structure import free_variables
-from dyknow.mtl.windows import MOST_CHANGES, window_changes
+from dyknow.mtl.structure import MOST_CHANGES, free_variables, window_changes
 
 Scope = Mapping[str, "str | None"]
 
