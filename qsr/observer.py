@@ -6,9 +6,8 @@ import numpy as np
 
 from gis.turns import Turn
 from qsr.changes.crossings import RelationChange
-from qsr.changes.object_relations import Quantity, object_relations
+from qsr.changes.object_relations import Quantity, check_places, object_relations
 from qsr.changes.pair_kinds import FacingCars, NearCars, ObjectsNow
-from qsr.changes.places import check_places
 from qsr.errors import QsrError
 from qsr.measuring.footprints import OBSERVED, Footprints, LongArray, object_table
 from qsr.relations import RANK
