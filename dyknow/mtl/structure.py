@@ -10,34 +10,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, cast  # Any: the fields of formulas and terms are of many types
 
-from dyknow.mtl.formula import (
-    ALWAYS_OPEN,
-    Always,
-    And,
-    Comparison,
-    Eventually,
-    Feature,
-    Formula,
-    Iff,
-    Implies,
-    Monitor,
-    Next,
-    Not,
-    Object,
-    Or,
-    Proposition,
-    Quantified,
-    Scaled,
-    Sum,
-    Term,
-    Text,
-    Tolerate,
-    Until,
-    Variable,
-    Window,
-)
+from dyknow.mtl import formula as model
+from dyknow.mtl.formula import Formula, Term
 
 MOST_CHANGES = 5
+_TENSES = model.Always | model.Eventually | model.Until | model.Next | model.Tolerate
 
 
 def parts_of(formula: Formula) -> tuple[Formula, ...]:
@@ -45,19 +22,19 @@ def parts_of(formula: Formula) -> tuple[Formula, ...]:
 
     Examples
     --------
-    >>> from dyknow.mtl.formula import Truth
+    >>> from dyknow.mtl.formula import Not, Truth
     >>> parts_of(Not(Truth(True)))
     (Truth(value=True),)
     """
     match formula:
-        case And(parts) | Or(parts):
+        case model.And(parts) | model.Or(parts):
             return parts
-        case Implies(left, right) | Iff(left, right) | Until(left, right):
+        case model.Implies(left, right) | model.Iff(left, right) | model.Until(left, right):
             return (left, right)
-        case Not(body) | Quantified(body=body) | Always(body) | Eventually(body) | Next(body) | Tolerate(body):
-            return (body,)
-        case _:
+        case model.Truth() | model.Proposition() | model.Comparison():
             return ()
+        case _:
+            return (formula.body,)
 
 
 def every_part(formula: Formula) -> Iterator[Formula]:
@@ -72,11 +49,11 @@ def has_tense(formula: Formula) -> bool:
 
     Examples
     --------
-    >>> from dyknow.mtl.formula import Truth
+    >>> from dyknow.mtl.formula import Next, Not, Truth
     >>> has_tense(Not(Truth(True))), has_tense(Not(Next(Truth(True))))
     (False, True)
     """
-    return any(isinstance(one, Always | Eventually | Until | Next | Tolerate) for one in every_part(formula))
+    return any(isinstance(one, _TENSES) for one in every_part(formula))
 
 
 def free_variables(formula: Formula) -> tuple[str, ...]:
@@ -84,7 +61,7 @@ def free_variables(formula: Formula) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> from dyknow.mtl.formula import Object
+    >>> from dyknow.mtl.formula import Feature, Object, Proposition, Variable
     >>> free_variables(Proposition(Feature("behind", (Variable("a"), Object("car7")))))
     ('a',)
     """
@@ -92,22 +69,22 @@ def free_variables(formula: Formula) -> tuple[str, ...]:
 
 
 def _free(formula: Formula) -> Iterator[str]:
-    bound = formula.variable.name if isinstance(formula, Quantified) else None
+    bound = formula.variable.name if isinstance(formula, model.Quantified) else None
     for atom in _atoms(formula):
-        arguments = atom.arguments if isinstance(atom, Feature) else (atom,)
-        yield from (one.name for one in arguments if isinstance(one, Variable))
+        arguments = atom.arguments if isinstance(atom, model.Feature) else (atom,)
+        yield from (one.name for one in arguments if isinstance(one, model.Variable))
     for part in parts_of(formula):
         yield from (name for name in _free(part) if name != bound)
 
 
-def _atoms(part: Formula | Term) -> Iterator[Feature | Variable]:
+def _atoms(part: Formula | Term) -> Iterator[model.Feature | model.Variable]:
     """Give the features and variables of a term, or of a formula that is made of terms; in the order of the text."""
     match part:
-        case Feature() | Variable():
+        case model.Feature() | model.Variable():
             yield part
-        case Proposition(feature) | Scaled(feature=feature):
+        case model.Proposition(feature) | model.Scaled(feature=feature):
             yield feature
-        case Comparison(left=left, right=right) | Sum(left=left, right=right):
+        case model.Comparison(left=left, right=right) | model.Sum(left=left, right=right):
             yield from _atoms(left)
             yield from _atoms(right)
 
@@ -132,15 +109,15 @@ def with_objects(formula: Formula, objects: Mapping[str, str]) -> Formula:
 
 def _with_objects(part: Any, objects: Mapping[str, str]) -> Any:
     match part:
-        case Variable(name):
-            return Text(objects[name]) if name in objects else part
-        case Feature(name, arguments):
+        case model.Variable(name):
+            return model.Text(objects[name]) if name in objects else part
+        case model.Feature(name, arguments):
             found = (
-                Object(objects[one.name]) if one.name in objects and isinstance(one, Variable) else one
+                model.Object(objects[one.name]) if one.name in objects and isinstance(one, model.Variable) else one
                 for one in arguments
             )
-            return Feature(name, tuple(found))
-        case Quantified(variable=variable):
+            return model.Feature(name, tuple(found))
+        case model.Quantified(variable=variable):
             objects = {name: one for name, one in objects.items() if name != variable.name}
         case tuple():
             return tuple(_with_objects(one, objects) for one in part)
@@ -149,7 +126,7 @@ def _with_objects(part: Any, objects: Mapping[str, str]) -> Any:
     return replace(part, **{one.name: _with_objects(getattr(part, one.name), objects) for one in fields(part)})
 
 
-def features_of(monitors: Iterable[Monitor]) -> frozenset[str]:
+def features_of(monitors: Iterable[model.Monitor]) -> frozenset[str]:
     """Name the features that monitors look at.
 
     Examples
@@ -160,7 +137,7 @@ def features_of(monitors: Iterable[Monitor]) -> frozenset[str]:
     ['close', 'gain', 'speed']
     """
     every_atom = (atom for one in monitors for part in every_part(one.formula) for atom in _atoms(part))
-    return frozenset(atom.name for atom in every_atom if isinstance(atom, Feature))
+    return frozenset(atom.name for atom in every_atom if isinstance(atom, model.Feature))
 
 
 def window_changes(formula: Formula) -> int:
@@ -190,26 +167,26 @@ def _chains(formula: Formula) -> tuple[int, int]:  # noqa: PLR0911 - one case pe
     universal = max((one[0] for one in inner), default=0)
     existential = max((one[1] for one in inner), default=0)
     match formula:
-        case Not():
+        case model.Not():
             return existential, universal
-        case Implies():
+        case model.Implies():
             (left_universal, left_existential), (right_universal, right_existential) = inner
             return max(left_existential, right_universal), max(left_universal, right_existential)
-        case Iff():
+        case model.Iff():
             return (max(universal, existential),) * 2
-        case Always(window=window):
+        case model.Always(window=window):
             return _around(universal, existential, window), existential
-        case Eventually(window=window) | Until(window=window):
+        case model.Eventually(window=window) | model.Until(window=window):
             return universal, _around(existential, universal, window)
-        case Tolerate(return_us=return_us, stay_us=stay_us):
-            stays = _around(universal, existential, Window(0, stay_us))
-            return universal, max(existential, _around(existential, stays, Window(0, return_us)))
+        case model.Tolerate(return_us=return_us, stay_us=stay_us):
+            stays = _around(universal, existential, model.Window(0, stay_us))
+            return universal, max(existential, _around(existential, stays, model.Window(0, return_us)))
         case _:
             return universal, existential
 
 
-def _around(same: int, other: int, window: Window) -> int:
-    counts = window != ALWAYS_OPEN or max(same, other) > 1
+def _around(same: int, other: int, window: model.Window) -> int:
+    counts = window != model.ALWAYS_OPEN or max(same, other) > 1
     return max(same, other + 1) if counts else same
 
 
@@ -228,15 +205,15 @@ def horizon_us(formula: Formula) -> int:
     """
     inner_us = max(map(horizon_us, parts_of(formula)), default=0)
     match formula:
-        case Always(window=window) | Eventually(window=window) | Until(window=window):
+        case model.Always(window=window) | model.Eventually(window=window) | model.Until(window=window):
             return _length_us(window) + inner_us
-        case Tolerate(return_us=return_us, stay_us=stay_us):
+        case model.Tolerate(return_us=return_us, stay_us=stay_us):
             return return_us + stay_us + inner_us
-        case Next():
+        case model.Next():
             return 1 + inner_us
         case _:
             return inner_us
 
 
-def _length_us(window: Window) -> int:
+def _length_us(window: model.Window) -> int:
     return window.start_us if window.end_us is None else window.end_us
