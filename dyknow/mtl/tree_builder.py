@@ -2,7 +2,7 @@
 
 One short method per rule of `formula.lark`. What the grammar cannot say is checked here, where the places are known:
 variables bound once, windows in order, durations in whole microseconds, names and numbers of arguments as declared, and
-by `kind_checks` that what is compared goes together.
+by `kinds.py` that what is compared goes together.
 """
 
 from __future__ import annotations
