@@ -7,12 +7,12 @@ speaks of what the two did lately, not of the time when they were linked: it tak
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Protocol
 
 from anchoring.anchorer import Anchorer
 from anchoring.observations import BoolArray, Cars, FloatArray, Level, LinkChange, Observations
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 
 class TrackedObjects(Protocol):
@@ -173,15 +173,5 @@ class AnchoringUnit:
 
 
 def _observations(objects: TrackedObjects) -> Observations:
-    return Observations(
-        t_us=objects.t_us,
-        ids=objects.ids,
-        centre_m=objects.centre_m,
-        velocity_mps=objects.velocity_mps,
-        heading_rad=objects.heading_rad,
-        length_m=objects.length_m,
-        width_m=objects.width_m,
-        observed=objects.observed,
-        clipped=objects.clipped,
-        classes=objects.classes,
-    )
+    """Take over what has the same name here and there."""
+    return Observations(**{one.name: getattr(objects, one.name) for one in fields(Observations)})

@@ -28,7 +28,6 @@ class AnchoringSettings:
     swap_us : how long a turn, a change of speed or of size beyond all reason is tolerated as noise (size: five times).
     swap_m, swap_cost : a body so far from where it was expected is compared with others, and refuted if it fits another
         one better by so much.
-    swap_unfit_cost : what a comparison costs that misses a window: more than any that fits (5).
     slip_us : a track slips on to another vehicle when that one's own track is lost, not longer after than this.
     turn_rad : nobody turns further within a second, above ``turn_mps``.
     acceleration_mps2, speed_slack_mps : nobody changes speed faster: full braking, and noise of a speed.
@@ -69,7 +68,6 @@ class AnchoringSettings:
     swap_us: int = 200_000
     swap_m: float = 2.5
     swap_cost: float = 0.75
-    swap_unfit_cost: float = 10.0
     slip_us: int = 600_000
     turn_rad: float = math.radians(100.0)
     turn_mps: float = 3.0

@@ -17,7 +17,7 @@ import numpy as np
 from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
 from dyknow.policies.synchroniser import Algorithm, Synchroniser
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from dyknow.streams.stream import StreamGenerator
 
 PERIOD_US = 1_000

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 
 class Change(Protocol):

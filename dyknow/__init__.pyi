@@ -28,6 +28,6 @@ from .policies.policy import (
 from .policies.policy_pipeline import PolicyPipeline as PolicyPipeline
 from .policies.synchroniser import Synchroniser as Synchroniser
 from .registry import Registry as Registry
-from .streams.sample import NO_VALUE as NO_VALUE, NOT_YET as NOT_YET, Sample as Sample
+from .sample import NO_VALUE as NO_VALUE, NOT_YET as NOT_YET, Sample as Sample
 from .streams.stream import StreamGenerator as StreamGenerator
 from .testing import samples_of as samples_of, under as under

@@ -35,7 +35,7 @@ class Node:
 
     Examples
     --------
-    >>> from dyknow.streams.sample import Sample
+    >>> from dyknow.sample import Sample
     >>> class Doubling:
     ...     def update(self, sample):
     ...         return [Sample(sample.available_us, sample.valid_us, 2 * sample.value)]

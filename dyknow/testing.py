@@ -5,8 +5,8 @@ from typing import Any
 
 from dyknow.policies.policy import Policy
 from dyknow.policies.policy_pipeline import PolicyPipeline
+from dyknow.sample import Sample
 from dyknow.streams.process import ComputationalUnit
-from dyknow.streams.sample import Sample
 
 
 def samples_of(*rows: tuple[int, int, Any]) -> list[Sample[Any]]:  # Any: a stream may carry any value

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gis.errors import GisError
-from gis.homography import fit_homography
+from gis.homography import fit_homography, transform
 from gis.polyline import FloatArray
 
 # Marks clicked by hand in a small image are a few pixels off; past this a pair is wrong.
@@ -183,10 +183,8 @@ class GroundCamera:
 
 
 def _residuals(inverse: FloatArray, pixels_px: FloatArray, ground_m: FloatArray) -> FloatArray:
-    mapped = _homogeneous(ground_m) @ inverse.T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        error_px = mapped[:, :2] / mapped[:, 2:] - pixels_px
-    return np.asarray(np.hypot(error_px[:, 0], error_px[:, 1]), dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.hypot(*(transform(inverse, ground_m) - pixels_px).T), dtype=np.float64)
 
 
 def _describe_residuals(residuals_px: FloatArray, pixels_px: FloatArray, ground_m: FloatArray) -> str:

@@ -45,7 +45,7 @@ def fit_homography(ground_m: FloatArray, pixels_px: FloatArray) -> FloatArray:
         raise GisError("camera: expected finite coordinates in all point pairs, got nan or infinity")
     from_ground = _whitening(ground_m, "ground points", 0.0)
     from_pixels = _whitening(pixels_px, "pixels", _MIN_SPREAD_PX)
-    white = _solve(_transform(from_ground, ground_m), _transform(from_pixels, pixels_px))
+    white = _solve(transform(from_ground, ground_m), transform(from_pixels, pixels_px))
     fitted = np.linalg.inv(from_pixels) @ white @ from_ground
     return _refine(fitted, from_ground, ground_m, pixels_px)
 
@@ -80,11 +80,11 @@ def _solve(source: FloatArray, target: FloatArray) -> FloatArray:
 def _refine(fitted: FloatArray, from_ground: FloatArray, ground_m: FloatArray, pixels_px: FloatArray) -> FloatArray:
     from scipy.optimize import least_squares
 
-    white_ground = _transform(from_ground, ground_m)
+    white_ground = transform(from_ground, ground_m)
     start = fitted @ np.linalg.inv(from_ground)
 
     def errors_px(entries: FloatArray) -> FloatArray:
-        return (_transform(entries.reshape(3, 3), white_ground) - pixels_px).ravel()
+        return (transform(entries.reshape(3, 3), white_ground) - pixels_px).ravel()
 
     if len(ground_m) == 4 or not np.isfinite(errors_px(start.ravel())).all():
         return fitted
@@ -94,7 +94,8 @@ def _refine(fitted: FloatArray, from_ground: FloatArray, ground_m: FloatArray, p
     return np.asarray(solution.x.reshape(3, 3) @ from_ground, dtype=np.float64)
 
 
-def _transform(matrix: FloatArray, points: FloatArray) -> FloatArray:
+def transform(matrix: FloatArray, points: FloatArray) -> FloatArray:
+    """Map points, (n, 2), by a homography, (3, 3); what lies on its horizon becomes nan or infinite."""
     mapped = points @ matrix[:, :2].T + matrix[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(mapped[:, :2] / mapped[:, 2:], dtype=np.float64)

@@ -203,6 +203,9 @@ class ReferenceLines:
     >>> along_m, across_m, _ = bend.project(points_m, shapely.points(points_m), np.zeros(3, dtype=np.int32))
     >>> along_m.tolist(), across_m.tolist()
     ([10.0, 10.0, -3.0], [1.0, -1.0, 2.0])
+    >>> there_m, tangent_rad = bend.points(np.zeros(3, np.int32), np.array([4.0, 14.0, 25.0]), np.full(3, 1.0))
+    >>> there_m.T.tolist()                         # past its end a line goes straight on
+    [[4.0, 1.0], [9.0, 4.0], [9.0, 15.0]]
     """
 
     def __init__(self, lines_m: Sequence[FloatArray]) -> None:
@@ -253,6 +256,30 @@ class ReferenceLines:
         along_m += np.where(segment == first, np.minimum(forward_m, 0.0), 0.0)
         along_m += np.where(segment == last, np.maximum(forward_m - size_m, 0.0), 0.0)
         return along_m, across_m, self._tangent_rad[segment]
+
+    def points(self, road: IntArray, along_m: FloatArray, across_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Find the points at road coordinates; on a bend across is taken from the segment, not between the mitres.
+
+        Parameters
+        ----------
+        road : (n,) index of the line, >= 0. along_m, across_m : (n,).
+
+        Returns
+        -------
+        (2, n) points and (n,) tangents of the line there.
+        """
+        first = self._first.take(road)
+        chain_m = self._chain_m.take(first) + along_m
+        segment = self._chain_m.searchsorted(chain_m, side="right") - 1
+        segment = np.minimum(np.maximum(segment, first), self._last.take(road))
+        forward_m = chain_m - self._chain_m.take(segment)
+        east, north = self._unit.take(segment, axis=0).T
+        points_m = self._start_m.take(segment, axis=0).T
+        points_m[0] += forward_m * east
+        points_m[0] -= across_m * north
+        points_m[1] += forward_m * north
+        points_m[1] += across_m * east
+        return points_m, self._tangent_rad.take(segment)
 
     def _within(self, points_m: FloatArray, segment: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Give metres forward, metres to the left and the share of the mitred strip that lies behind each point."""

@@ -147,7 +147,7 @@ class RoadNetwork:
         shapely.prepare(self._areas)
         self._tree = shapely.STRtree(self._areas)
         self._road_of_lane = np.array([self._road_index[lane.road] for lane in self.lanes] + [-1], dtype=np.int32)
-        self._reference = ReferenceLines([road.reference_line_m for road in self.roads])
+        self.reference_lines = ReferenceLines([road.reference_line_m for road in self.roads])
 
     def _containing_areas(self, points: GeometryArray, points_m: FloatArray) -> tuple[IntArray, IntArray]:
         lane = np.full(len(points), -1, dtype=np.int32)
@@ -191,7 +191,7 @@ class RoadNetwork:
         across_m, tangent_rad = along_m.copy(), along_m.copy()
         on_road = (road >= 0).nonzero()[0]
         if len(on_road):
-            along_m[on_road], across_m[on_road], tangent_rad[on_road] = self._reference.project(
+            along_m[on_road], across_m[on_road], tangent_rad[on_road] = self.reference_lines.project(
                 points_m[on_road], points[on_road], road[on_road]
             )
         return RoadPositions(road, along_m, across_m, lane, junction, tangent_rad)

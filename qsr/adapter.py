@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, IntArray
 from qsr.observer import RelationObserver

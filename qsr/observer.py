@@ -5,10 +5,9 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from gis.turns import Turn
-from qsr.changes.crossings import RelationChange
-from qsr.changes.object_relations import Quantity, object_relations
+from qsr.changes.crossings import RelationChange, rearranged
+from qsr.changes.object_relations import Quantity, check_places, object_relations
 from qsr.changes.pair_kinds import FacingCars, NearCars, ObjectsNow
-from qsr.changes.places import check_places
 from qsr.errors import QsrError
 from qsr.measuring.footprints import OBSERVED, Footprints, LongArray, object_table
 from qsr.relations import RANK
@@ -160,9 +159,7 @@ class RelationObserver:
                     changes += relation.tracker.forget(object_id, column, t_us)
         columns = np.array([old_column.get(object_id, -1) for object_id in footprints.ids], dtype=np.int64)
         fresh = np.flatnonzero(columns < 0)
-        serials = (
-            np.where(columns < 0, 0, self._serials.take(columns)) if len(self._serials) else np.zeros_like(columns)
-        )
+        serials = rearranged(self._serials, columns)
         serials[fresh] = np.arange(self._next_serial, self._next_serial + len(fresh))
         self._next_serial += len(fresh)
         order = np.argsort(serials)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Generic, Protocol, TypeVar
 
-from dyknow.streams.sample import NOT_YET, Sample
+from dyknow.sample import NOT_YET, Sample
 from vision.objects import VisionObjects
 
 FrameT = TypeVar("FrameT")

@@ -22,6 +22,9 @@ from anchoring.linking.linker import fit_costs
 from anchoring.observations import BoolArray, LongArray
 from anchoring.settings import AnchoringSettings
 
+# The five comparisons of `fit_costs` cost at most 1 each; a pair that misses a window costs twice as much as all five.
+_UNFIT_COST = 10.0
+
 
 class Fluent(IntFlag):
     """Name the fluents; the names in states are those in lower case.
@@ -224,4 +227,4 @@ def _costs(
         has_length=~frame.clipped[suspects],
         settings=settings,
     )
-    return np.where(np.isfinite(costs), costs, settings.swap_unfit_cost)
+    return np.minimum(costs, _UNFIT_COST)

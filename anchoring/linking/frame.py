@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y
-from anchoring.linking.prediction import RoadPaths, predict
+from anchoring.linking.prediction import predict
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork, RoadPositions
@@ -55,11 +55,11 @@ class RoadMap:
     settings : how far outside the lanes still is on the road, and how long a change of lane goes on.
     """
 
-    __slots__ = ("_network", "_paths", "_settings")
+    __slots__ = ("_lines", "_network", "_settings")
 
     def __init__(self, network: RoadNetwork | None, settings: AnchoringSettings) -> None:
         self._network = network
-        self._paths = None if network is None else RoadPaths.of_network(network)
+        self._lines = None if network is None else network.reference_lines
         self._settings = settings
 
     @property
@@ -119,7 +119,7 @@ class RoadMap:
         state = bodies.states[snapshot].copy()
         elapsed_s = (t_us - bodies.states_us[snapshot]) * 1e-6
         centre_m, turn_rad = predict(
-            state, bodies.roads[snapshot], elapsed_s, self._paths, lateral_s=self._settings.lateral_s
+            state, bodies.roads[snapshot], elapsed_s, self._lines, lateral_s=self._settings.lateral_s
         )
         state[X : Y + 1] = centre_m
         return state, turn_rad

@@ -112,7 +112,7 @@ def load_kpl(text: str, registry: Registry, node: Node, *, name: str = "kpl") ->
 
     Examples
     --------
-    >>> from dyknow.streams.sample import Sample
+    >>> from dyknow.sample import Sample
     >>> registry = Registry()
     >>> registry.source("thermometer", output="float")
     >>> @registry.unit("is_frost", inputs=("float",), output="bool")

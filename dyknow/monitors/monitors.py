@@ -23,7 +23,7 @@ from dyknow.mtl.printer import print_monitors
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
 from dyknow.mtl.progression.states import State, Verdict
-from dyknow.mtl.windows import horizon_us
+from dyknow.mtl.structure import horizon_us
 
 Outcome = Literal["violated", "satisfied"]
 Objects = tuple[str, ...]

@@ -33,22 +33,21 @@ class Kind(Enum):
 
 
 NUMERIC = frozenset({Kind.NUMBER, Kind.LENGTH, Kind.SPEED, Kind.ACCELERATION, Kind.ANGLE, Kind.DURATION})
+# Of each unit its kind, and how much it is in the unit that values of the kind are compared in.
 _UNITS = MappingProxyType(
     {
-        Kind.NUMBER: ("",),
-        Kind.LENGTH: ("m", "km"),
-        Kind.SPEED: ("m/s", "km/h"),
-        Kind.ACCELERATION: ("m/s2",),
-        Kind.ANGLE: ("rad", "deg"),
-        Kind.DURATION: tuple(US_PER_UNIT),
+        **{unit: (Kind.DURATION, float(us)) for unit, us in US_PER_UNIT.items()},
+        "m": (Kind.LENGTH, 1.0),
+        "km": (Kind.LENGTH, 1000.0),
+        "m/s": (Kind.SPEED, 1.0),
+        "km/h": (Kind.SPEED, 1 / 3.6),
+        "m/s2": (Kind.ACCELERATION, 1.0),
+        "rad": (Kind.ANGLE, 1.0),
+        "deg": (Kind.ANGLE, math.pi / 180),
+        "": (Kind.NUMBER, 1.0),
     }
 )
-_OF_UNIT = MappingProxyType({unit: kind for kind, units in _UNITS.items() for unit in units})
-
-_SI_PER_UNIT = MappingProxyType(
-    {"m": 1.0, "km": 1000.0, "m/s": 1.0, "km/h": 1 / 3.6, "m/s2": 1.0, "rad": 1.0, "deg": math.pi / 180, "": 1.0}
-)
-UNITS = tuple(unit for unit in (*US_PER_UNIT, *_SI_PER_UNIT) if unit)
+UNITS = tuple(unit for unit in _UNITS if unit)
 
 
 def kind_of_unit(unit: str) -> Kind:
@@ -59,7 +58,7 @@ def kind_of_unit(unit: str) -> Kind:
     >>> kind_of_unit("km/h"), kind_of_unit("")
     (<Kind.SPEED: 'speed'>, <Kind.NUMBER: 'number'>)
     """
-    return _OF_UNIT[unit]
+    return _UNITS[unit][0]
 
 
 def units_of(kind: Kind) -> tuple[str, ...]:
@@ -70,7 +69,7 @@ def units_of(kind: Kind) -> tuple[str, ...]:
     >>> units_of(Kind.SPEED), units_of(Kind.NUMBER), units_of(Kind.WORD)
     (('m/s', 'km/h'), (), ())
     """
-    return tuple(unit for unit in _UNITS.get(kind, ()) if unit)
+    return tuple(unit for unit in UNITS if _UNITS[unit][0] is kind)
 
 
 def are_comparable(left: Kind, right: Kind) -> bool:
@@ -109,7 +108,7 @@ def value_of(number: Number) -> float:
     if number.unit in US_PER_UNIT:
         us = number.amount * US_PER_UNIT[number.unit]
         return int(us) if us == us.to_integral_value() else float(us)
-    value = float(number.amount) * _SI_PER_UNIT[number.unit]
+    value = float(number.amount) * _UNITS[number.unit][1]
     return int(value) if not number.unit and number.amount == number.amount.to_integral_value() else value
 
 

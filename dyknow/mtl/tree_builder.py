@@ -2,7 +2,7 @@
 
 One short method per rule of `formula.lark`. What the grammar cannot say is checked here, where the places are known:
 variables bound once, windows in order, durations in whole microseconds, names and numbers of arguments as declared, and
-by `kind_checks` that what is compared goes together.
+by `kinds.py` that what is compared goes together.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from dyknow.language.words import Source, Word
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.kinds import KindChecker, Signature
-from dyknow.mtl.structure import free_variables
-from dyknow.mtl.windows import MOST_CHANGES, window_changes
+from dyknow.mtl.structure import MOST_CHANGES, free_variables, window_changes
 
 Scope = Mapping[str, "str | None"]
 

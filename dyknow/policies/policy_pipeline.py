@@ -23,7 +23,7 @@ from dyknow.errors import PolicyError
 from dyknow.policies.policy import AnyChange, Order, Policy, SampleEvery
 from dyknow.policies.sampled_fluent import SampledFluent
 from dyknow.policies.sampling import Sampling
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 _NOTHING = object()
 

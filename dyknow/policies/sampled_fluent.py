@@ -12,7 +12,7 @@ from typing import Any
 
 from dyknow.errors import PolicyError
 from dyknow.policies.policy import Approximation, Order
-from dyknow.streams.sample import NO_VALUE, Sample
+from dyknow.sample import NO_VALUE, Sample
 
 _NEVER_US = 2**80  # after everything, and negated before; an int, so that times stay ints in every comparison
 

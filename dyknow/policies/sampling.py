@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from dyknow.policies.sampled_fluent import SampledFluent
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 _NEVER_US = 2**80
 

@@ -19,7 +19,7 @@ from dyknow.errors import ProcessError
 from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.sampled_fluent import SampledFluent
 from dyknow.policies.sampling import LedSampling, Sampling, Values
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 
 class Algorithm(Enum):

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Any
 
 from dyknow.errors import StreamError
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 
 class WhenFull(Enum):

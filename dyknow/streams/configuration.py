@@ -5,8 +5,8 @@ from contextlib import ExitStack
 from typing import Any
 
 from dyknow.policies.policy import Policy
+from dyknow.sample import Sample
 from dyknow.streams.process import Process
-from dyknow.streams.sample import Sample
 from dyknow.streams.stream import StreamGenerator
 
 Wanted = Callable[[Any], Iterable[Hashable]]  # Any: takes the values of the stream that is followed

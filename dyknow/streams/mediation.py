@@ -11,8 +11,8 @@ from typing import Any
 
 from dyknow.errors import ProcessError
 from dyknow.policies.policy import Policy
+from dyknow.sample import Sample
 from dyknow.streams.process import Input, Process
-from dyknow.streams.sample import Sample
 from dyknow.streams.stream import EVERYTHING, Relay, StreamGenerator
 
 

@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from dyknow.policies.policy import Policy
-from dyknow.streams.sample import NOT_YET, Sample
+from dyknow.sample import NOT_YET, Sample
 from dyknow.streams.stream import Consumer, Relay, StreamGenerator, Subscription, deliver, exhaust
 
 Clock = Callable[[], int]

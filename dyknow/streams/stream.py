@@ -17,8 +17,8 @@ from typing import Any
 from dyknow.errors import StreamError
 from dyknow.policies.policy import Policy
 from dyknow.policies.policy_pipeline import PolicyPipeline
+from dyknow.sample import Sample
 from dyknow.streams.buffers import History, Stream, WhenFull
-from dyknow.streams.sample import Sample
 
 Consumer = Callable[[Sample[Any]], object]  # Any: a stream may carry any value; what comes back is not looked at
 

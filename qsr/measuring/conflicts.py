@@ -32,9 +32,6 @@ from qsr.settings import RelationSettings
 
 # Where no contact is to come: beyond every threshold, but finite, so that crossings can be dated.
 _NEVER_S = 10.0
-# Nearer contacts are not told apart, so that the braking stays finite.
-_AT_ONCE_S = 0.1
-_HARDEST_MPS2 = 30.0
 _STILL_MPS = 1e-9
 # Slower cars count as so fast, where a distance is divided by the speed.
 _SLOWEST_MPS = 0.01
@@ -73,7 +70,7 @@ def fill_conflicts(
         np.copyto(ttc_s, _first_contact(forward, sideways), where=along_road)
         np.copyto(closing_mps, np.abs(rate_mps), where=along_road)
     # Stopping a motion of v within the distance v * ttc takes v / (2 ttc).
-    braking_mps2 = np.minimum(closing_mps / (2.0 * np.maximum(ttc_s, _AT_ONCE_S)), _HARDEST_MPS2)
+    braking_mps2 = closing_mps / (2.0 * np.maximum(ttc_s, settings.conflict_at_once_s))
     values[Switch.SHORT_TTC] = settings.conflict_ttc_s - ttc_s
     values[Switch.HARD_BRAKING] = braking_mps2 - settings.conflict_braking_mps2
 

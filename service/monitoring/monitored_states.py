@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from anchoring.adapter import Anchored
 from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.synchroniser import State, Synchroniser
-from dyknow.streams.sample import NO_VALUE, Sample
+from dyknow.sample import NO_VALUE, Sample
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange, Value

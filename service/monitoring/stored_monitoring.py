@@ -13,7 +13,7 @@ from anchoring.adapter import LinkTrials
 from anchoring.observations import LinkChange
 from anchoring.settings import AnchoringSettings
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.errors import InputError, LogError

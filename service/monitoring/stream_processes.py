@@ -18,7 +18,7 @@ from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport, Monitors
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from service.monitoring.monitor_files import LoadedMonitors
 from service.monitoring.monitored_states import IDLE_US, TrafficState

@@ -25,7 +25,7 @@ from chronicles.recogniser import Recogniser
 from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
 from dyknow.node import Node
 from dyknow.registry import Registry
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from gis.road_network import RoadNetwork
 from gis.turns import turns
 from qsr.adapter import RelationUnit

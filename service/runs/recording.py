@@ -16,7 +16,7 @@ from chronicles.events import Occurrence, OccurrenceKey
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
 from dyknow.monitors.monitors import MonitorEvent
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from dyknow.streams.stream import Consumer
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations

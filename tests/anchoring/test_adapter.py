@@ -5,7 +5,7 @@ import numpy as np
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
 from anchoring.observations import Cars
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from vision.objects import VisionObjects
 
 

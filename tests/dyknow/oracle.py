@@ -5,7 +5,7 @@ from itertools import accumulate
 from typing import Any
 
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
-from dyknow.streams.sample import NO_VALUE, Sample
+from dyknow.sample import NO_VALUE, Sample
 
 Samples = Sequence[Sample[Any]]
 Arrived = list[tuple[int, Sample[Any]]]  # the node's time at which each sample came, with the sample

@@ -14,7 +14,7 @@ from dyknow.mtl.formula import Monitor, Subject, Variable
 from dyknow.mtl.parser import parse_formula, parse_monitors
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.states import DictState, StateError
-from dyknow.mtl.windows import horizon_us
+from dyknow.mtl.structure import horizon_us
 from tests.dyknow.mtl.oracle import F, Sequences, T
 from tests.dyknow.mtl.support import random_formula, random_states
 

@@ -9,7 +9,7 @@ from dyknow.errors import ProcessError, StreamError
 from dyknow.node import Node
 from dyknow.policies.policy import Approximation, Order, Policy, SampleEvery
 from dyknow.policies.synchroniser import Synchroniser
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from dyknow.testing import Recorder
 from tests.dyknow.units import Doubling, Pairing, Silence
 

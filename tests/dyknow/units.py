@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 
 
 class Doubling:

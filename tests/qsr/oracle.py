@@ -157,7 +157,7 @@ def conflict_quantities(a: Body, b: Body, settings: RelationSettings) -> dict[st
     else:
         rate = math.hypot(*relative_velocity(a, b))
         ttc = max(contact_in_frame_of(a, b), contact_in_frame_of(b, a))
-    braking = min(abs(rate) / 2 / max(ttc, 0.1), 30.0)
+    braking = abs(rate) / 2 / max(ttc, settings.conflict_at_once_s)
     return {"ttc": settings.conflict_ttc_s - ttc, "braking": braking - settings.conflict_braking_mps2}
 
 

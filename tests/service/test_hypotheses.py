@@ -12,7 +12,7 @@ from chronicles import load
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
 from chronicles.execution.unfit_events import UnfitCounter
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.api.app import create_app

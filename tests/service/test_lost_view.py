@@ -7,7 +7,7 @@ import numpy as np
 
 from anchoring.settings import AnchoringSettings
 from chronicles.events import Occurrence
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from dyknow.streams.stream import exhaust
 from service.records import ViewRecord
 from service.runs.inputs.trajectories import TrajectoryObjects

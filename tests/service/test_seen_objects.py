@@ -7,7 +7,7 @@ import pytest
 
 from chronicles import load
 from chronicles.execution.unfit_events import UnfitCounter
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from service.export.draw_video import draw_picture
 from service.records import SeenObject, ViewRecord
 from service.runs.recording import Recorder

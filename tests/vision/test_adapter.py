@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from tests.vision.support import make_frame
 from vision.adapter import VisionUnit
 from vision.objects import VisionObjects

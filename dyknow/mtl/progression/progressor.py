@@ -12,8 +12,7 @@ from types import MappingProxyType
 from dyknow.mtl.formula import Formula
 from dyknow.mtl.printer import print_formula
 from dyknow.mtl.progression import progression
-from dyknow.mtl.progression.automaton import Place, Step, Values, residual_at, verdict_of
-from dyknow.mtl.progression.lull import Lull, leads_alike
+from dyknow.mtl.progression.automaton import Lull, Place, Step, Values, leads_alike, residual_at, verdict_of
 from dyknow.mtl.progression.residual import Known, Residual, is_timeless, next_end_us, size_of_residual
 from dyknow.mtl.progression.residual_printer import formula_with_objects, print_residual
 from dyknow.mtl.progression.shared_work import SharedWork

@@ -66,6 +66,22 @@ class Junction:
 Residual: TypeAlias = Known | Waiting | Expected | Guarded | Junction
 
 
+def every_residual(residual: Residual) -> list[Residual]:
+    """Give a residual and all inside it, outer ones first."""
+    found = [residual]
+    for one in found:  # grows meanwhile
+        if type(one) is Junction:
+            found += one.parts
+        elif type(one) is Guarded:
+            found.append(one.inner)
+    return found
+
+
+def windows_in(residual: Residual) -> list[Waiting]:
+    """Give the windows of a residual."""
+    return [one for one in every_residual(residual) if type(one) is Waiting]
+
+
 def size_of_residual(residual: Residual) -> int:
     """Count the nodes of a residual as a tree, the bodies of its operators included."""
     match residual:
@@ -83,30 +99,15 @@ def size_of_residual(residual: Residual) -> int:
 
 def is_timeless(residual: Residual) -> bool:
     """Tell whether no deadline and no start is set in a residual, so that it waits for states and not for time."""
-    match residual:
-        case Waiting(start_us=start_us, end_us=end_us):
-            return start_us == STARTED_US and end_us == NEVER_US
-        case Expected():
+    for one in every_residual(residual):
+        if type(one) is Expected or (type(one) is Waiting and (one.start_us != STARTED_US or one.end_us != NEVER_US)):
             return False
-        case Guarded(inner=inner):
-            return is_timeless(inner)
-        case Junction(parts=parts):
-            return all(map(is_timeless, parts))
-        case _:
-            return True
+    return True
 
 
 def next_end_us(residual: Residual) -> int:
     """Give the earliest end of a window in a residual; `NEVER_US` where no window has one."""
-    match residual:
-        case Waiting(end_us=end_us):
-            return end_us
-        case Guarded(inner=inner):
-            return next_end_us(inner)
-        case Junction(parts=parts):
-            return min(map(next_end_us, parts))
-        case _:
-            return NEVER_US
+    return min([one.end_us for one in windows_in(residual)], default=NEVER_US)
 
 
 Implied: TypeAlias = dict["tuple[Residual, Residual]", bool]

@@ -8,7 +8,7 @@ Only ``<unknown>``, for what will never be known, is no word of the language.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import count
 from typing import TypeAlias
 
@@ -18,7 +18,7 @@ from dyknow.mtl.printer import print_formula
 from dyknow.mtl.progression.residual import Expected, Guarded, Junction, Known, Residual, Waiting
 from dyknow.mtl.progression.state_test import Bound
 from dyknow.mtl.progression.templates import NEVER_US, Source, Template
-from dyknow.mtl.structure import parts_of, with_objects
+from dyknow.mtl.structure import every_part, with_objects
 
 SourceOf: TypeAlias = Callable[[Template], Source]
 _UNKNOWN = model.Proposition(model.Feature("<unknown>"))
@@ -92,18 +92,11 @@ def _waiting(waiting: Waiting, t_us: int, source_of: SourceOf) -> Formula:
 
 
 def _about_member(sort: str, member: str, inner: Formula) -> Formula:
-    taken = set(_bound_variables(inner))
+    taken = {one.variable.name for one in every_part(inner) if isinstance(one, model.Quantified)}
     names = ("it" if k == 1 else f"it{k}" for k in count(1))
     variable = model.Variable(next(name for name in names if name not in taken))
     is_member = model.Comparison(variable, "=", model.Text(member))
     return model.Quantified(Quantifier.FORALL, variable, sort, model.Implies(is_member, inner))
-
-
-def _bound_variables(formula: Formula) -> Iterator[str]:
-    if isinstance(formula, model.Quantified):
-        yield formula.variable.name
-    for part in parts_of(formula):
-        yield from _bound_variables(part)
 
 
 def _negation(formula: Formula) -> Formula:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dyknow.mtl.progression.automaton import Automaton, automaton_of
-from dyknow.mtl.progression.lull import Lull, opens_in_order
+from dyknow.mtl.progression.automaton import Automaton, Lull, automaton_of, opens_in_order
 from dyknow.mtl.progression.residual import Moment, Residual
 from dyknow.mtl.progression.states import State
 from dyknow.mtl.progression.table import FormulaTable

@@ -7,15 +7,16 @@ speak of time relative to the state where they are asked. Equal templates made b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar, cast  # Any: templates and shapes
 
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Quantifier
 from dyknow.mtl.progression.state_test import StateTest, state_test
 from dyknow.mtl.structure import has_tense
 
+_Made = TypeVar("_Made")
 NEVER_US = 2**62  # "oo": later than every time stamp plus every window
 
 
@@ -134,7 +135,7 @@ class TemplateMaker:
     """
 
     def __init__(self) -> None:
-        self._made: dict[tuple[object, ...], Template | Shape] = {}
+        self._made: dict[tuple[object, ...], Any] = {}  # by type and parts
         self._of_formulas: dict[tuple[Formula, tuple[str, ...], bool], Template] = {}
         self._sources: dict[Template, Source] = {}
 
@@ -157,7 +158,7 @@ class TemplateMaker:
         """Give a formula that a template of this maker was made of, the last one if there were several."""
         return self._sources[template]
 
-    def _made_of(self, formula: Formula, scope: tuple[str, ...], *, is_negated: bool) -> Template:  # noqa: PLR0911
+    def _made_of(self, formula: Formula, scope: tuple[str, ...], *, is_negated: bool) -> Template:  # noqa: PLR0911 - one case per kind
         if isinstance(formula, model.Not):
             return self._make(formula.body, scope, is_negated=not is_negated)
         if not has_tense(formula):
@@ -165,7 +166,7 @@ class TemplateMaker:
         match formula:
             case model.And(parts) | model.Or(parts):
                 made = tuple(self._make(part, scope, is_negated=is_negated) for part in parts)
-                return self._joined(isinstance(formula, model.And) is not is_negated, made)
+                return self._once(Joined, isinstance(formula, model.And) is not is_negated, made)
             case model.Implies(left, right):
                 return self._make(model.Or((model.Not(left), right)), scope, is_negated=is_negated)
             case model.Iff(left, right):
@@ -177,11 +178,10 @@ class TemplateMaker:
             case model.Quantified(quantifier, variable, sort, body):
                 made_body = self._make(body, (*scope, variable.name), is_negated=is_negated)
                 is_universal = (quantifier is Quantifier.FORALL) is not is_negated
-                key = (ForEach, is_universal, sort, made_body)
-                return self._once(key, ForEach(is_universal, sort, made_body))
+                return self._once(ForEach, is_universal, sort, made_body)
             case model.Next(body):
                 made_body = self._make(body, scope, is_negated=is_negated)
-                return self._once((Following, is_negated, made_body), Following(not is_negated, made_body))
+                return self._once(Following, not is_negated, made_body)
             case model.Always(body, window):
                 return self._operator(not is_negated, self._make(body, scope, is_negated=is_negated), None, window)
             case model.Eventually(body, window):
@@ -192,17 +192,8 @@ class TemplateMaker:
         raise AssertionError(f"expected a formula, got {formula!r}")
 
     def _operator(self, is_universal: bool, body: Template, other: Template | None, window: model.Window) -> Operator:
-        key = (Shape, is_universal, body, other)
-        shape = self._made.setdefault(key, Shape(is_universal, body, other))
-        assert isinstance(shape, Shape)
-        end_us = NEVER_US if window.end_us is None else window.end_us
-        operator = Operator(shape, window.start_us, end_us)
-        made = self._once((Operator, shape, window.start_us, end_us), operator)
-        assert isinstance(made, Operator)
-        return made
-
-    def _joined(self, is_conjunction: bool, parts: tuple[Template, ...]) -> Template:
-        return self._once((Joined, is_conjunction, parts), Joined(is_conjunction, parts))
+        shape = self._once(Shape, is_universal, body, other)
+        return self._once(Operator, shape, window.start_us, NEVER_US if window.end_us is None else window.end_us)
 
     def _test(self, formula: Formula, scope: tuple[str, ...], *, is_negated: bool) -> Template:
         key = (Test, formula, scope, is_negated)
@@ -210,10 +201,10 @@ class TemplateMaker:
         if found is None:
             asked = model.Not(formula) if is_negated else formula
             found = self._made[key] = Test(state_test(asked, {name: slot for slot, name in enumerate(scope)}))
-        assert isinstance(found, Test)
-        return found
+        return cast(Test, found)
 
-    def _once(self, key: tuple[object, ...], new: Template) -> Template:
-        found = self._made.setdefault(key, new)
-        assert not isinstance(found, Shape)
-        return found
+    def _once(self, kind: Callable[..., _Made], *parts: object) -> _Made:
+        key = (kind, *parts)
+        if key not in self._made:
+            self._made[key] = kind(*parts)
+        return cast(_Made, self._made[key])

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.errors import GisError
 from gis.road_network import plain_rings

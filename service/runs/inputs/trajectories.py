@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS
 from anchoring.observations import Observations
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from service.errors import InputError
 from service.records import InputKind
 from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, Input, is_read_once

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, TANGENT, VX, VY, X, Y
-from anchoring.linking.prediction import RoadPaths, predict
+from anchoring.linking.prediction import predict
+from gis.polyline import ReferenceLines
 from tests.anchoring.support import BEND_RADIUS_M, bend
 
 
@@ -14,7 +15,7 @@ def test_points_at_road_coordinates_are_where_the_network_located_them() -> None
     angle, radius_m = rng.uniform(0.1, 3.0, 50), BEND_RADIUS_M + rng.uniform(-3, 3, 50)
     points_m = np.stack([radius_m * np.sin(angle), BEND_RADIUS_M - radius_m * np.cos(angle)], axis=1)
     at = network.locate(points_m)
-    back_m, tangent_rad = RoadPaths.of_network(network).points(at.road, at.along_m, at.across_m)
+    back_m, tangent_rad = network.reference_lines.points(at.road, at.along_m, at.across_m)
     assert np.hypot(*(back_m - points_m.T)).max() < 0.1
     assert np.abs(tangent_rad - angle).max() < 0.06
 
@@ -26,7 +27,7 @@ def body(*, heading_rad: float, speed_mps: float, across_mps: float = 0.0) -> np
     return state
 
 
-ROAD = RoadPaths([np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 100.0]])])
+ROAD = ReferenceLines([np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 100.0]])])
 
 
 def test_prediction_starts_where_the_body_was() -> None:

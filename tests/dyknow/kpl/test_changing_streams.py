@@ -9,8 +9,8 @@ from dyknow.errors import KplError, ProcessError, RegistryError
 from dyknow.kpl.loader import load_kpl
 from dyknow.node import Node
 from dyknow.registry import Registry
+from dyknow.sample import Sample
 from dyknow.streams.mediation import Collected
-from dyknow.streams.sample import Sample
 from dyknow.testing import Recorder
 from tests.dyknow.units import Doubling
 

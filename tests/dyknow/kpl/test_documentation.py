@@ -15,7 +15,7 @@ from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
 from dyknow.policies.policy_pipeline import PolicyPipeline
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from tests.dyknow.language.codes import shared_codes
 
 PAGE = Path(__file__).parents[3] / "docs" / "kpl.md"

@@ -10,7 +10,7 @@ from dyknow.kpl.loader import load_kpl
 from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Order, Policy
 from dyknow.registry import Registry
-from dyknow.streams.sample import NO_VALUE, Sample
+from dyknow.sample import NO_VALUE, Sample
 
 HOST = """sort Point = <float, float>;
 source float gps;

@@ -12,8 +12,8 @@ from dyknow.mtl.formula import And, Formula, Monitor, Not, Quantified, Subject, 
 from dyknow.mtl.kinds import Signature
 from dyknow.mtl.parser import parse_formula, parse_monitors
 from dyknow.mtl.printer import print_formula, print_monitors
+from dyknow.mtl.structure import MOST_CHANGES, window_changes
 from dyknow.mtl.syntax_errors import explain_character
-from dyknow.mtl.windows import MOST_CHANGES, window_changes
 from tests.dyknow.mtl.support import pick, random_formula
 
 SIGNATURE = Signature({"speed": 1, "behind": 2, "green": 0}, ["Car"])

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from dyknow.policies.policy import Approximation, Order
 from dyknow.policies.sampled_fluent import SampledFluent
-from dyknow.streams.sample import NO_VALUE, Sample
+from dyknow.sample import NO_VALUE, Sample
 from tests.dyknow.oracle import value_at
 from tests.dyknow.property import PROPERTY
 

@@ -3,8 +3,8 @@
 import pytest
 
 from dyknow.errors import StreamError
+from dyknow.sample import Sample
 from dyknow.streams.buffers import History, Stream
-from dyknow.streams.sample import Sample
 
 
 def test_take_gives_as_many_as_asked_for() -> None:

@@ -10,7 +10,7 @@ import pytest
 from dyknow.errors import StreamError
 from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from dyknow.streams.stream import StreamGenerator
 from dyknow.testing import Recorder
 from tests.dyknow.units import Doubling

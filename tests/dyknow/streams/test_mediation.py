@@ -5,8 +5,8 @@ import pytest
 from dyknow.errors import ProcessError
 from dyknow.node import Node
 from dyknow.policies.policy import Order, Policy
+from dyknow.sample import Sample
 from dyknow.streams.mediation import Collected
-from dyknow.streams.sample import Sample
 from dyknow.streams.stream import StreamGenerator
 from dyknow.testing import Recorder
 from tests.dyknow.units import Doubling, Pairing

@@ -8,7 +8,7 @@ from dyknow.errors import ProcessError, RegistryError, StreamError
 from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
 from dyknow.registry import Registry
-from dyknow.streams.sample import NOT_YET, Sample
+from dyknow.sample import NOT_YET, Sample
 from dyknow.streams.stream import StreamGenerator
 from dyknow.testing import Recorder, samples_of
 from tests.dyknow.units import Doubling, Latest, Pairing, Silence

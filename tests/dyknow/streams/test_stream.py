@@ -7,8 +7,8 @@ import pytest
 
 from dyknow.errors import StreamError
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
+from dyknow.sample import Sample
 from dyknow.streams.buffers import WhenFull
-from dyknow.streams.sample import Sample
 from dyknow.streams.stream import StreamGenerator, Subscription
 from dyknow.testing import Recorder, samples_of
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chronicles.execution.unfit_events import UnfitCounter
-from dyknow.streams.sample import Sample
+from dyknow.sample import Sample
 from dyknow.streams.stream import exhaust
 from service.monitoring.monitor_files import load_monitor_files
 from service.runs.inputs.trajectories import TrajectoryObjects

@@ -8,7 +8,7 @@ from dyknow.mtl.parser import parse_formula
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
 from dyknow.mtl.progression.states import DictState, StateError
-from dyknow.mtl.windows import MOST_CHANGES, window_changes
+from dyknow.mtl.structure import MOST_CHANGES, window_changes
 from tests.dyknow.mtl.support import pick, random_formula, random_states
 
 

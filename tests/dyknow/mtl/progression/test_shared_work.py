@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progression.lull import Lull
+from dyknow.mtl.progression.automaton import Lull
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
 from dyknow.mtl.progression.states import DictState, Verdict

@@ -5,7 +5,7 @@ import pickle
 
 import pytest
 
-from dyknow.streams.sample import NO_VALUE, NoValue, Sample
+from dyknow.sample import NO_VALUE, NoValue, Sample
 
 
 @pytest.mark.parametrize("other", [pickle.loads(pickle.dumps(NO_VALUE)), copy.deepcopy(NO_VALUE), NoValue("no_value")])

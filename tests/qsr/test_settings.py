@@ -1,0 +1,106 @@
+"""Every number of the relations matters: twice or half of it changes some relation of a small scene."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields, replace
+
+import numpy as np
+
+from qsr.changes.crossings import RelationChange
+from qsr.errors import QsrError
+from qsr.measuring.footprints import Footprints
+from qsr.observer import RelationObserver
+from qsr.settings import RelationSettings
+from tests.qsr.support import footprints, random_traffic
+
+PERIOD_US = 100_000
+
+
+def traffic() -> Iterator[Footprints]:
+    """Drive cars on a bent road and across the open ground."""
+    yield from random_traffic(np.random.default_rng(4), frames=60, count=14)
+
+
+def hairpin() -> Iterator[Footprints]:
+    """Let a car stand while another one drives by on the same road, 80 m or so further along it."""
+    for number in range(30):
+        frame = footprints(number * PERIOD_US, ("a", "b"), [[0.0, 0.0], [number - 15.0, 8.0]], straight_road=True)
+        yield replace(frame, along_m=frame.along_m + np.array([0.0, 80.0]), across_m=np.zeros(2))
+
+
+def nearing(*, speed_mps: float, noise_m: float = 0.0) -> Iterator[Footprints]:
+    """Let a car drive on towards one that stands, touch it after 6 s, and drive through it for 2 s."""
+    rng = np.random.default_rng(0)
+    for number in range(80):
+        x_m = 56.0 + speed_mps * (number - 60) * 0.1 + float(rng.normal(0, noise_m))
+        speeds_mps = [speed_mps, 0.0]
+        yield footprints(
+            number * PERIOD_US, ("a", "b"), [[x_m, 0.0], [60.0, 0.0]], speed_mps=speeds_mps, straight_road=True
+        )
+
+
+def wide() -> Iterator[Footprints]:
+    """Let a car pass one that stands 3.5 m aside; both seem to be 4 m wide."""
+    for frame in nearing(speed_mps=15.0):
+        yield replace(frame, across_m=np.array([0.0, 3.5]), width_m=np.full(2, 4.0))
+
+
+def aside() -> Iterator[Footprints]:
+    """Let a car drive 70 m behind another one at 30 m/s, and go off to the side."""
+    for number in range(40):
+        at_m = [[3.0 * number, -0.3 * number], [3.0 * number + 70.0, 0.0]]
+        yield footprints(number * PERIOD_US, ("a", "b"), at_m, speed_mps=30.0, straight_road=True)
+
+
+def facing() -> Iterator[Footprints]:
+    """Let two cars meet, from 200 m apart to 200 m apart; how far apart is seen with much noise."""
+    rng = np.random.default_rng(0)
+    for number in range(100):
+        at_m = [[2.0 * number, -1.75], [200.0 - 2.0 * number + float(rng.normal(0, 7)), 1.75]]
+        yield footprints(
+            number * PERIOD_US, ("a", "b"), at_m, heading_rad=[0.0, math.pi], speed_mps=20.0, straight_road=True
+        )
+
+
+# The costly one comes last: a number is tried on it only if no other scene notices it.
+SCENES: Mapping[str, Sequence[Footprints]] = {
+    "hairpin": [*hairpin()],
+    "creeping": [*nearing(speed_mps=0.3)],
+    "slow contact": [*nearing(speed_mps=1.0)],
+    "noisy contact": [*nearing(speed_mps=5.0, noise_m=0.3)],
+    "noisy and fast": [*nearing(speed_mps=15.0, noise_m=2.5)],
+    "wide": [*wide()],
+    "aside": [*aside()],
+    "facing": [*facing()],
+    "traffic": [*traffic()],
+}
+
+LANES = (("r0 forth", 1), ("r0 back", -1), ("r1 forth", 1), ("r1 back", -1))
+
+
+def told(settings: RelationSettings, scene: str) -> list[RelationChange]:
+    """List all changes of a scene."""
+    observer = RelationObserver(("r0", "r1"), ("j",), settings, lanes=LANES)
+    return [change for frame in SCENES[scene] for change in observer.observe(frame)]
+
+
+def twice_and_half(usual: RelationSettings, name: str) -> Iterator[RelationSettings]:
+    """Change one number; what may not be (entering further out than leaving) is left out."""
+    value = getattr(usual, name)
+    for factor in (2, 0.5):
+        with suppress(QsrError):
+            yield replace(usual, **{name: type(value)(value * factor)})
+
+
+def test_twice_or_half_of_every_number_is_noticed() -> None:
+    usual = RelationSettings()
+    as_usual = {scene: told(usual, scene) for scene in SCENES}
+    unnoticed = [
+        field.name
+        for field in fields(RelationSettings)
+        if not any(
+            told(other, scene) != as_usual[scene] for scene in SCENES for other in twice_and_half(usual, field.name)
+        )
+    ]
+    assert unnoticed == []
