@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from vision.detection.settings import DetectionSettings
+from vision.networks.settings import NetworkSettings
 from vision.tracking.settings import TrackingSettings
 
 
@@ -15,7 +17,8 @@ class VisionSettings:
     ----------
     car_width_m, car_width_cells : a raster cell is their quotient, or what the camera gives if that is coarser.
     road_margin_m : how far around the road polygons is watched too; cars lean over the line.
-    max_metres_per_pixel : ground seen more coarsely than this is left out.
+    max_metres_per_pixel, thermal_metres_per_pixel : ground seen more coarsely than this is left out; by its warmth, a
+        car as wide as one or two pixels still stands out.
     startup_us : how long frames are held before the first background exists; the constant delay of the first result.
     startup_most_us : the same at most: where a vehicle seems to stand all the time, more frames are held.
     startup_samples : how many of the held frames, evenly spread, the first background is read off.
@@ -27,19 +30,20 @@ class VisionSettings:
     lost_fraction, lost_us : a larger part of the road in motion for this long means the view changed: learn it anew.
     least_difference, most_difference : grey levels between which the threshold of a cell lies; in between it is
         `least_difference` and `noise_factor` times what the cell's noise exceeds 1 level.
-    strong_ratio : a blob must hold a cell this many times over its threshold (hysteresis against noise).
     chroma_weight : how much one level of chroma counts against one level of luma.
-    min_area_m2 : smaller blobs are noise.
-    split_share : part of its own area that a predicted box must own in a blob to claim it.
-    position_noise_m : standard deviation of a detected centre, along and across the same.
     usual_length_m, usual_width_m, usual_height_m : assumed of an object where they cannot be seen.
-    tracking : of the room `vision/tracking`.
+    outline_margin_m : around tracks, when they are told to who follows a moving camera: shadows, and what a vehicle
+        drives in a frame.
+    bridged_us : a lost view is passed over if shorter, as dropped frames are that nobody notices.
+    usual_step_us : between frames, or moments of a file, before two of them have been seen: of 25 Hz.
+    detection, networks, tracking : of the rooms of that name.
     """
 
     car_width_m: float = 1.8
     car_width_cells: float = 6.0
     road_margin_m: float = 1.0
     max_metres_per_pixel: float = 0.9
+    thermal_metres_per_pixel: float = 1.5
     startup_us: int = 5_000_000
     startup_most_us: int = 60_000_000
     startup_samples: int = 61
@@ -52,12 +56,13 @@ class VisionSettings:
     least_difference: float = 10.0
     most_difference: float = 40.0
     noise_factor: float = 5.0
-    strong_ratio: float = 1.5
     chroma_weight: float = 2.0
-    min_area_m2: float = 1.2
-    split_share: float = 0.3
-    position_noise_m: float = 0.3
     usual_length_m: float = 4.5
     usual_width_m: float = 1.8
     usual_height_m: float = 1.5
+    outline_margin_m: float = 2.0
+    usual_step_us: int = 40_000
+    bridged_us: int = 300_000
+    detection: DetectionSettings = field(default_factory=DetectionSettings)
+    networks: NetworkSettings = field(default_factory=NetworkSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)

@@ -12,14 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells
 from vision.video.frames import ByteArray
-
-# A box measured by cells over a threshold is too long and too wide by this, since its border cells are mixed: measured
-# on boxes drawn with 20 to 60 grey levels of contrast.
-BLUR_CELLS = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +160,7 @@ class Extents:
     cut: NDArray[np.int8]
 
 
-def measure(cells: Cells, heading_rad: FloatArray, side: float) -> Extents:
+def measure(cells: Cells, heading_rad: FloatArray, side: float, settings: DetectionSettings) -> Extents:
     """Box every group in a given direction.
 
     Parameters
@@ -171,6 +168,7 @@ def measure(cells: Cells, heading_rad: FloatArray, side: float) -> Extents:
     cells : n groups.
     heading_rad : (n,) direction of each box's length.
     side : side of a cell.
+    settings : blur.
 
     Returns
     -------
@@ -187,7 +185,7 @@ def measure(cells: Cells, heading_rad: FloatArray, side: float) -> Extents:
         [middle_along * cos - middle_across * sin, middle_along * sin + middle_across * cos],
     )
     # A cell reaches half its side past its centre, more in a slanting direction; but cells half covered count as well.
-    reach = side * (np.abs(cos) + np.abs(sin) - BLUR_CELLS)
+    reach = side * (np.abs(cos) + np.abs(sin) - settings.blur_cells)
     boxes = Boxes(centre, heading_rad, front - rear + reach, left - right + reach)
     return Extents(boxes, _cut(cells, along - middle_along[cells.group]))
 

@@ -99,7 +99,7 @@ class RoadEye(Eye[Frame]):
         self._background = background
         self._detector = MotionDetector(surface, background, settings, lanes)
         self._bias_m = bias_m
-        self._rate = DetectionRate()
+        self._rate = DetectionRate(settings.detection)
         self._image: RoadImage | None = None
         self._foreground: ByteArray | None = None
 
@@ -192,7 +192,7 @@ class FixedEye(RoadEye):
             settings,
             car_cells=settings.car_width_m / surface.metres_per_cell,
             finds_standing=is_map,
-            borders=borders_of(lanes, grid) if is_map else None,
+            borders=borders_of(lanes, grid, settings.detection) if is_map else None,
         )
         super().__init__(surface, background, settings, surface.lane_field(lanes) if lanes else None, bias_m=bias_m)
         self._raster = surface.raster

@@ -10,7 +10,7 @@ import numpy as np
 from vision.detection.blobs import Cells, measure, principal_heading
 from vision.detection.lanes import LaneField, LaneStrip
 from vision.detection.shadow import measure_shadows
-from vision.detection.surface import Appearances, Footprints
+from vision.detection.surface import Appearances, Footprints, edge_of
 from vision.errors import VisionError
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
@@ -21,8 +21,6 @@ from vision.road.rectify import RoadCells, RoadRaster
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
-# Half-width of the band of cells that counts as the edge of the view.
-EDGE_CELLS = 2
 # Positions per polygon at which the camera's scale is looked up.
 BORDER_SAMPLES = 400
 
@@ -34,13 +32,13 @@ class MapSurface:
     ----------
     raster : cells of ground, north up.
     parallax : of the camera.
-    position_noise_m : standard deviation of a detected centre.
+    settings : noise, blur, shadows.
     """
 
-    def __init__(self, raster: RoadCells, parallax: Parallax, *, position_noise_m: float) -> None:
+    def __init__(self, raster: RoadCells, parallax: Parallax, settings: VisionSettings) -> None:
         self.raster = raster
         self._parallax = parallax
-        self._noise_m = position_noise_m
+        self._settings = settings
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view.
@@ -108,13 +106,13 @@ class MapSurface:
         Boxes on the ground.
         """
         side = self.raster.grid.side
-        extents = measure(cells, heading_rad, side)
+        extents = measure(cells, heading_rad, side, self._settings.detection)
         borders_m = np.full((cells.count, 4), np.nan)
         if is_shaded is not None:
-            borders_m = measure_shadows(cells, is_shaded, extents.boxes, side)
+            borders_m = measure_shadows(cells, is_shaded, extents.boxes, side, self._settings.detection)
         return Footprints(
             boxes=self._parallax.footprints(extents.boxes),
-            noise=np.broadcast_to(self._noise_m**2 * np.eye(2), (cells.count, 2, 2)),
+            noise=np.broadcast_to(self._settings.detection.position_noise_m**2 * np.eye(2), (cells.count, 2, 2)),
             cut=extents.cut,
             borders_m=borders_m,
         )
@@ -153,13 +151,14 @@ class GroundSurface(MapSurface):
     ) -> None:
         low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
         grid = Grid.between(low_m, high_m, side=cell_size(view, polygons_m, settings), is_north_up=True)
-        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=settings.road_margin_m)
+        margin_m, edge_cells = settings.road_margin_m, settings.detection.edge_cells
+        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=margin_m, edge_cells=edge_cells)
         raster = RoadRaster(grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px)
-        super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
+        super().__init__(raster, Parallax(view, settings), settings)
 
     def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
         """Lay lanes on the map."""
-        return LaneField(self.raster.grid, lanes)
+        return LaneField(self.raster.grid, lanes, self._settings.detection)
 
 
 def _road_in_view(
@@ -179,16 +178,14 @@ def _road_in_view(
 
 
 def _road_cells(
-    grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float
+    grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float, edge_cells: int
 ) -> tuple[BoolArray, BoolArray]:
     """Find the road cells in view, and those of them at the edge of the view."""
     road = painted_road(grid, polygons_m, margin_m=margin_m)
     in_view = np.zeros(grid.shape, np.bool_)
     for area in cover(road):
         in_view[area.slices] = view.sees(grid.centres(area))
-    unseen = np.asarray(road & ~in_view, np.uint8)
-    band = np.ones((2 * EDGE_CELLS + 1, 2 * EDGE_CELLS + 1), np.uint8)
-    return road & in_view, road & in_view & (cv2.dilate(unseen, band) > 0)
+    return road & in_view, edge_of(road & in_view, road & ~in_view, edge_cells, is_bounded=False)
 
 
 def painted_road(grid: Grid, polygons_m: Sequence[FloatArray], *, margin_m: float) -> BoolArray:

@@ -14,9 +14,6 @@ from vision.detection.blobs import Cells
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.grid import Grid
 
-# So many cells below a column's lowest one are looked at: the border between two vehicles is a little blurred.
-BELOW_CELLS = 3
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feet:
@@ -42,13 +39,14 @@ class Feet:
         return Feet(self.group[rows], self.column[rows], self.points[rows], self.height_px[rows], self.is_hidden[rows])
 
 
-def find_feet(cells: Cells, grid: Grid) -> Feet:
+def find_feet(cells: Cells, grid: Grid, below_cells: int) -> Feet:
     """Find the lowest cell of every column of every group.
 
     Parameters
     ----------
     cells : n groups, on an image grid.
     grid : of the cells.
+    below_cells : how many below a column's lowest one are looked at.
 
     Returns
     -------
@@ -62,7 +60,7 @@ def find_feet(cells: Cells, grid: Grid) -> Feet:
     >>> points = np.array([[1.5, 0.5], [1.5, 1.5], [2.5, 0.5], [1.5, 3.5], [1.5, 4.5]])
     >>> groups = (np.array([0, 0, 0, 1, 1]), np.array([0, 3]))
     >>> cells = Cells(points, groups[0], np.ones(5, np.uint8), np.zeros(5, bool), groups[1], np.arange(2))
-    >>> feet = find_feet(cells, grid)
+    >>> feet = find_feet(cells, grid, 3)
     >>> feet.column.tolist(), feet.height_px.tolist(), feet.is_hidden.tolist()
     ([1, 2, 1], [2.0, 1.0, 2.0], [True, False, False])
     """
@@ -75,9 +73,9 @@ def find_feet(cells: Cells, grid: Grid) -> Feet:
     key = np.flatnonzero(lowest >= 0)
     group, column = np.divmod(key, columns)
     low, high = lowest[key], highest[key]
-    owner = np.full((rows + BELOW_CELLS, columns), -1, np.intp)
+    owner = np.full((rows + below_cells, columns), -1, np.intp)
     owner[row, place] = cells.group
-    below = np.stack([owner[low + step, column] for step in range(1, BELOW_CELLS + 1)])
+    below = np.stack([owner[low + step, column] for step in range(1, below_cells + 1)])
     is_hidden = ((below >= 0) & (below != group)).any(axis=0)
     points = grid.to_plane(np.column_stack([column, low]).astype(np.float64))
     return Feet(group, column, points, (low - high + 1) * np.float64(grid.side), is_hidden)

@@ -6,38 +6,17 @@ A trained network and a file of somebody else's detections both answer in boxes,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol, TypeVar
 
 import numpy as np
 
+from vision.networks.settings import UsualSizes
 from vision.objects import BoolArray, FloatArray, IntArray
 
-UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True, slots=True)
-class UsualSize:
-    """How large vehicles of a class usually are: mean and standard deviation."""
-
-    length_m: float
-    width_m: float
-    height_m: float
-    length_spread_m: float
-    width_spread_m: float
-    height_spread_m: float
-
-
-# The words for classes, and what may be assumed of a vehicle before it has been measured.
-USUAL_SIZES: dict[str, UsualSize] = {
-    "car": UsualSize(4.5, 1.8, 1.5, 0.5, 0.15, 0.15),
-    "van": UsualSize(5.4, 2.0, 2.2, 0.7, 0.15, 0.4),
-    "truck": UsualSize(10.0, 2.5, 3.3, 4.0, 0.2, 0.6),
-    "bus": UsualSize(12.0, 2.5, 3.1, 2.5, 0.2, 0.4),
-    "motorcycle": UsualSize(2.2, 0.8, 1.4, 0.3, 0.2, 0.3),
-    UNKNOWN: UsualSize(4.8, 1.9, 1.6, 1.5, 0.3, 0.4),
-}
-CLASS_NAMES = tuple(USUAL_SIZES)
+# The words for classes.
+CLASS_NAMES = tuple(one.name for one in fields(UsualSizes))
+UNKNOWN = CLASS_NAMES[-1]
 
 
 class Instant(Protocol):

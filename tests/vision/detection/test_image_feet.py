@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from vision.detection.blobs import Cells
-from vision.detection.image_feet import BELOW_CELLS, find_feet
+from vision.detection.image_feet import find_feet
+from vision.detection.settings import DetectionSettings
 from vision.road.grid import Grid
 
 SHAPE = (12, 15)
+
+BELOW_CELLS = DetectionSettings().below_cells
 
 
 def some_cells(seed: int, *, side: float) -> tuple[Cells, Grid]:
@@ -40,7 +43,7 @@ def test_feet_are_those_of_a_walk_over_all_columns(seed: int) -> None:
                 below = [owner.get((column, max(rows) + step), group) for step in range(1, BELOW_CELLS + 1)]
                 height_px = (max(rows) - min(rows) + 1) * side
                 expected.append((group, column, max(rows), height_px, any(one != group for one in below)))
-    feet = find_feet(cells, grid)
+    feet = find_feet(cells, grid, BELOW_CELLS)
     lowest = np.rint(grid.to_cells(feet.points)).astype(int)[:, 1]
     found = zip(
         feet.group.tolist(),
@@ -56,4 +59,4 @@ def test_feet_are_those_of_a_walk_over_all_columns(seed: int) -> None:
 
 def test_no_cells_have_no_feet() -> None:
     cells, grid = some_cells(1, side=1.0)
-    assert len(find_feet(cells.keep(np.zeros(cells.count, np.bool_)), grid).column) == 0
+    assert len(find_feet(cells.keep(np.zeros(cells.count, np.bool_)), grid, BELOW_CELLS).column) == 0

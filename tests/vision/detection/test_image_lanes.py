@@ -10,6 +10,7 @@ from vision.detection.blobs import Cells, find_blobs
 from vision.detection.image_lanes import ImageLanes, _is_beside
 from vision.detection.image_surface import ImageSurface
 from vision.detection.lanes import LaneField, LaneStrip
+from vision.detection.settings import DetectionSettings
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
@@ -212,5 +213,5 @@ def test_walkers_are_narrow_and_go_along_no_lane() -> None:
     assert field.walkers(cells, ahead, yes)[order].tolist() == [True, False, False]
     assert field.walkers(cells, aside, yes)[order].tolist() == [True, True, False]
     assert field.walkers(cells, ahead, ~yes)[order].tolist() == [True, True, False]
-    from_above: LaneField = LaneField(surface.raster.grid, [])
+    from_above: LaneField = LaneField(surface.raster.grid, [], DetectionSettings())
     assert not from_above.walkers(cells, aside, yes).any()
