@@ -146,21 +146,9 @@ def find_blobs(raster: RoadCells, mask: ByteArray, difference: ByteArray) -> Cel
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Extents:
-    """Boxes around groups of cells, and how the view edge cuts them.
-
-    Attributes
-    ----------
-    boxes : tight in the given direction, in the plane's unit.
-    cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
-    """
-
-    boxes: Boxes
-    cut: NDArray[np.int8]
-
-
-def measure(cells: Cells, heading_rad: FloatArray, side: float, settings: DetectionSettings) -> Extents:
+def measure(
+    cells: Cells, heading_rad: FloatArray, side: float, settings: DetectionSettings
+) -> tuple[Boxes, NDArray[np.int8]]:
     """Box every group in a given direction.
 
     Parameters
@@ -172,7 +160,7 @@ def measure(cells: Cells, heading_rad: FloatArray, side: float, settings: Detect
 
     Returns
     -------
-    The boxes of the groups.
+    Boxes, tight in the given direction, and (n,) +1 where the view edge cuts the front, -1 the rear, 0 where neither.
     """
     cos, sin = np.cos(heading_rad), np.sin(heading_rad)
     cell_cos, cell_sin = cos[cells.group], sin[cells.group]
@@ -187,7 +175,7 @@ def measure(cells: Cells, heading_rad: FloatArray, side: float, settings: Detect
     # A cell reaches half its side past its centre, more in a slanting direction; but cells half covered count as well.
     reach = side * (np.abs(cos) + np.abs(sin) - settings.blur_cells)
     boxes = Boxes(centre, heading_rad, front - rear + reach, left - right + reach)
-    return Extents(boxes, _cut(cells, along - middle_along[cells.group]))
+    return boxes, _cut(cells, along - middle_along[cells.group])
 
 
 def principal_heading(cells: Cells) -> tuple[FloatArray, FloatArray]:

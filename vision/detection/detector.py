@@ -1,9 +1,8 @@
-"""Which boxes on the road hold something now? The detector protocol and the built-in motion detector."""
+"""Which boxes on the road hold something now? What detectors say, and the built-in one, by motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -15,7 +14,7 @@ from vision.detection.lanes import LaneField
 from vision.detection.settings import DetectionSettings
 from vision.detection.split import assign_cells
 from vision.detection.surface import Appearances, Surface
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
@@ -23,7 +22,7 @@ from vision.video.frames import ByteArray
 
 
 @dataclass(frozen=True, slots=True)
-class Detections:
+class Detections(Table):
     """What was found in one frame, one row each.
 
     Attributes
@@ -55,20 +54,6 @@ class Detections:
     def weights(self) -> FloatArray:
         """Give the evidence of each, (n,)."""
         return np.ones(len(self)) if self.weight is None else self.weight
-
-    def select(self, which: BoolArray | IntArray) -> Detections:
-        """Take some of the detections, by mask or row numbers."""
-        return Detections(
-            boxes=self.boxes.select(which),
-            noise=self.noise[which],
-            elongation=self.elongation[which],
-            owner=self.owner[which],
-            divided=self.divided[which],
-            directed=self.directed[which],
-            cut=self.cut[which],
-            borders_m=self.borders_m[which],
-            weight=None if self.weight is None else self.weight[which],
-        )
 
     @classmethod
     def none(cls) -> Detections:
@@ -108,34 +93,6 @@ class Expected:
     course_rad: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """Detections, and the cells that differ from the background.
-
-    Attributes
-    ----------
-    detections : of the frame.
-    foreground : (packed_size,) non-zero where the frame differs; the background must not learn there.
-    """
-
-    detections: Detections
-    foreground: ByteArray
-
-
-class Detector(Protocol):
-    """Anything that finds vehicles in a rectified frame, given where known ones must be."""
-
-    def detect(self, image: RoadImage, expected: Expected) -> Scene:
-        """Find vehicles.
-
-        Parameters
-        ----------
-        image : the rectified road.
-        expected : where objects must be; `Detections.owner` refers to the rows of `expected.known`.
-        """
-        ...
-
-
 class MotionDetector:
     """Finds what differs from the background: threshold, close, connect, divide by prediction, box."""
 
@@ -151,7 +108,7 @@ class MotionDetector:
         self._kernel = np.ones((self._settings.close_cells,) * 2, np.uint8)
         self._shadows_us = 0
 
-    def detect(self, image: RoadImage, expected: Expected) -> Scene:
+    def detect(self, image: RoadImage, expected: Expected) -> tuple[Detections, ByteArray]:
         """Find vehicles by their difference from the background.
 
         Parameters
@@ -161,7 +118,7 @@ class MotionDetector:
 
         Returns
         -------
-        Boxes of at least `min_area_m2`, and the foreground.
+        Boxes of at least `min_area_m2`, and (packed_size,) cells that differ, non-zero, which no background must learn.
         """
         packed = self._background.compare(image)
         difference = self._raster.unpack(packed)
@@ -169,7 +126,7 @@ class MotionDetector:
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
         blobs = self._strong(find_blobs(self._raster, closed & self._raster.road.view(np.uint8), difference))
         foreground = np.asarray(packed > AT_THRESHOLD, np.uint8)
-        return Scene(self._box(blobs, expected, image), foreground)
+        return self._box(blobs, expected, image), foreground
 
     def _strong(self, blobs: Cells) -> Cells:
         """Drop blobs that differ a little everywhere and nowhere clearly: noise and compression."""

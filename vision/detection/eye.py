@@ -128,11 +128,11 @@ class RoadEye(Eye[Frame]):
         if image is not None and not self.is_ready:
             self._background.hold(image)
         elif image is not None:
-            scene = self._detector.detect(image, expected)
-            self._image, self._foreground = image, scene.foreground
+            self._image = image
+            detections, self._foreground = self._detector.detect(image, expected)
             if not self._background.is_overwhelmed:
-                self._rate.learn(scene.detections, expected.known, self.holds(expected.known.centre_m))
-                return Channel(scene.detections, self.holds, self._rate.value, bias_m=self._bias_m)
+                self._rate.learn(detections, expected.known, self.holds(expected.known.centre_m))
+                return Channel(detections, self.holds, self._rate.value, bias_m=self._bias_m)
         return Channel(Detections.none(), self.holds, self._rate.value, is_open=False)
 
     def judge(self, boxes: Boxes) -> VerdictArray:

@@ -86,24 +86,20 @@ def fuse(first: Channel, second: Channel, settings: DetectionSettings) -> Detect
     rows, columns = assign(_costs(first.detections, second.detections, settings))
     both = _merged(first.detections.select(rows), second.detections.select(columns), (first.bias_m, second.bias_m))
     alone = [
-        _alone(one, other, _others(len(one.detections), taken), settings.lone_trust)
+        _alone(one, other, np.delete(np.arange(len(one.detections)), taken), settings.lone_trust)
         for one, other, taken in ((first, second, rows), (second, first, columns))
     ]
-    whole = [_whole(mine, joined([both, theirs]), settings.piece_reach_m) for mine, theirs in (alone, alone[::-1])]
-    return joined([both, *whole])
+    seen = [Detections.joined([both, one]) for one in alone]
+    whole = [_whole(mine, other, settings.piece_reach_m) for mine, other in zip(alone, seen[::-1], strict=True)]
+    return Detections.joined([both, *whole])
 
 
 def _whole(lone: Detections, others: Detections, reach_m: float) -> Detections:
     """Drop pieces: what one camera sees in fragments, and the other one, or both, as a larger vehicle."""
     is_near = distance_to_boxes(lone.boxes.centre_m, others.boxes) < reach_m
-    is_larger = (others.boxes.length_m * others.boxes.width_m)[None] > (lone.boxes.length_m * lone.boxes.width_m)[
-        :, None
-    ]
+    areas_m2 = [one.boxes.length_m * one.boxes.width_m for one in (lone, others)]
+    is_larger = areas_m2[1] > areas_m2[0][:, None]
     return lone.select((lone.owner >= 0) | ~(is_near & is_larger).any(axis=1))
-
-
-def _others(count: int, taken: IntArray) -> IntArray:
-    return np.setdiff1d(np.arange(count), taken).astype(np.intp)
 
 
 def _costs(one: Detections, other: Detections, settings: DetectionSettings) -> FloatArray:
@@ -168,23 +164,3 @@ def _alone(one: Channel, other: Channel, rows: IntArray, trust: float) -> Detect
     weight = trust * silence / (trust * silence + (1.0 - trust))
     # A track that is known needs no more proof.
     return replace(found, weight=np.where(found.owner >= 0, 1.0, weight))
-
-
-def joined(parts: list[Detections]) -> Detections:
-    """Put several sets of detections into one."""
-    return Detections(
-        boxes=Boxes(
-            np.concatenate([part.boxes.centre_m for part in parts]),
-            np.concatenate([part.boxes.heading_rad for part in parts]),
-            np.concatenate([part.boxes.length_m for part in parts]),
-            np.concatenate([part.boxes.width_m for part in parts]),
-        ),
-        noise=np.concatenate([part.noise for part in parts]),
-        elongation=np.concatenate([part.elongation for part in parts]),
-        owner=np.concatenate([part.owner for part in parts]),
-        divided=np.concatenate([part.divided for part in parts]),
-        directed=np.concatenate([part.directed for part in parts]),
-        cut=np.concatenate([part.cut for part in parts]),
-        borders_m=np.concatenate([part.borders_m for part in parts]),
-        weight=np.concatenate([part.weights() for part in parts]),
-    )

@@ -106,14 +106,14 @@ class MapSurface:
         Boxes on the ground.
         """
         side = self.raster.grid.side
-        extents = measure(cells, heading_rad, side, self._settings.detection)
+        boxes, cut = measure(cells, heading_rad, side, self._settings.detection)
         borders_m = np.full((cells.count, 4), np.nan)
         if is_shaded is not None:
-            borders_m = measure_shadows(cells, is_shaded, extents.boxes, side, self._settings.detection)
+            borders_m = measure_shadows(cells, is_shaded, boxes, side, self._settings.detection)
         return Footprints(
-            boxes=self._parallax.footprints(extents.boxes),
+            boxes=self._parallax.footprints(boxes),
             noise=np.broadcast_to(self._settings.detection.position_noise_m**2 * np.eye(2), (cells.count, 2, 2)),
-            cut=extents.cut,
+            cut=cut,
             borders_m=borders_m,
         )
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.detection.blobs import Cells
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.grid import Grid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Feet:
+class Feet(Table):
     """The lowest cells of the columns of groups.
 
     Attributes
@@ -33,10 +33,6 @@ class Feet:
     points: FloatArray
     height_px: FloatArray
     is_hidden: BoolArray
-
-    def select(self, rows: slice | BoolArray) -> Feet:
-        """Take some of the feet, in order."""
-        return Feet(self.group[rows], self.column[rows], self.points[rows], self.height_px[rows], self.is_hidden[rows])
 
 
 def find_feet(cells: Cells, grid: Grid, below_cells: int) -> Feet:

@@ -210,7 +210,7 @@ class ImageSurface:
         return boxes.centre_m + np.stack([np.zeros(cells.count), boxes.width_m / 2], axis=-1)
 
     def _boxes(self, cells: Cells) -> Boxes:
-        return measure(cells, np.zeros(cells.count), self.raster.grid.side, self._settings).boxes
+        return measure(cells, np.zeros(cells.count), self.raster.grid.side, self._settings)[0]
 
 
 class _Watched:

@@ -44,7 +44,7 @@ def measure_shadows(
     body = cells.regroup(np.where(is_shadow, -1, cells.group))
     rows = body.key
     whole = boxes.select(rows)
-    bodies = measure(body, whole.heading_rad, side, settings).boxes
+    bodies, _ = measure(body, whole.heading_rad, side, settings)
     ahead, left = axis(whole.heading_rad), axis(whole.heading_rad + np.pi / 2)
     offset = bodies.centre_m - whole.centre_m
     along, across = np.einsum("ni,ni->n", offset, ahead), np.einsum("ni,ni->n", offset, left)

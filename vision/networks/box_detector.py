@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from vision.networks.settings import UsualSizes
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 
 # The words for classes.
 CLASS_NAMES = tuple(one.name for one in fields(UsualSizes))
@@ -34,7 +34,7 @@ class Instant(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class ImageBoxes:
+class ImageBoxes(Table):
     """Boxes in one picture, one row each.
 
     Attributes
@@ -63,17 +63,6 @@ class ImageBoxes:
         nothing, points = np.zeros(0), np.zeros((0, 2))
         return cls(points, points, nothing, np.zeros(0, np.bool_), nothing, np.zeros(0, np.intp))
 
-    def select(self, which: BoolArray | IntArray) -> ImageBoxes:
-        """Take some of the boxes, by mask or row numbers."""
-        return ImageBoxes(
-            self.centre_px[which],
-            self.size_px[which],
-            self.angle_rad[which],
-            self.is_oriented[which],
-            self.score[which],
-            self.class_number[which],
-        )
-
     def bounds_px(self) -> FloatArray:
         """Bound every box upright.
 
@@ -97,7 +86,7 @@ class ImageBoxes:
 
 
 @dataclass(frozen=True, slots=True)
-class GroundBoxes:
+class GroundBoxes(Table):
     """Boxes on the ground as a file gives them, one row each; nan where it does not say.
 
     Attributes
@@ -116,17 +105,6 @@ class GroundBoxes:
 
     def __len__(self) -> int:
         return len(self.score)
-
-    def select(self, which: BoolArray | IntArray) -> GroundBoxes:
-        """Take some of the boxes, by mask or row numbers."""
-        return GroundBoxes(
-            self.centre_m[which],
-            self.heading_rad[which],
-            self.length_m[which],
-            self.width_m[which],
-            self.score[which],
-            self.class_number[which],
-        )
 
 
 InstantT_contra = TypeVar("InstantT_contra", bound=Instant, contravariant=True)

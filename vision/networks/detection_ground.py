@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vision.detection.detector import Detections, Expected
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.settings import UsualSize
-from vision.objects import BoolArray, FloatArray
+from vision.objects import BoolArray, FloatArray, Table
 from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
@@ -35,24 +35,12 @@ DERIVATIVE_STEP_M = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class _Guess:
+class _Guess(Table):
     """Vehicles that could be behind boxes; `misfit` (n,) says how badly they explain them."""
 
     footprint: Boxes
     noise: FloatArray
     misfit: FloatArray
-
-    def unless(self, is_other: BoolArray, other: _Guess) -> _Guess:
-        """Take the rows of another guess where that is better."""
-        mine, theirs = self.footprint, other.footprint
-        footprint = Boxes(
-            np.where(is_other[:, None], theirs.centre_m, mine.centre_m),
-            np.where(is_other, theirs.heading_rad, mine.heading_rad),
-            np.where(is_other, theirs.length_m, mine.length_m),
-            np.where(is_other, theirs.width_m, mine.width_m),
-        )
-        noise = np.where(is_other[:, None, None], other.noise, self.noise)
-        return _Guess(footprint, noise, np.where(is_other, other.misfit, self.misfit))
 
 
 def image_detections(
@@ -196,7 +184,7 @@ class _Projection:
         angles = (self.boxes.angle_rad, self.boxes.angle_rad + np.pi / 2)
         along, across = (self.directed(start_m, _on_ground(angle, start_m, self.view)) for angle in angles)
         is_across = across.misfit < along.misfit
-        best = along.unless(is_across, across)
+        best = _Guess.joined([along, across]).select(np.arange(len(is_across)) + len(is_across) * is_across)
         is_better = np.abs(along.misfit - across.misfit) > settings.better_sigmas**2
         return best, (best.misfit < settings.explained_sigmas**2) & is_better
 

@@ -85,7 +85,7 @@ class OnnxDetector:
             found = [self._look_at_tile(picture, tile) for tile in self._tiles]
         except VisionError as error:
             raise VisionError(f"{self._path}: {error}") from error
-        return suppress(whole_boxes(joined(found), self._image_size_px), self._settings)
+        return suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
 
     def _look_at_tile(self, picture: ByteArray, tile: Tile) -> ImageBoxes:
         settings = self._settings
@@ -151,18 +151,6 @@ class Letterbox:
         """Bring boxes from the input back to the picture; pixels count from their centres on both sides."""
         centre_px = (boxes.centre_px + 0.5 - np.array(self.offset_px)) / self.scale - 0.5
         return replace(boxes, centre_px=centre_px, size_px=boxes.size_px / self.scale)
-
-
-def joined(parts: list[ImageBoxes]) -> ImageBoxes:
-    """Put the boxes of several tiles into one set."""
-    return ImageBoxes(
-        np.concatenate([part.centre_px for part in parts]),
-        np.concatenate([part.size_px for part in parts]),
-        np.concatenate([part.angle_rad for part in parts]),
-        np.concatenate([part.is_oriented for part in parts]),
-        np.concatenate([part.score for part in parts]),
-        np.concatenate([part.class_number for part in parts]),
-    )
 
 
 def suppress(boxes: ImageBoxes, settings: OnnxSettings) -> ImageBoxes:

@@ -79,7 +79,7 @@ def test_kept_groups_keep_their_cells_and_keys() -> None:
 def test_boxes_are_those_of_a_loop_over_groups(seed: int) -> None:
     cells = random_cells(seed)
     heading = np.random.default_rng(seed).uniform(-np.pi, np.pi, cells.count)
-    extents = measure(cells, heading, 0.5, DetectionSettings())
+    found, _ = measure(cells, heading, 0.5, DetectionSettings())
     for i in range(cells.count):
         points = cells.points[cells.group == i]
         ahead = np.array([np.cos(heading[i]), np.sin(heading[i])])
@@ -87,9 +87,9 @@ def test_boxes_are_those_of_a_loop_over_groups(seed: int) -> None:
         along, across = points @ ahead, points @ left
         centre = (along.min() + along.max()) / 2 * ahead + (across.min() + across.max()) / 2 * left
         border = 0.5 * (np.abs(ahead).sum() - DetectionSettings().blur_cells)
-        assert extents.boxes.centre_m[i] == pytest.approx(centre)
-        assert extents.boxes.length_m[i] == pytest.approx(np.ptp(along) + border)
-        assert extents.boxes.width_m[i] == pytest.approx(np.ptp(across) + border)
+        assert found.centre_m[i] == pytest.approx(centre)
+        assert found.length_m[i] == pytest.approx(np.ptp(along) + border)
+        assert found.width_m[i] == pytest.approx(np.ptp(across) + border)
 
 
 def test_cut_end_is_the_one_at_the_view_edge() -> None:
@@ -98,8 +98,8 @@ def test_cut_end_is_the_one_at_the_view_edge() -> None:
     cells = Cells(
         points, np.zeros(8, np.intp), np.full(8, 99, np.uint8), at_edge, np.zeros(1, np.intp), np.zeros(1, np.intp)
     )
-    assert measure(cells, np.array([0.0]), 1.0, DetectionSettings()).cut.tolist() == [1]
-    assert measure(cells, np.array([np.pi]), 1.0, DetectionSettings()).cut.tolist() == [-1]
+    assert measure(cells, np.array([0.0]), 1.0, DetectionSettings())[1].tolist() == [1]
+    assert measure(cells, np.array([np.pi]), 1.0, DetectionSettings())[1].tolist() == [-1]
 
 
 def test_long_axis_is_found() -> None:

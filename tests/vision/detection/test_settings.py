@@ -162,7 +162,7 @@ def in_the_sun(settings: VisionSettings) -> Outcome:
         east, north, length_m, width_m = rng.uniform((0.0, 0.0, 1.5, 0.8), (2.0, 2.0, 6.0, 2.5))
         cells = fill(make_boxes([(0, 0, 0.3, length_m, width_m), (east, north, 0.3, length_m, width_m)]))
         is_shadow = distance_to_boxes(cells.points, make_boxes([(0, 0, 0.3, length_m, width_m)]))[:, 0] > 0
-        boxes = measure(cells, np.array([0.3]), SIDE, limits).boxes
+        boxes = measure(cells, np.array([0.3]), SIDE, limits)[0]
         yield measure_shadows(cells, is_shadow, boxes, SIDE, limits)
 
 

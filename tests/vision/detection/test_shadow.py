@@ -30,7 +30,7 @@ def car_with_shadow(heading_rad: float) -> tuple[Cells, BoolArray, Boxes]:
     return (
         cells,
         distance_to_boxes(cells.points, car)[:, 0] > 0,
-        measure(cells, np.array([heading_rad]), SIDE, SETTINGS).boxes,
+        measure(cells, np.array([heading_rad]), SIDE, SETTINGS)[0],
     )
 
 
