@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+import shapely
 
 from vision.detection.blobs import Cells, measure, principal_heading
 from vision.detection.lanes import LaneField, LaneStrip
@@ -151,9 +152,14 @@ class GroundSurface(MapSurface):
     ) -> None:
         low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
         grid = Grid.between(low_m, high_m, side=cell_size(view, polygons_m, settings), is_north_up=True)
-        margin_m, edge_cells = settings.road_margin_m, settings.detection.edge_cells
-        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=margin_m, edge_cells=edge_cells)
-        raster = RoadRaster(grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px)
+        road = painted_road(grid, polygons_m, margin_m=settings.road_margin_m)
+        in_view = np.zeros(grid.shape, np.bool_)
+        for area in cover(road):
+            in_view[area.slices] = view.sees(grid.centres(area))
+        edge = edge_of(road & in_view, road & ~in_view, settings.detection.edge_cells, is_bounded=False)
+        raster = RoadRaster(
+            grid, road=road & in_view, view_edge=edge, to_pixels=view.to_pixels, image_size_px=image_size_px
+        )
         super().__init__(raster, Parallax(view, settings), settings)
 
     def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
@@ -175,17 +181,6 @@ def _road_in_view(
             f"got road at {corners.min(axis=0).tolist()!r} to {corners.max(axis=0).tolist()!r} m"
         )
     return low, high
-
-
-def _road_cells(
-    grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float, edge_cells: int
-) -> tuple[BoolArray, BoolArray]:
-    """Find the road cells in view, and those of them at the edge of the view."""
-    road = painted_road(grid, polygons_m, margin_m=margin_m)
-    in_view = np.zeros(grid.shape, np.bool_)
-    for area in cover(road):
-        in_view[area.slices] = view.sees(grid.centres(area))
-    return road & in_view, edge_of(road & in_view, road & ~in_view, edge_cells, is_bounded=False)
 
 
 def painted_road(grid: Grid, polygons_m: Sequence[FloatArray], *, margin_m: float) -> BoolArray:
@@ -220,15 +215,11 @@ def cell_size(view: GroundView, polygons_m: Sequence[FloatArray], settings: Visi
     Metres.
     """
     wanted_m = settings.car_width_m / settings.car_width_cells
-    borders = np.concatenate([_along_border(polygon) for polygon in polygons_m])
+    places = np.linspace(0.0, 1.0, BORDER_SAMPLES)
+    rings = [shapely.LinearRing(polygon) for polygon in polygons_m]
+    along = [shapely.line_interpolate_point(ring, places, normalized=True) for ring in rings]
+    borders = shapely.get_coordinates(np.concatenate(along))
     borders = borders[view.sees(borders)]
     # Road that fills the view has no border in it.
     scales = view.metres_per_pixel(borders if len(borders) > 0 else view.seen_ground())
     return float(max(wanted_m, np.percentile(scales, 10)))
-
-
-def _along_border(polygon_m: FloatArray) -> FloatArray:
-    closed = np.concatenate([polygon_m, polygon_m[:1]])
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    places = np.linspace(0.0, along[-1], BORDER_SAMPLES)
-    return np.column_stack([np.interp(places, along, closed[:, 0]), np.interp(places, along, closed[:, 1])])

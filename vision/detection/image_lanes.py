@@ -1,8 +1,10 @@
-"""Which lane does a vehicle seen from low above the road stand in? Parts blobs of several vehicles by their feet.
+"""Where do vehicles seen from low above meet the ground, and in which lane? Parts blobs of several by their feet.
 
 In the image a vehicle covers the lanes behind it, so its cells say nothing; but the lowest cell of every column of a
-blob is where something meets the ground, or nearly. A vehicle's feet lie in one lane, without a gap. Where the feet of
-a blob lie in two lanes, or far apart in one, and something as high as a car stands on both, there are two vehicles.
+blob is where something meets the ground, or nearly. Where another vehicle's cells follow below it, that one stands
+nearer and hides the foot: what looks lowest there is the other one's roof line, and far from the ground. A vehicle's
+feet lie in one lane, without a gap. Where the feet of a blob lie in two lanes, or far apart in one, and something as
+high as a car stands on both, there are two vehicles.
 """
 
 from __future__ import annotations
@@ -13,15 +15,76 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.detection.blobs import Cells
-from vision.detection.image_feet import Feet, find_feet
 from vision.detection.lanes import LaneField, LaneStrip
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import axis
 from vision.road.cover import Rectangle
 from vision.road.grid import Grid
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet(Table):
+    """The lowest cells of the columns of groups.
+
+    Attributes
+    ----------
+    group : (f,) ascending.
+    column : (f,) of the grid, ascending in each group.
+    points : (f, 2) on the image.
+    height_px : (f,) from the highest to the lowest cell, both included.
+    is_hidden : (f,) True where another group follows below.
+    """
+
+    group: IntArray
+    column: IntArray
+    points: FloatArray
+    height_px: FloatArray
+    is_hidden: BoolArray
+
+
+def find_feet(cells: Cells, grid: Grid, below_cells: int) -> Feet:
+    """Find the lowest cell of every column of every group.
+
+    Parameters
+    ----------
+    cells : n groups, on an image grid.
+    grid : of the cells.
+    below_cells : how many below a column's lowest one are looked at.
+
+    Returns
+    -------
+    One foot a column and group.
+
+    Examples
+    --------
+    Two groups in one column of cells, the second right below the first, and one cell of road between them:
+
+    >>> grid = Grid.between(np.zeros(2), np.array([3.0, 6.0]), side=1.0, is_north_up=False)
+    >>> points = np.array([[1.5, 0.5], [1.5, 1.5], [2.5, 0.5], [1.5, 3.5], [1.5, 4.5]])
+    >>> groups = (np.array([0, 0, 0, 1, 1]), np.array([0, 3]))
+    >>> cells = Cells(points, groups[0], np.ones(5, np.uint8), np.zeros(5, bool), groups[1], np.arange(2))
+    >>> feet = find_feet(cells, grid, 3)
+    >>> feet.column.tolist(), feet.height_px.tolist(), feet.is_hidden.tolist()
+    ([1, 2, 1], [2.0, 1.0, 2.0], [True, False, False])
+    """
+    rows, columns = grid.shape
+    place, row = np.rint(grid.to_cells(cells.points)).astype(np.intp).T
+    key = cells.group * columns + place
+    lowest, highest = np.full(cells.count * columns, -1, np.intp), np.full(cells.count * columns, rows, np.intp)
+    np.maximum.at(lowest, key, row)
+    np.minimum.at(highest, key, row)
+    key = np.flatnonzero(lowest >= 0)
+    group, column = np.divmod(key, columns)
+    low, high = lowest[key], highest[key]
+    owner = np.full((rows + below_cells, columns), -1, np.intp)
+    owner[row, place] = cells.group
+    below = np.stack([owner[low + step, column] for step in range(1, below_cells + 1)])
+    is_hidden = ((below >= 0) & (below != group)).any(axis=0)
+    points = grid.to_plane(np.column_stack([column, low]).astype(np.float64))
+    return Feet(group, column, points, (low - high + 1) * np.float64(grid.side), is_hidden)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,16 +125,7 @@ class ImageLanes(LaneField):
         # Two vehicles are no narrower than this where the road is seen most coarsely.
         self._least_px = 2 * self._settings.apart_width_m / settings.car_width_m * self._settings.least_car_px
         ground_m, is_below = view.to_ground(grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1])))
-        taken = np.zeros(grid.shape, np.uint8)
-        for number, lane in enumerate(lanes, start=1):
-            inside = np.zeros(grid.shape, np.bool_)
-            for start, end in zip(lane.centre_line_m[:-1], lane.centre_line_m[1:], strict=True):
-                part = is_below & _is_beside(ground_m, start, end, lane.width_m / 2)
-                self._heading_rad[part] = np.arctan2(*(end - start)[::-1])
-                inside |= part
-            self._lane[inside] = number
-            taken += inside
-        self._lane[taken > 1] = 0
+        self._lay(lanes, lambda *piece: is_below & _is_beside(ground_m, *piece))
 
     def parts(
         self, cells: Cells, light: Callable[[FloatArray], ByteArray], is_whole: BoolArray | None = None

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import shapely
 
 from vision.detection.blobs import Cells, measure
-from vision.detection.image_feet import find_feet
-from vision.detection.image_lanes import ImageLanes
+from vision.detection.image_lanes import ImageLanes, find_feet
 from vision.detection.lanes import LaneStrip
-from vision.detection.surface import Appearances, Footprints, edge_of
+from vision.detection.surface import Appearances, Footprints, edge_of, road_area
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
 from vision.road.cover import Rectangle
@@ -221,7 +221,9 @@ class _Watched:
     ) -> None:
         pixels = grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1]))
         ground_m, is_below = view.to_ground(pixels)
-        on_road = is_below & _inside(ground_m, polygons_m)
+        area = road_area(polygons_m)
+        shapely.prepare(area)
+        on_road = is_below & shapely.contains_xy(area, ground_m[..., 0], ground_m[..., 1])
         self._scale = np.full(grid.shape, np.inf)
         self._scale[on_road] = view.sight(ground_m[on_road]).across_m
         is_fine = self._scale <= settings.car_width_m / settings.detection.least_car_px
@@ -243,17 +245,3 @@ class _Watched:
     def view_edge(self, width_cells: int) -> BoolArray:
         """Cells next to the border of the image, or to road too far away."""
         return edge_of(self.road, self._too_far & ~self.road, width_cells, is_bounded=True)
-
-
-def _inside(points: FloatArray, polygons: Sequence[FloatArray]) -> BoolArray:
-    """Tell which points lie in any polygon, by counting crossings of a ray to the east."""
-    x, y = points[..., 0], points[..., 1]
-    inside = np.zeros(x.shape, np.bool_)
-    for polygon in polygons:
-        crossings = np.zeros(x.shape, np.bool_)
-        for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-            if y0 != y1:
-                spans = (y0 > y) != (y1 > y)
-                crossings ^= spans & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-        inside |= crossings
-    return inside

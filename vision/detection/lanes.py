@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,18 +48,22 @@ class LaneField:
         self._grid, self._settings = grid, settings
         self._lane = np.zeros(grid.shape, np.int32)
         self._heading_rad = np.zeros(grid.shape, np.float32)
-        taken = np.zeros(grid.shape, np.uint8)
+        self._numbers = len(lanes) + 1  # of lanes, with 0 for none
+        # Half a cell less on either side, so that lanes side by side share no cell.
+        self._lay(lanes, lambda start, end, half_m: grid.paint([_quad(start, end, half_m - grid.side / 2)]) > 0)
+
+    def _lay(self, lanes: Sequence[LaneStrip], covers: Callable[[FloatArray, FloatArray, float], BoolArray]) -> None:
+        """Lay lanes on the raster; `covers` tells for start, end and half-width of a piece where it lies."""
+        taken = np.zeros(self._grid.shape, np.uint8)
         for number, lane in enumerate(lanes, start=1):
-            inside = np.zeros(grid.shape, np.bool_)
-            # Half a cell less on either side, so that lanes side by side share no cell.
-            for quad, heading_rad in _quads(lane, lane.width_m / 2 - grid.side / 2):
-                part = grid.paint([quad]) > 0
-                self._heading_rad[part] = heading_rad
+            inside = np.zeros(self._grid.shape, np.bool_)
+            for start, end in pairwise(lane.centre_line_m):
+                part = covers(start, end, lane.width_m / 2)
+                self._heading_rad[part] = np.arctan2(*(end - start)[::-1])
                 inside |= part
             self._lane[inside] = number
             taken += inside
         self._lane[taken > 1] = 0
-        self._numbers = len(lanes) + 1  # of lanes, with 0 for none
 
     def lanes_at(self, points_m: FloatArray) -> tuple[IntArray, FloatArray]:
         """Look up points.
@@ -190,21 +195,19 @@ def borders_of(lanes: Sequence[LaneStrip], grid: Grid, settings: DetectionSettin
     [[0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 0]]
     """
     # Lines are blurred by half a cell, and what is painted covers all cells that it touches.
+    pieces = [(*ends, lane.width_m / 2) for lane in lanes for ends in pairwise(lane.centre_line_m)]
     outer, inner = (
-        grid.paint([quad for lane in lanes for quad, _ in _quads(lane, lane.width_m / 2 + reach_m)]) > 0
+        grid.paint([_quad(start, end, half_m + reach_m) for start, end, half_m in pieces]) > 0
         for reach_m in (settings.border_outside_m, -settings.border_inside_m - grid.side)
     )
     return np.asarray(outer & ~inner)
 
 
-def _quads(lane: LaneStrip, half_m: float) -> list[tuple[FloatArray, float]]:
-    """Outline the straight pieces of a lane, with their directions."""
-    quads = []
-    for start, end in zip(lane.centre_line_m[:-1], lane.centre_line_m[1:], strict=True):
-        heading_rad = float(np.arctan2(*(end - start)[::-1]))
-        left = half_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
-        quads.append((np.array([start + left, start - left, end - left, end + left]), heading_rad))
-    return quads
+def _quad(start: FloatArray, end: FloatArray, half_m: float) -> FloatArray:
+    """Outline a straight piece of a lane."""
+    heading_rad = float(np.arctan2(*(end - start)[::-1]))
+    left = half_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
+    return np.array([start + left, start - left, end - left, end + left])
 
 
 def _is_even(light: ByteArray, settings: DetectionSettings) -> bool:

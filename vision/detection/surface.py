@@ -13,7 +13,9 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from vision.detection.blobs import Cells
 from vision.detection.lanes import LaneField, LaneStrip
@@ -102,6 +104,11 @@ class FixedSurface(Surface, Protocol):
     def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
         """Lay lanes on the plane."""
         ...
+
+
+def road_area(polygons_m: Sequence[FloatArray]) -> BaseGeometry:
+    """Join road outlines, (k, 2) each, which may cross themselves, into one area."""
+    return shapely.union_all([shapely.make_valid(shapely.Polygon(ring)) for ring in polygons_m])
 
 
 def edge_of(road: BoolArray, unseen: BoolArray, width_cells: int, *, is_bounded: bool) -> BoolArray:
