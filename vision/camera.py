@@ -262,7 +262,7 @@ def fused_camera(
             thermal.image_size_px,
             thermal_settings(settings),
             lanes,
-            companion=Companion(thermal_frames, settings.usual_step_us),
+            companion=Companion(thermal_frames),
             bias_m=settings.detection.thermal_bias_m,
         ),
     ]

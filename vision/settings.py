@@ -35,7 +35,6 @@ class VisionSettings:
     outline_margin_m : around tracks, when they are told to who follows a moving camera: shadows, and what a vehicle
         drives in a frame.
     bridged_us : a lost view is passed over if shorter, as dropped frames are that nobody notices.
-    usual_step_us : between frames, or moments of a file, before two of them have been seen: of 25 Hz.
     detection, networks, tracking : of the rooms of that name.
     """
 
@@ -61,7 +60,6 @@ class VisionSettings:
     usual_width_m: float = 1.8
     usual_height_m: float = 1.5
     outline_margin_m: float = 2.0
-    usual_step_us: int = 40_000
     bridged_us: int = 300_000
     detection: DetectionSettings = field(default_factory=DetectionSettings)
     networks: NetworkSettings = field(default_factory=NetworkSettings)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, UNKNOWN, GroundBoxes, ImageBoxes
+from vision.networks.settings import NetworkSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.objects import FloatArray
-from vision.settings import VisionSettings
 
 DETECTION_SUFFIXES = (".txt", ".csv")
 # How files without scores say so, in the column for them.
@@ -90,7 +90,7 @@ _Read = tuple[_Rows, tuple[str, ...], bool]
 
 
 def read_detections(
-    path: Path, rules: ReadingRules | None = None, settings: VisionSettings | None = None
+    path: Path, rules: ReadingRules | None = None, settings: NetworkSettings | None = None
 ) -> StoredDetections:
     """Read a file of detections: ``.txt`` is MOT text, ``.csv`` is CSV.
 
@@ -190,7 +190,7 @@ def _shape(path: Path, header: list[str], places: Mapping[str, int]) -> tuple[st
 
 
 def _stored(
-    rows: _Rows, names: tuple[str, ...], is_by_frame: bool, settings: VisionSettings | None
+    rows: _Rows, names: tuple[str, ...], is_by_frame: bool, settings: NetworkSettings | None
 ) -> StoredDetections:
     keys = np.array(rows.keys, np.int64)
     order = np.argsort(keys, kind="stable")

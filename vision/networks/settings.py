@@ -48,3 +48,5 @@ class NetworkSettings:
     better_sigmas: float = 2.0
     # After a gap in a file, that long is told of as empty: enough for all tracks to end (after 1 s of coasting).
     told_gap_us: int = 2_000_000
+    # What a file of a single moment says of the distance to the next one: that of frames of 25 Hz.
+    usual_step_us: int = 40_000

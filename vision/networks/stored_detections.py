@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.networks.box_detector import GroundBoxes, ImageBoxes, Instant
+from vision.networks.settings import NetworkSettings
 from vision.objects import Int64Array
-from vision.settings import VisionSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +42,16 @@ class StoredDetections:
         boxes: ImageBoxes | GroundBoxes,
         *,
         is_by_frame: bool,
-        settings: VisionSettings | None = None,
+        settings: NetworkSettings | None = None,
     ) -> None:
-        settings = settings or VisionSettings()
+        settings = settings or NetworkSettings()
         self._boxes = boxes
         self.is_by_frame = is_by_frame
         self._keys, starts = np.unique(keys, return_index=True)
         self._bounds = np.append(starts, len(keys))
         steps = np.diff(self._keys)
         self._step_us = int(np.median(steps)) if len(steps) else settings.usual_step_us
-        self._told_gap_us = settings.networks.told_gap_us
+        self._told_gap_us = settings.told_gap_us
         self._used = -1
         self._before_us: int | None = None
 

@@ -10,6 +10,9 @@ import numpy as np
 
 from vision.objects import ByteArray
 
+# Before two frames have been seen, their distance is a guess.
+USUAL_STEP_US = 40_000
+
 
 @dataclass(frozen=True, slots=True)
 class Frame:
@@ -56,14 +59,13 @@ class Companion:
     Parameters
     ----------
     frames : in order of time, on the time line of the first video.
-    usual_step_us : their distance before two have been seen.
     """
 
-    def __init__(self, frames: Iterable[Frame], usual_step_us: int) -> None:
+    def __init__(self, frames: Iterable[Frame]) -> None:
         self._frames: Iterator[Frame] = iter(frames)
         self._before: Frame | None = None
         self._after: Frame | None = None
-        self._step_us = usual_step_us
+        self._step_us = USUAL_STEP_US
         self._is_at_end = False
 
     def at(self, t_us: int) -> Frame | None:

@@ -14,7 +14,7 @@ from vision.detection.detector import Detections
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.detection_ground import image_detections
 from vision.networks.settings import NetworkSettings, UsualSize
-from vision.networks.stored_detections import StoredDetections
+from vision.networks.stored_detections import StoredDetections, StoredInstant
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
@@ -57,8 +57,17 @@ def gap_in_a_file(settings: VisionSettings) -> Outcome:
     keys = np.array([0, 40_000, 80_000, 60_000_000])
     nan, ones = np.full(4, np.nan), np.ones(4)
     boxes = GroundBoxes(np.zeros((4, 2)), nan, nan, nan, ones, np.zeros(4, np.intp))
-    file = StoredDetections(keys, boxes, is_by_frame=False, settings=settings)
+    file = StoredDetections(keys, boxes, is_by_frame=False, settings=settings.networks)
     yield np.array([one.t_us for one in file.instants(None)], np.float64)
+
+
+def single_moment(settings: VisionSettings) -> Outcome:
+    """A file of one moment beside a video that begins a little later."""
+    nan, one = np.full(1, np.nan), np.ones(1)
+    for late_us in (15_000, 30_000):
+        boxes = GroundBoxes(np.zeros((1, 2)), nan, nan, nan, one, np.zeros(1, np.intp))
+        file = StoredDetections(np.array([0]), boxes, is_by_frame=False, settings=settings.networks)
+        yield np.array([len(file.detect(StoredInstant(0, late_us)))])
 
 
 SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
@@ -66,6 +75,7 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     nearly_square: "explained_sigmas better_sigmas",
     near_the_edge: "cut_px cut_spread_m",
     gap_in_a_file: "told_gap_us",
+    single_moment: "usual_step_us",
 }
 
 

@@ -14,7 +14,7 @@ def video(times_us: Sequence[int]) -> list[Frame]:
 
 
 def joined(second: Sequence[int], first: Sequence[int]) -> list[int | None]:
-    companion = Companion(video(second), 40_000)
+    companion = Companion(video(second))
     return [None if frame is None else frame.t_us for frame in (companion.at(t_us) for t_us in first)]
 
 
