@@ -67,6 +67,11 @@ def boxes_of(found: Detections) -> FloatArray:
     return np.concatenate([np.asarray(part, np.float64).ravel() for part in parts])
 
 
+def quick(settings: VisionSettings) -> VisionSettings:
+    """Start within five frames, and look for shadows in every one."""
+    return replace(settings, startup_us=160_000, background_period_us=0)
+
+
 def random_boxes(rng: np.random.Generator, count: int, low: tuple[float, ...], high: tuple[float, ...]) -> Boxes:
     """Boxes anywhere between two rows of east, north, heading, length, width."""
     return make_boxes([tuple(row) for row in rng.uniform(low, high, (count, 5)).tolist()])
@@ -83,9 +88,8 @@ def expected(known: Boxes, rng: np.random.Generator, tentative: Boxes | None = N
 def seen_from_above(settings: VisionSettings) -> Outcome:
     """Blobs of all sizes and contrasts, some known: what is noise, halo, a gap, one vehicle or two."""
     rng = np.random.default_rng(1)
-    quick = replace(settings, startup_us=160_000, background_period_us=0)
     lane = [LaneStrip(np.array([[0.0, y], [90.0, y]]), 3.3) for y in (4.0, 7.3)]
-    eye = FixedEye(top_view(SIZE), [whole_view(SIZE)], SIZE, quick, lane)
+    eye = FixedEye(top_view(SIZE), [whole_view(SIZE)], SIZE, quick(settings), lane)
     texture = ROAD_LEVEL + rng.normal(0, 3, SIZE[::-1])
     for k in range(14):
         low, high = (0.0, 2.0, -0.2, 0.7, 0.7), (94.0, 17.0, 0.2, 6.0, 2.4)
@@ -166,6 +170,7 @@ def in_the_sun(settings: VisionSettings) -> Outcome:
         yield measure_shadows(cells, is_shadow, boxes, SIDE, limits)
 
 
+LOW_VIEW = GroundView(bridge_view(), LOW_SIZE, max_metres_per_pixel=0.9)
 LOW_ROAD = np.array([[-6.0, 5.0], [6, 5], [6, 400], [-6, 400]])
 LOW_LANES = [LaneStrip(np.array([[x, 20.0], [x, 200.0]]), 3.6) for x in (-1.8, 1.8)]
 ACROSS = [LaneStrip(np.array([[-20.0, y], [20.0, y]]), 7.0) for y in (48.0, 57.0)]
@@ -201,15 +206,14 @@ def seen_from_a_bridge(settings: VisionSettings) -> Outcome:
 
 def low_surface(settings: VisionSettings) -> ImageSurface:
     """The plane of the camera on the bridge."""
-    view = GroundView(bridge_view(), LOW_SIZE, max_metres_per_pixel=0.9)
-    return ImageSurface(view, [LOW_ROAD], image_size_px=LOW_SIZE, settings=settings)
+    return ImageSurface(LOW_VIEW, [LOW_ROAD], image_size_px=LOW_SIZE, settings=settings)
 
 
 def shapes(surface: ImageSurface, rows: list[tuple[float, float, float, float]]) -> Cells:
     """Upright things at (east, north), so wide and high."""
     mask = np.zeros(surface.raster.grid.shape, np.uint8)
     for east, north, width_m, height_m in rows:
-        (x, y), px = surface._view.to_pixels(np.array([[east, north]]))[0], 800 / north
+        (x, y), px = LOW_VIEW.to_pixels(np.array([[east, north]]))[0], 800 / north
         corners = np.array([[-width_m / 2, 0], [width_m / 2, 0], [width_m / 2, -height_m], [-width_m / 2, -height_m]])
         mask |= surface.raster.grid.paint([corners * px + np.array([x, y])])
     mask &= surface.raster.road.view(np.uint8)
@@ -244,9 +248,9 @@ def feet(settings: VisionSettings) -> Outcome:
 
 def half_hidden(settings: VisionSettings) -> Outcome:
     """A known motorcycle, less and less of it in sight."""
-    eye = FixedEye(bridge_view(), [LOW_ROAD], LOW_SIZE, replace(settings, startup_us=160_000), [])
+    eye = FixedEye(bridge_view(), [LOW_ROAD], LOW_SIZE, quick(settings), [])
     known = expected(make_boxes([(2.0, 30.0, 1.57, 2.2, 0.8)]), np.random.default_rng(0))
-    foot = GroundView(bridge_view(), LOW_SIZE, max_metres_per_pixel=0.9).to_pixels(np.array([[2.0, 29.0]]))[0]
+    foot = LOW_VIEW.to_pixels(np.array([[2.0, 29.0]]))[0]
     for k in range(12):
         luma = np.full(LOW_SIZE[::-1], 100.0)
         if k > 5:
@@ -275,9 +279,8 @@ def in_its_shadow(settings: VisionSettings) -> Outcome:
 
 def standing_from_the_start(settings: VisionSettings) -> Outcome:
     """What stands in the first frame and may be a pair."""
-    quick = replace(settings, startup_us=160_000)
     for width_m in (4.0, 7.0):
-        camera = fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, quick)
+        camera = fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, quick(settings))
         luma = draw_boxes(SIZE, make_boxes([(40.0, 9.0, 0.0, 6.0, width_m)]), [60.0])
         frames = [make_frame(luma, index=k, t_us=40_000 * k) for k in range(15)]
         for objects in chain(*map(camera.observe, frames), camera.finish()):
@@ -301,7 +304,7 @@ def seen_twice(settings: VisionSettings) -> Outcome:
         FixedView(top_view(coarse, 0.94), coarse),
         video(coarse, 0.94, 0.6),
         [whole_view(SIZE)],
-        replace(settings, startup_us=160_000),
+        quick(settings),
     )
     for frame in video(SIZE, 0.47, 0.0):
         for objects in camera.observe(frame):
