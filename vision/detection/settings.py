@@ -25,7 +25,7 @@ class DetectionSettings:
     blur_cells: float = 0.4
     # Standard deviation of a detected centre, along and across the same; rendered seeds 1 to 5 of rural_overtaking.
     position_noise_m: float = 0.3
-    # Half-width of the band that counts as the edge of the view: a blob may end a cell short of it.
+    # Half-width of the band that counts as the edge of the view.
     edge_cells: int = 2
     # A tentative track is this close to the middle of the blob or box to which it lends its direction.
     lend_reach_m: float = 1.0

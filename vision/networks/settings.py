@@ -33,7 +33,7 @@ class UsualSizes:
 class NetworkSettings:
     """Tuned numbers for boxes of networks and files; each comment says what it rests on."""
 
-    # By class, as registered vehicles are.
+    # By class; they fill in what a box cannot tell, the more the less the view tells.
     usual_sizes: UsualSizes = field(default_factory=UsualSizes)
     # The drawn edges of a box are off by about this much, and by this part of its size.
     edge_noise_px: float = 1.0
@@ -46,7 +46,7 @@ class NetworkSettings:
     # A direction is clear if it explains a box within so many sigmas, and better than the one across it by so many.
     explained_sigmas: float = 3.0
     better_sigmas: float = 2.0
-    # After a gap in a file, that long is told of as empty: enough for all tracks to end (after 1 s of coasting).
+    # After a gap in a file, that long is told of as empty: enough for all tracks to end.
     told_gap_us: int = 2_000_000
     # What a file of a single moment says of the distance to the next one: that of frames of 25 Hz.
     usual_step_us: int = 40_000
