@@ -23,6 +23,7 @@ from anchoring.anchorer import Anchorer
 from anchoring.observations import Observations
 from benchmarks.tracked_traffic import DetectedTraffic
 from vision.detection.detector import Detections, Expected
+from vision.detection.settings import DetectionSettings
 from vision.objects import VisionObjects
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.settings import VisionSettings
@@ -149,8 +150,8 @@ def _anchored(anchorer: Anchorer) -> Callable[[VisionObjects], Shown]:
 def _follow(traffic: DetectedTraffic, settings: Settings, show: Callable[[VisionObjects], Shown]) -> Followed:
     own = {name: value for name, value in settings.items() if name != "position_noise_m"}
     tracking = TrackingSettings(**cast(dict[str, Any], own))
-    noise_m = float(settings.get("position_noise_m", VisionSettings().position_noise_m))
-    known = VisionSettings(position_noise_m=noise_m, tracking=tracking)
+    noise_m = float(settings.get("position_noise_m", DetectionSettings().position_noise_m))
+    known = VisionSettings(detection=DetectionSettings(position_noise_m=noise_m), tracking=tracking)
     tracker = Tracker(known, lambda points_m: np.ones(len(points_m), np.bool_))
     bounds = np.searchsorted(traffic.found_frame, np.arange(traffic.frame_count + 1))
     numbers: dict[str, int] = {}
@@ -159,7 +160,7 @@ def _follow(traffic: DetectedTraffic, settings: Settings, show: Callable[[Vision
     for frame in range(traffic.frame_count):
         expected = tracker.predict(frame * 1_000_000 // traffic.frames_per_s)
         # What our detections claim of their noise is the setting, not the truth.
-        found = _detections(traffic, slice(bounds[frame], bounds[frame + 1]), expected, known.position_noise_m)
+        found = _detections(traffic, slice(bounds[frame], bounds[frame + 1]), expected, noise_m)
         ids, centre_m, is_seen = show(tracker.update(found))
         for place in np.flatnonzero(is_seen).tolist():
             number = numbers.setdefault(ids[place], len(numbers))

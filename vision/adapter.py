@@ -11,12 +11,10 @@ from typing import Generic, Protocol, TypeVar
 
 from dyknow.sample import NOT_YET, Sample
 from vision.objects import VisionObjects
+from vision.settings import VisionSettings
 
 FrameT = TypeVar("FrameT")
 FrameT_contra = TypeVar("FrameT_contra", contravariant=True)
-
-# As long as dropped frames may last without anybody noticing.
-BRIDGED_US = 300_000
 
 
 class Vision(Protocol[FrameT_contra]):
@@ -24,6 +22,11 @@ class Vision(Protocol[FrameT_contra]):
 
     Results may be made while they are taken: take them all before the next call.
     """
+
+    @property
+    def settings(self) -> VisionSettings:
+        """Its constants."""
+        ...
 
     def observe(self, frame: FrameT_contra, /) -> Iterable[VisionObjects]:
         """Take the next frame and give the results that are ready."""
@@ -74,7 +77,7 @@ class VisionUnit(Generic[FrameT]):
                 self._lost = self._lost or objects
                 continue
             if self._lost is not None:
-                if objects.t_us - self._lost.t_us > BRIDGED_US:
+                if objects.t_us - self._lost.t_us > self._vision.settings.bridged_us:
                     yield self._lost
                 self._lost = None
             yield objects

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from vision.detection.eye import Eye, FixedEye
 from vision.detection.fusion import fuse
-from vision.detection.lane_bodies import TALL_LENGTH_M
 from vision.detection.lanes import LaneStrip
 from vision.detection.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
@@ -30,16 +29,6 @@ from vision.road.boxes import Boxes
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 from vision.video.frame import Companion, Frame
-
-# Around tracks, when they are told to who follows a moving camera: shadows, and what a vehicle drives in a frame.
-OUTLINE_MARGIN_M = 2.0
-# Two vehicles side by side are as wide as this; one with its shadow is not, unless it is long, and tall.
-PAIR_WIDTH_M = 5.0
-# Thermal pictures are coarse; a car as wide as one or two pixels still stands out by its warmth.
-THERMAL_METRES_PER_PIXEL = 1.5
-# By how much a box may lie beside its vehicle: half a shadow in colour, half a coarse pixel in warmth.
-COLOUR_BIAS_M = 0.5
-THERMAL_BIAS_M = 0.2
 
 InstantT = TypeVar("InstantT", bound=Instant)
 
@@ -61,6 +50,10 @@ class Camera(Generic[InstantT]):
     eyes : one, or two that are fused; the first one's start-up is the camera's.
     motion : knows the maps of a moving camera; None if it stands, or its boxes are on the ground already.
     settings : constants.
+
+    Attributes
+    ----------
+    settings : the same.
     """
 
     def __init__(
@@ -68,7 +61,7 @@ class Camera(Generic[InstantT]):
     ) -> None:
         self._eyes = eyes
         self._motion = motion
-        self._settings = settings
+        self.settings = settings
         self._tracker = Tracker(settings, self._holds)
         self._held: list[_Sight] = []
         self._judged_us: int | None = None
@@ -134,7 +127,7 @@ class Camera(Generic[InstantT]):
     def _take(self, instant: InstantT) -> _Sight:
         matrix = None
         if self._motion is not None:
-            outlines_m = list(self._tracker.claims()[0].corners(OUTLINE_MARGIN_M))
+            outlines_m = list(self._tracker.claims()[0].corners(self.settings.outline_margin_m))
             located = self._motion.locate(instant, outlines_m)
             if located is None:
                 return _Sight(instant.t_us, (None,) * len(self._eyes))
@@ -145,7 +138,9 @@ class Camera(Generic[InstantT]):
         """Predict, detect, update, judge, learn."""
         expected = self._tracker.predict(sight.t_us)
         channels = [eye.look(picture, expected) for eye, picture in zip(self._eyes, sight.pictures, strict=True)]
-        objects = self._tracker.update(channels[0].detections if len(channels) == 1 else fuse(*channels))
+        first, *others = channels
+        found = fuse(first, others[0], self.settings.detection) if others else first.detections
+        objects = self._tracker.update(found)
         if any(picture is not None for picture in sight.pictures):
             self._judge(sight.t_us)
             claims, is_real = self._tracker.claims()
@@ -157,7 +152,7 @@ class Camera(Generic[InstantT]):
 
     def _judge(self, t_us: int) -> None:
         """Decide about tracks that stand: what any eye sees is a vehicle; else what is burned in is learned."""
-        if self._judged_us is not None and t_us - self._judged_us < self._settings.background.period_us:
+        if self._judged_us is not None and t_us - self._judged_us < self.settings.background.period_us:
             return
         rows, boxes = self._suspects()
         self._judged_us = t_us
@@ -175,11 +170,12 @@ class Camera(Generic[InstantT]):
     def _suspects(self) -> tuple[IntArray, Boxes]:
         """List the tracks that may be ghosts."""
         if self._judged_us is not None:
-            return self._tracker.standing(self._settings.tracking.standing_us)
+            return self._tracker.standing(self.settings.tracking.standing_us)
         # What is there at the very first need not stand for a while, since a ghost comes only where something drove
         # off; but what may be two vehicles may part yet.
         rows, boxes = self._tracker.standing(0)
-        is_one = (boxes.width_m < PAIR_WIDTH_M) | (boxes.length_m > TALL_LENGTH_M)
+        limits = self.settings.detection
+        is_one = (boxes.width_m < limits.pair_width_m) | (boxes.length_m > limits.long_vehicle_m)
         return rows[is_one], boxes.select(is_one)
 
     def _verdicts(self, eye: Eye[InstantT], boxes: Boxes) -> NDArray[np.int8]:
@@ -257,8 +253,9 @@ def fused_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
+    bias_m = settings.detection.colour_bias_m
     eyes = [
-        FixedEye(colour.pixel_from_ground, polygons_m, colour.image_size_px, settings, lanes, bias_m=COLOUR_BIAS_M),
+        FixedEye(colour.pixel_from_ground, polygons_m, colour.image_size_px, settings, lanes, bias_m=bias_m),
         FixedEye(
             thermal.pixel_from_ground,
             polygons_m,
@@ -266,7 +263,7 @@ def fused_camera(
             thermal_settings(settings),
             lanes,
             companion=Companion(thermal_frames),
-            bias_m=THERMAL_BIAS_M,
+            bias_m=settings.detection.thermal_bias_m,
         ),
     ]
     return Camera(eyes, None, settings)
@@ -345,7 +342,7 @@ def thermal_settings(settings: VisionSettings) -> VisionSettings:
     >>> thermal_settings(VisionSettings()).max_metres_per_pixel
     1.5
     """
-    coarse_m = max(settings.max_metres_per_pixel, THERMAL_METRES_PER_PIXEL)
+    coarse_m = max(settings.max_metres_per_pixel, settings.thermal_metres_per_pixel)
     return replace(settings, max_metres_per_pixel=coarse_m)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,35 @@ VerdictArray = NDArray[np.int8]
 Tensor = NDArray[np.float32]
 Int64Array = NDArray[np.int64]
 ByteArray = NDArray[np.uint8]
+
+
+class Table:
+    """Columns with a row for each thing: a base for dataclasses of arrays, other tables, and None for no column."""
+
+    __slots__ = ()
+    __match_args__: ClassVar[tuple[str, ...]] = ()
+
+    def select(self, which: BoolArray | IntArray | slice) -> Self:
+        """Take some of the rows.
+
+        Parameters
+        ----------
+        which : mask, row numbers, or slice.
+
+        Returns
+        -------
+        Those rows, in that order.
+        """
+        columns = [getattr(self, name) for name in self.__match_args__]
+        return type(self)(*[None if column is None else column[which] for column in columns])
+
+    __getitem__ = select
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Put the rows of several tables into one, each column there in all of them."""
+        columns = ([getattr(part, name) for part in parts] for name in cls.__match_args__)
+        return cls(*[type(one[0]).joined(one) if isinstance(one[0], Table) else np.concatenate(one) for one in columns])
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Which constants does vision use? One place, in metres, seconds and grey levels, with the reason for each default."""
+"""Which numbers does vision decide by? A tree with a branch for each room; in metres, seconds and grey levels."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 from vision.background.settings import BackgroundSettings
+from vision.detection.settings import DetectionSettings
 from vision.errors import VisionError
+from vision.networks.settings import NetworkSettings
 from vision.registration.settings import RegistrationSettings
 from vision.road.settings import RoadSettings
 from vision.tracking.settings import TrackingSettings
@@ -15,34 +17,37 @@ from vision.tracking.settings import TrackingSettings
 
 @dataclass(frozen=True, slots=True)
 class VisionSettings:
-    """Constants of the fixed-camera pipeline.
+    """Tuned numbers that several rooms share, and those of each room; each comment says what it rests on.
 
-    Attributes
-    ----------
-    car_width_m, car_width_cells : a raster cell is their quotient, or what the camera gives if that is coarser.
-    road_margin_m : how far around the road polygons is watched too; cars lean over the line.
-    max_metres_per_pixel : ground seen more coarsely than this is left out.
-    strong_ratio : a blob must hold a cell this many times over its threshold (hysteresis against noise).
-    min_area_m2 : smaller blobs are noise.
-    split_share : part of its own area that a predicted box must own in a blob to claim it.
-    position_noise_m : standard deviation of a detected centre, along and across the same.
-    usual_length_m, usual_width_m, usual_height_m : assumed of an object where they cannot be seen.
-    background, road, registration, tracking : of these rooms.
+    Raises
+    ------
+    VisionError
+        If a number anywhere in the tree is not finite, or not above 0 (or its `least`, where it may be less).
     """
 
+    # A cell of the road raster is their quotient, or what the camera gives if that is coarser: a narrow car of 1.8 m
+    # is then six cells wide, enough for its outline after smoothing.
     car_width_m: float = 1.8
     car_width_cells: float = 6.0
+    # How far around the road polygons is watched too; cars lean over the line.
     road_margin_m: float = field(default=1.0, metadata={"least": 0})
+    # Ground seen more coarsely than this is left out: a car is then two pixels wide. By its warmth, a car as wide as
+    # one or two pixels still stands out.
     max_metres_per_pixel: float = 0.9
-    strong_ratio: float = 1.5
-    min_area_m2: float = 1.2
-    split_share: float = 0.3
-    position_noise_m: float = 0.3
+    thermal_metres_per_pixel: float = 1.5
+    # Assumed of an object where they cannot be seen: the usual car.
     usual_length_m: float = 4.5
     usual_width_m: float = 1.8
     usual_height_m: float = 1.5
+    # Around tracks, when they are told to who follows a moving camera: shadows, and what a vehicle drives in a frame.
+    outline_margin_m: float = 2.0
+    # A lost view is passed over if shorter, as dropped frames are that nobody notices.
+    bridged_us: int = 300_000
+
     background: BackgroundSettings = field(default_factory=BackgroundSettings)
     road: RoadSettings = field(default_factory=RoadSettings)
+    detection: DetectionSettings = field(default_factory=DetectionSettings)
+    networks: NetworkSettings = field(default_factory=NetworkSettings)
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
 

@@ -8,6 +8,7 @@ from dyknow.sample import Sample
 from tests.vision.support import make_frame
 from vision.adapter import VisionUnit
 from vision.objects import VisionObjects
+from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
 STEP_US = 40_000
@@ -15,6 +16,8 @@ STEP_US = 40_000
 
 class Script:
     """Vision that is lost in some frames."""
+
+    settings = VisionSettings()
 
     def __init__(self, lost: Sequence[int]) -> None:
         self._lost = lost

@@ -12,14 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells
 from vision.video.frames import ByteArray
-
-# A box measured by cells over a threshold is too long and too wide by this, since its border cells are mixed: measured
-# on boxes drawn with 20 to 60 grey levels of contrast.
-BLUR_CELLS = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,21 +146,9 @@ def find_blobs(raster: RoadCells, mask: ByteArray, difference: ByteArray) -> Cel
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Extents:
-    """Boxes around groups of cells, and how the view edge cuts them.
-
-    Attributes
-    ----------
-    boxes : tight in the given direction, in the plane's unit.
-    cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
-    """
-
-    boxes: Boxes
-    cut: NDArray[np.int8]
-
-
-def measure(cells: Cells, heading_rad: FloatArray, side: float) -> Extents:
+def measure(
+    cells: Cells, heading_rad: FloatArray, side: float, settings: DetectionSettings
+) -> tuple[Boxes, NDArray[np.int8]]:
     """Box every group in a given direction.
 
     Parameters
@@ -171,10 +156,11 @@ def measure(cells: Cells, heading_rad: FloatArray, side: float) -> Extents:
     cells : n groups.
     heading_rad : (n,) direction of each box's length.
     side : side of a cell.
+    settings : blur.
 
     Returns
     -------
-    The boxes of the groups.
+    Boxes, tight in the given direction, and (n,) +1 where the view edge cuts the front, -1 the rear, 0 where neither.
     """
     cos, sin = np.cos(heading_rad), np.sin(heading_rad)
     cell_cos, cell_sin = cos[cells.group], sin[cells.group]
@@ -187,9 +173,9 @@ def measure(cells: Cells, heading_rad: FloatArray, side: float) -> Extents:
         [middle_along * cos - middle_across * sin, middle_along * sin + middle_across * cos],
     )
     # A cell reaches half its side past its centre, more in a slanting direction; but cells half covered count as well.
-    reach = side * (np.abs(cos) + np.abs(sin) - BLUR_CELLS)
+    reach = side * (np.abs(cos) + np.abs(sin) - settings.blur_cells)
     boxes = Boxes(centre, heading_rad, front - rear + reach, left - right + reach)
-    return Extents(boxes, _cut(cells, along - middle_along[cells.group]))
+    return boxes, _cut(cells, along - middle_along[cells.group])
 
 
 def principal_heading(cells: Cells) -> tuple[FloatArray, FloatArray]:

@@ -1,9 +1,8 @@
-"""Which boxes on the road hold something now? The detector protocol and the built-in motion detector."""
+"""Which boxes on the road hold something now? What detectors say, and the built-in one, by motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -11,31 +10,19 @@ from numpy.typing import NDArray
 
 from vision.background.background import AT_THRESHOLD, Background
 from vision.detection.blobs import Cells, find_blobs
-from vision.detection.lanes import TWO_VEHICLES_M, LaneField
+from vision.detection.lanes import LaneField
+from vision.detection.settings import DetectionSettings
 from vision.detection.split import assign_cells
 from vision.detection.surface import Appearances, Surface
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
 
-# Odd: an even kernel moves the mask by half a cell, and with it every centre.
-CLOSE_CELLS = 3
-# A tentative track is this close to the middle of its blob.
-LEND_REACH_M = 1.0
-# Cells under this part of their group's mean difference are halo, but none above this multiple of the threshold.
-HALO_SHARE = 0.5
-HALO_MOST = 2.2
-# In the image this much of the least area is enough for a vehicle that is known.
-HALF_HIDDEN = 0.5
-
-# What is in a lane moves along it, whatever its shape.
-LANE_ELONGATION = 2.0
-
 
 @dataclass(frozen=True, slots=True)
-class Detections:
+class Detections(Table):
     """What was found in one frame, one row each.
 
     Attributes
@@ -67,20 +54,6 @@ class Detections:
     def weights(self) -> FloatArray:
         """Give the evidence of each, (n,)."""
         return np.ones(len(self)) if self.weight is None else self.weight
-
-    def select(self, which: BoolArray | IntArray) -> Detections:
-        """Take some of the detections, by mask or row numbers."""
-        return Detections(
-            boxes=self.boxes.select(which),
-            noise=self.noise[which],
-            elongation=self.elongation[which],
-            owner=self.owner[which],
-            divided=self.divided[which],
-            directed=self.directed[which],
-            cut=self.cut[which],
-            borders_m=self.borders_m[which],
-            weight=None if self.weight is None else self.weight[which],
-        )
 
     @classmethod
     def none(cls) -> Detections:
@@ -120,34 +93,6 @@ class Expected:
     course_rad: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """Detections, and the cells that differ from the background.
-
-    Attributes
-    ----------
-    detections : of the frame.
-    foreground : (packed_size,) non-zero where the frame differs; the background must not learn there.
-    """
-
-    detections: Detections
-    foreground: ByteArray
-
-
-class Detector(Protocol):
-    """Anything that finds vehicles in a rectified frame, given where known ones must be."""
-
-    def detect(self, image: RoadImage, expected: Expected) -> Scene:
-        """Find vehicles.
-
-        Parameters
-        ----------
-        image : the rectified road.
-        expected : where objects must be; `Detections.owner` refers to the rows of `expected.known`.
-        """
-        ...
-
-
 class MotionDetector:
     """Finds what differs from the background: threshold, close, connect, divide by prediction, box."""
 
@@ -158,11 +103,12 @@ class MotionDetector:
         self._surface = surface
         self._raster = surface.raster
         self._background = background
-        self._settings = settings
-        self._kernel = np.ones((CLOSE_CELLS, CLOSE_CELLS), np.uint8)
+        self._settings = settings.detection
+        self._shadows_every_us = settings.background.period_us
+        self._kernel = np.ones((self._settings.close_cells,) * 2, np.uint8)
         self._shadows_us = 0
 
-    def detect(self, image: RoadImage, expected: Expected) -> Scene:
+    def detect(self, image: RoadImage, expected: Expected) -> tuple[Detections, ByteArray]:
         """Find vehicles by their difference from the background.
 
         Parameters
@@ -172,7 +118,7 @@ class MotionDetector:
 
         Returns
         -------
-        Boxes of at least `min_area_m2`, and the foreground.
+        Boxes of at least `min_area_m2`, and (packed_size,) cells that differ, non-zero, which no background must learn.
         """
         packed = self._background.compare(image)
         difference = self._raster.unpack(packed)
@@ -180,7 +126,7 @@ class MotionDetector:
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
         blobs = self._strong(find_blobs(self._raster, closed & self._raster.road.view(np.uint8), difference))
         foreground = np.asarray(packed > AT_THRESHOLD, np.uint8)
-        return Scene(self._box(blobs, expected, image), foreground)
+        return self._box(blobs, expected, image), foreground
 
     def _strong(self, blobs: Cells) -> Cells:
         """Drop blobs that differ a little everywhere and nowhere clearly: noise and compression."""
@@ -203,9 +149,9 @@ class MotionDetector:
         heading, elongation = self._headings(cells)
         is_owned = owner >= 0
         heading[is_owned] = expected.known.heading_rad[owner[is_owned]]
-        lent, lender = _lend(cells, self._surface.appearances(expected.tentative))
+        lent, lender = _lend(cells, self._surface.appearances(expected.tentative), self._settings.lend_reach_m)
         heading[lent & ~is_owned] = expected.tentative.heading_rad[lender[lent & ~is_owned]]
-        sharp = _without_halo(cells)
+        sharp = _without_halo(cells, self._settings)
         footprints = self._surface.footprints(sharp, heading, self._shaded(sharp, image))
         return Detections(
             boxes=footprints.boxes,
@@ -221,7 +167,8 @@ class MotionDetector:
 
     def _least_m2(self, cells: Cells, known: int) -> FloatArray:
         """Say how large groups must be, (n,); seen from low above the road a known vehicle may be half hidden."""
-        share = np.where((cells.key < known) & (not self._raster.grid.is_north_up), HALF_HIDDEN, 1.0)
+        is_half_enough = (cells.key < known) & (not self._raster.grid.is_north_up)
+        share = np.where(is_half_enough, self._settings.half_hidden_share, 1.0)
         return np.asarray(share * self._settings.min_area_m2)
 
     def _weight(
@@ -234,10 +181,9 @@ class MotionDetector:
         is_walker = self._lanes.walkers(cells, course_rad, lender >= 0) & ~is_owned
         return np.where(is_walker, 0.0, 1.0 if weight is None else weight) if is_walker.any() else weight
 
-    @staticmethod
-    def _is_one(expected: Expected) -> BoolArray:
+    def _is_one(self, expected: Expected) -> BoolArray:
         """Tell which known objects are one vehicle: two that drive were seen apart, two that stand are too wide."""
-        return expected.is_driving | (expected.is_sized & (expected.known.width_m < TWO_VEHICLES_M))
+        return expected.is_driving | (expected.is_sized & (expected.known.width_m < self._settings.two_vehicles_m))
 
     def _part_by_lanes(self, cells: Cells, is_whole: BoolArray, image: RoadImage, seen: Boxes) -> Cells:
         """Part groups that fill several lanes; the owner of such a group, if there is one, keeps a part.
@@ -267,12 +213,12 @@ class MotionDetector:
         if self._lanes is None or cells.count == 0:
             return heading, elongation
         along, is_known = self._lanes.headings(cells)
-        clear = np.where(is_known, np.maximum(elongation, LANE_ELONGATION), elongation)
+        clear = np.where(is_known, np.maximum(elongation, self._settings.lane_elongation), elongation)
         return np.where(is_known, along, heading), clear
 
     def _shaded(self, cells: Cells, image: RoadImage) -> BoolArray | None:
         """Find cells like road in shadow; only now and then, since shadows change slowly."""
-        if image.t_us - self._shadows_us < self._settings.background.period_us:
+        if image.t_us - self._shadows_us < self._shadows_every_us:
             return None
         self._shadows_us = image.t_us
         return self._background.shaded(image, cells.points) > 0
@@ -289,21 +235,21 @@ def _nearest_part(cells: Cells, part: IntArray, seen: Boxes) -> IntArray:
     return nearest
 
 
-def _without_halo(cells: Cells) -> Cells:
+def _without_halo(cells: Cells, settings: DetectionSettings) -> Cells:
     """Drop cells much fainter than their group: blur and compression put a halo around strong contrasts."""
     if cells.count == 0:
         return cells
     strength = cells.strength.astype(np.float64)
     mean = np.add.reduceat(strength, cells.starts) / cells.sizes
-    least = np.clip(HALO_SHARE * mean, AT_THRESHOLD, HALO_MOST * AT_THRESHOLD)
+    least = np.clip(settings.halo_share * mean, AT_THRESHOLD, settings.halo_most * AT_THRESHOLD)
     least = np.minimum(least, np.maximum.reduceat(strength, cells.starts))
     return cells.regroup(np.where(strength >= least[cells.group], cells.group, -1))
 
 
-def _lend(cells: Cells, tentative: Appearances) -> tuple[BoolArray, IntArray]:
+def _lend(cells: Cells, tentative: Appearances, reach_m: float) -> tuple[BoolArray, IntArray]:
     """Find a tentative track for each group whose middle lies in its box: whether there is one, and its row."""
     if len(tentative.boxes) == 0 or cells.count == 0:
         return np.zeros(cells.count, np.bool_), np.zeros(cells.count, np.intp)
     middle = np.add.reduceat(cells.points, cells.starts, axis=0) / cells.sizes[:, None]
     distance_m = distance_to_boxes(middle, tentative.boxes) * tentative.metres_per_unit
-    return distance_m.min(axis=1) <= LEND_REACH_M, np.argmin(distance_m, axis=1)
+    return distance_m.min(axis=1) <= reach_m, np.argmin(distance_m, axis=1)

@@ -99,7 +99,7 @@ class RoadEye(Eye[Frame]):
         self._background = background
         self._detector = MotionDetector(surface, background, settings, lanes)
         self._bias_m = bias_m
-        self._rate = DetectionRate()
+        self._rate = DetectionRate(settings.detection)
         self._image: RoadImage | None = None
         self._foreground: ByteArray | None = None
 
@@ -128,11 +128,11 @@ class RoadEye(Eye[Frame]):
         if image is not None and not self.is_ready:
             self._background.hold(image)
         elif image is not None:
-            scene = self._detector.detect(image, expected)
-            self._image, self._foreground = image, scene.foreground
+            self._image = image
+            detections, self._foreground = self._detector.detect(image, expected)
             if not self._background.is_overwhelmed:
-                self._rate.learn(scene.detections, expected.known, self.holds(expected.known.centre_m))
-                return Channel(scene.detections, self.holds, self._rate.value, bias_m=self._bias_m)
+                self._rate.learn(detections, expected.known, self.holds(expected.known.centre_m))
+                return Channel(detections, self.holds, self._rate.value, bias_m=self._bias_m)
         return Channel(Detections.none(), self.holds, self._rate.value, is_open=False)
 
     def judge(self, boxes: Boxes) -> VerdictArray:
@@ -192,7 +192,7 @@ class FixedEye(RoadEye):
             settings,
             car_cells=settings.car_width_m / surface.metres_per_cell,
             finds_standing=is_map,
-            borders=borders_of(lanes, grid) if is_map else None,
+            borders=borders_of(lanes, grid, settings.detection) if is_map else None,
         )
         super().__init__(surface, background, settings, surface.lane_field(lanes) if lanes else None, bias_m=bias_m)
         self._raster = surface.raster

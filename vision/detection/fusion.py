@@ -15,23 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision.detection.detector import Detections
+from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.tracking import kalman
 from vision.tracking.association import assign
-
-# Mahalanobis distance up to which two detections may be one vehicle.
-GATE_SIGMAS = 3.0
-# The two homographies agree on the ground to about this.
-REGISTRATION_M = 0.4
-# A detection that nobody else confirms or denies is a vehicle with this probability.
-LONE_TRUST = 0.8
-# A piece of a vehicle lies this close to its box: bumpers and shadows do, other vehicles do not.
-PIECE_REACH_M = 1.0
-# Detection rates are means over about this many sightings of tracks, and start from this many at one half.
-MEMORY, PRIOR = 2000.0, 20.0
-# No camera is so good that its silence proves anything.
-MOST_RATE = 0.98
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +46,14 @@ class Channel:
 class DetectionRate:
     """How reliably a camera sees the vehicles that are tracked."""
 
-    def __init__(self) -> None:
-        self._hits, self._chances = PRIOR / 2, PRIOR
+    def __init__(self, settings: DetectionSettings) -> None:
+        self._settings = settings
+        self._hits, self._chances = settings.rate_prior / 2, settings.rate_prior
 
     @property
     def value(self) -> float:
-        """Part of the vehicles in view that are detected, 0 to `MOST_RATE`."""
-        return min(self._hits / self._chances, MOST_RATE)
+        """Part of the vehicles in view that are detected, 0 to `most_rate`."""
+        return min(self._hits / self._chances, self._settings.most_rate)
 
     def learn(self, detections: Detections, known: Boxes, is_seen: BoolArray) -> None:
         """Take in one frame.
@@ -77,59 +66,57 @@ class DetectionRate:
         """
         is_hit = np.zeros(len(known), np.bool_)
         is_hit[detections.owner[detections.owner >= 0]] = True
-        keep = max(0.0, 1.0 - float(is_seen.sum()) / MEMORY)
+        keep = max(0.0, 1.0 - float(is_seen.sum()) / self._settings.rate_memory)
         self._hits = keep * self._hits + float((is_hit & is_seen).sum())
         self._chances = keep * self._chances + float(is_seen.sum())
 
 
-def fuse(first: Channel, second: Channel) -> Detections:
+def fuse(first: Channel, second: Channel, settings: DetectionSettings) -> Detections:
     """Join the detections of two cameras.
 
     Parameters
     ----------
     first, second : of the same moment; owners are rows of the same tracks.
+    settings : gate, trust.
 
     Returns
     -------
     One row for each vehicle that either sees; the weight says how probable it is.
     """
-    rows, columns = assign(_costs(first.detections, second.detections))
+    rows, columns = assign(_costs(first.detections, second.detections, settings))
     both = _merged(first.detections.select(rows), second.detections.select(columns), (first.bias_m, second.bias_m))
     alone = [
-        _alone(one, other, _others(len(one.detections), taken))
+        _alone(one, other, np.delete(np.arange(len(one.detections)), taken), settings.lone_trust)
         for one, other, taken in ((first, second, rows), (second, first, columns))
     ]
-    whole = [_whole(mine, joined([both, theirs])) for mine, theirs in (alone, alone[::-1])]
-    return joined([both, *whole])
+    seen = [Detections.joined([both, one]) for one in alone]
+    whole = [_whole(mine, other, settings.piece_reach_m) for mine, other in zip(alone, seen[::-1], strict=True)]
+    return Detections.joined([both, *whole])
 
 
-def _whole(lone: Detections, others: Detections) -> Detections:
+def _whole(lone: Detections, others: Detections, reach_m: float) -> Detections:
     """Drop pieces: what one camera sees in fragments, and the other one, or both, as a larger vehicle."""
-    is_near = distance_to_boxes(lone.boxes.centre_m, others.boxes) < PIECE_REACH_M
-    is_larger = (others.boxes.length_m * others.boxes.width_m)[None] > (lone.boxes.length_m * lone.boxes.width_m)[
-        :, None
-    ]
+    is_near = distance_to_boxes(lone.boxes.centre_m, others.boxes) < reach_m
+    areas_m2 = [one.boxes.length_m * one.boxes.width_m for one in (lone, others)]
+    is_larger = areas_m2[1] > areas_m2[0][:, None]
     return lone.select((lone.owner >= 0) | ~(is_near & is_larger).any(axis=1))
 
 
-def _others(count: int, taken: IntArray) -> IntArray:
-    return np.setdiff1d(np.arange(count), taken).astype(np.intp)
-
-
-def _costs(one: Detections, other: Detections) -> FloatArray:
+def _costs(one: Detections, other: Detections, settings: DetectionSettings) -> FloatArray:
     """Compute squared Mahalanobis distances (n, m); infinite for what cannot be one vehicle."""
     if len(one) == 0 or len(other) == 0:
         return np.zeros((len(one), len(other)))
+    gate = settings.fusion_sigmas**2
     offset = other.boxes.centre_m[None] - one.boxes.centre_m[:, None]
-    noise = one.noise[:, None] + other.noise[None] + REGISTRATION_M**2 * np.eye(2)
+    noise = one.noise[:, None] + other.noise[None] + settings.registration_m**2 * np.eye(2)
     squared = np.einsum("nmi,nmij,nmj->nm", offset, kalman.inverse(noise), offset)
     is_inside = distance_to_boxes(one.boxes.centre_m, other.boxes) < 0
     is_inside |= distance_to_boxes(other.boxes.centre_m, one.boxes).T < 0
     is_owned = (one.owner >= 0)[:, None] & (other.owner >= 0)[None]
     is_same = one.owner[:, None] == other.owner[None]
-    is_possible = np.where(is_owned, is_same, (squared <= GATE_SIGMAS**2) | is_inside)
+    is_possible = np.where(is_owned, is_same, (squared <= gate) | is_inside)
     # A common owner is better evidence than any distance.
-    return np.where(is_possible, np.where(is_owned, 0.0, GATE_SIGMAS**2) + squared, np.inf)
+    return np.where(is_possible, np.where(is_owned, 0.0, gate) + squared, np.inf)
 
 
 def _merged(one: Detections, other: Detections, bias_m: tuple[float, float]) -> Detections:
@@ -168,32 +155,12 @@ def _merged(one: Detections, other: Detections, bias_m: tuple[float, float]) -> 
     )
 
 
-def _alone(one: Channel, other: Channel, rows: IntArray) -> Detections:
+def _alone(one: Channel, other: Channel, rows: IntArray, trust: float) -> Detections:
     """Weigh what only one camera sees by the silence of the other, where that one looks too."""
     found = one.detections.select(rows)
     silence = np.ones(len(found))
     if other.is_open and len(found) > 0:
         silence = np.where(other.holds(found.boxes.centre_m), 1.0 - other.rate, 1.0)
-    weight = LONE_TRUST * silence / (LONE_TRUST * silence + (1.0 - LONE_TRUST))
+    weight = trust * silence / (trust * silence + (1.0 - trust))
     # A track that is known needs no more proof.
     return replace(found, weight=np.where(found.owner >= 0, 1.0, weight))
-
-
-def joined(parts: list[Detections]) -> Detections:
-    """Put several sets of detections into one."""
-    return Detections(
-        boxes=Boxes(
-            np.concatenate([part.boxes.centre_m for part in parts]),
-            np.concatenate([part.boxes.heading_rad for part in parts]),
-            np.concatenate([part.boxes.length_m for part in parts]),
-            np.concatenate([part.boxes.width_m for part in parts]),
-        ),
-        noise=np.concatenate([part.noise for part in parts]),
-        elongation=np.concatenate([part.elongation for part in parts]),
-        owner=np.concatenate([part.owner for part in parts]),
-        divided=np.concatenate([part.divided for part in parts]),
-        directed=np.concatenate([part.directed for part in parts]),
-        cut=np.concatenate([part.cut for part in parts]),
-        borders_m=np.concatenate([part.borders_m for part in parts]),
-        weight=np.concatenate([part.weights() for part in parts]),
-    )

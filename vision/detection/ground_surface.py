@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+import shapely
 
 from vision.detection.blobs import Cells, measure, principal_heading
 from vision.detection.lanes import LaneField, LaneStrip
 from vision.detection.shadow import measure_shadows
-from vision.detection.surface import Appearances, Footprints
+from vision.detection.surface import Appearances, Footprints, edge_of
 from vision.errors import VisionError
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
@@ -21,8 +22,6 @@ from vision.road.rectify import RoadCells, RoadRaster
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
-# Half-width of the band of cells that counts as the edge of the view.
-EDGE_CELLS = 2
 # Positions per polygon at which the camera's scale is looked up.
 BORDER_SAMPLES = 400
 
@@ -34,13 +33,13 @@ class MapSurface:
     ----------
     raster : cells of ground, north up.
     parallax : of the camera.
-    position_noise_m : standard deviation of a detected centre.
+    settings : noise, blur, shadows.
     """
 
-    def __init__(self, raster: RoadCells, parallax: Parallax, *, position_noise_m: float) -> None:
+    def __init__(self, raster: RoadCells, parallax: Parallax, settings: VisionSettings) -> None:
         self.raster = raster
         self._parallax = parallax
-        self._noise_m = position_noise_m
+        self._settings = settings
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view.
@@ -108,14 +107,14 @@ class MapSurface:
         Boxes on the ground.
         """
         side = self.raster.grid.side
-        extents = measure(cells, heading_rad, side)
+        boxes, cut = measure(cells, heading_rad, side, self._settings.detection)
         borders_m = np.full((cells.count, 4), np.nan)
         if is_shaded is not None:
-            borders_m = measure_shadows(cells, is_shaded, extents.boxes, side)
+            borders_m = measure_shadows(cells, is_shaded, boxes, side, self._settings.detection)
         return Footprints(
-            boxes=self._parallax.footprints(extents.boxes),
-            noise=np.broadcast_to(self._noise_m**2 * np.eye(2), (cells.count, 2, 2)),
-            cut=extents.cut,
+            boxes=self._parallax.footprints(boxes),
+            noise=np.broadcast_to(self._settings.detection.position_noise_m**2 * np.eye(2), (cells.count, 2, 2)),
+            cut=cut,
             borders_m=borders_m,
         )
 
@@ -153,13 +152,19 @@ class GroundSurface(MapSurface):
     ) -> None:
         low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
         grid = Grid.between(low_m, high_m, side=cell_size(view, polygons_m, settings), is_north_up=True)
-        road, view_edge = _road_cells(grid, view, polygons_m, margin_m=settings.road_margin_m)
-        raster = RoadRaster(grid, road=road, view_edge=view_edge, to_pixels=view.to_pixels, image_size_px=image_size_px)
-        super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
+        road = painted_road(grid, polygons_m, margin_m=settings.road_margin_m)
+        in_view = np.zeros(grid.shape, np.bool_)
+        for area in cover(road):
+            in_view[area.slices] = view.sees(grid.centres(area))
+        edge = edge_of(road & in_view, road & ~in_view, settings.road.edge_cells, is_bounded=False)
+        raster = RoadRaster(
+            grid, road=road & in_view, view_edge=edge, to_pixels=view.to_pixels, image_size_px=image_size_px
+        )
+        super().__init__(raster, Parallax(view, settings), settings)
 
     def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
         """Lay lanes on the map."""
-        return LaneField(self.raster.grid, lanes)
+        return LaneField(self.raster.grid, lanes, self._settings.detection)
 
 
 def _road_in_view(
@@ -176,19 +181,6 @@ def _road_in_view(
             f"got road at {corners.min(axis=0).tolist()!r} to {corners.max(axis=0).tolist()!r} m"
         )
     return low, high
-
-
-def _road_cells(
-    grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], *, margin_m: float
-) -> tuple[BoolArray, BoolArray]:
-    """Find the road cells in view, and those of them at the edge of the view."""
-    road = painted_road(grid, polygons_m, margin_m=margin_m)
-    in_view = np.zeros(grid.shape, np.bool_)
-    for area in cover(road):
-        in_view[area.slices] = view.sees(grid.centres(area))
-    unseen = np.asarray(road & ~in_view, np.uint8)
-    band = np.ones((2 * EDGE_CELLS + 1, 2 * EDGE_CELLS + 1), np.uint8)
-    return road & in_view, road & in_view & (cv2.dilate(unseen, band) > 0)
 
 
 def painted_road(grid: Grid, polygons_m: Sequence[FloatArray], *, margin_m: float) -> BoolArray:
@@ -223,15 +215,11 @@ def cell_size(view: GroundView, polygons_m: Sequence[FloatArray], settings: Visi
     Metres.
     """
     wanted_m = settings.car_width_m / settings.car_width_cells
-    borders = np.concatenate([_along_border(polygon) for polygon in polygons_m])
+    places = np.linspace(0.0, 1.0, BORDER_SAMPLES)
+    rings = [shapely.LinearRing(polygon) for polygon in polygons_m]
+    along = [shapely.line_interpolate_point(ring, places, normalized=True) for ring in rings]
+    borders = shapely.get_coordinates(np.concatenate(along))
     borders = borders[view.sees(borders)]
     # Road that fills the view has no border in it.
     scales = view.metres_per_pixel(borders if len(borders) > 0 else view.seen_ground())
     return float(max(wanted_m, np.percentile(scales, 10)))
-
-
-def _along_border(polygon_m: FloatArray) -> FloatArray:
-    closed = np.concatenate([polygon_m, polygon_m[:1]])
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    places = np.linspace(0.0, along[-1], BORDER_SAMPLES)
-    return np.column_stack([np.interp(places, along, closed[:, 0]), np.interp(places, along, closed[:, 1])])

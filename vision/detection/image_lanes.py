@@ -1,8 +1,10 @@
-"""Which lane does a vehicle seen from low above the road stand in? Parts blobs of several vehicles by their feet.
+"""Where do vehicles seen from low above meet the ground, and in which lane? Parts blobs of several by their feet.
 
 In the image a vehicle covers the lanes behind it, so its cells say nothing; but the lowest cell of every column of a
-blob is where something meets the ground, or nearly. A vehicle's feet lie in one lane, without a gap. Where the feet of
-a blob lie in two lanes, or far apart in one, and something as high as a car stands on both, there are two vehicles.
+blob is where something meets the ground, or nearly. Where another vehicle's cells follow below it, that one stands
+nearer and hides the foot: what looks lowest there is the other one's roof line, and far from the ground. A vehicle's
+feet lie in one lane, without a gap. Where the feet of a blob lie in two lanes, or far apart in one, and something as
+high as a car stands on both, there are two vehicles.
 """
 
 from __future__ import annotations
@@ -13,35 +15,76 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.detection.blobs import Cells
-from vision.detection.image_feet import Feet, find_feet
-from vision.detection.lanes import LANE_SHARE, TWO_VEHICLES_M, LaneField, LaneStrip
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.detection.lanes import LaneField, LaneStrip
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import axis
 from vision.road.cover import Rectangle
 from vision.road.grid import Grid
 from vision.road.view import GroundView
+from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
 
-# Of a vehicle half hidden by another one this much is seen at least; shadows on the next lane are flatter than this.
-LEAST_WIDTH_M, LEAST_HEIGHT_M = 1.1, 0.9
-# Of one that stands in the same lane as another this much is enough: no shadow falls that far.
-LEAST_APART_WIDTH_M = 0.6
-# No two vehicles are narrower than this where a car is as few pixels wide as road is watched at all.
-LEAST_FEET_PX = 5.0
-# Lanes run with the line of sight where the cosine of the angle between them is at least this.
-LENGTHWISE = 0.9
-# What is seen above a car in front, from this height over its foot on, belongs to the vehicle behind it, which is
-# this wide.
-CAR_HEIGHT_M, FULL_WIDTH_M = 1.9, 1.8
-# The lower outline of one vehicle makes no step as high as this, measured upright: wheels and bumpers hang lower.
-# On either side of a step, a vehicle is seen this wide.
-LEAST_STEP_M, LEAST_STEP_WIDTH_M = 1.2, 0.8
-# What stands in two lanes is one vehicle between them if it is narrower than two and no part is farther away by this.
-LEVEL_M = 2.5
-# Whoever walks is narrower than this, as are motorcycles, and goes along no lane: that is, within this cosine.
-WALKER_WIDTH_M, ALONG_LANE = 1.4, 0.7
-# Feet in one lane with nothing between them for this far belong to two vehicles; the view is too coarse for less.
-LEAST_GAP_M, GAP_CELLS = 6.0, 6.0
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet(Table):
+    """The lowest cells of the columns of groups.
+
+    Attributes
+    ----------
+    group : (f,) ascending.
+    column : (f,) of the grid, ascending in each group.
+    points : (f, 2) on the image.
+    height_px : (f,) from the highest to the lowest cell, both included.
+    is_hidden : (f,) True where another group follows below.
+    """
+
+    group: IntArray
+    column: IntArray
+    points: FloatArray
+    height_px: FloatArray
+    is_hidden: BoolArray
+
+
+def find_feet(cells: Cells, grid: Grid, below_cells: int) -> Feet:
+    """Find the lowest cell of every column of every group.
+
+    Parameters
+    ----------
+    cells : n groups, on an image grid.
+    grid : of the cells.
+    below_cells : how many below a column's lowest one are looked at.
+
+    Returns
+    -------
+    One foot a column and group.
+
+    Examples
+    --------
+    Two groups in one column of cells, the second right below the first, and one cell of road between them:
+
+    >>> grid = Grid.between(np.zeros(2), np.array([3.0, 6.0]), side=1.0, is_north_up=False)
+    >>> points = np.array([[1.5, 0.5], [1.5, 1.5], [2.5, 0.5], [1.5, 3.5], [1.5, 4.5]])
+    >>> groups = (np.array([0, 0, 0, 1, 1]), np.array([0, 3]))
+    >>> cells = Cells(points, groups[0], np.ones(5, np.uint8), np.zeros(5, bool), groups[1], np.arange(2))
+    >>> feet = find_feet(cells, grid, 3)
+    >>> feet.column.tolist(), feet.height_px.tolist(), feet.is_hidden.tolist()
+    ([1, 2, 1], [2.0, 1.0, 2.0], [True, False, False])
+    """
+    rows, columns = grid.shape
+    place, row = np.rint(grid.to_cells(cells.points)).astype(np.intp).T
+    key = cells.group * columns + place
+    lowest, highest = np.full(cells.count * columns, -1, np.intp), np.full(cells.count * columns, rows, np.intp)
+    np.maximum.at(lowest, key, row)
+    np.minimum.at(highest, key, row)
+    key = np.flatnonzero(lowest >= 0)
+    group, column = np.divmod(key, columns)
+    low, high = lowest[key], highest[key]
+    owner = np.full((rows + below_cells, columns), -1, np.intp)
+    owner[row, place] = cells.group
+    below = np.stack([owner[low + step, column] for step in range(1, below_cells + 1)])
+    is_hidden = ((below >= 0) & (below != group)).any(axis=0)
+    points = grid.to_plane(np.column_stack([column, low]).astype(np.float64))
+    return Feet(group, column, points, (low - high + 1) * np.float64(grid.side), is_hidden)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,22 +115,17 @@ class ImageLanes(LaneField):
     grid : of the image.
     lanes : on the ground, may be none.
     view : of the camera.
+    settings : the usual car, and what is seen of vehicles and their feet.
     """
 
-    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip], view: GroundView) -> None:
-        super().__init__(grid, ())
+    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip], view: GroundView, settings: VisionSettings) -> None:
+        super().__init__(grid, (), settings.detection)
         self._view = view
+        self._usual_width_m = settings.usual_width_m
+        # Two vehicles are no narrower than this where the road is seen most coarsely.
+        self._least_px = 2 * self._settings.apart_width_m / settings.car_width_m * self._settings.least_car_px
         ground_m, is_below = view.to_ground(grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1])))
-        taken = np.zeros(grid.shape, np.uint8)
-        for number, lane in enumerate(lanes, start=1):
-            inside = np.zeros(grid.shape, np.bool_)
-            for start, end in zip(lane.centre_line_m[:-1], lane.centre_line_m[1:], strict=True):
-                part = is_below & _is_beside(ground_m, start, end, lane.width_m / 2)
-                self._heading_rad[part] = np.arctan2(*(end - start)[::-1])
-                inside |= part
-            self._lane[inside] = number
-            taken += inside
-        self._lane[taken > 1] = 0
+        self._lay(lanes, lambda *piece: is_below & _is_beside(ground_m, *piece))
 
     def parts(
         self, cells: Cells, light: Callable[[FloatArray], ByteArray], is_whole: BoolArray | None = None
@@ -113,7 +151,7 @@ class ImageLanes(LaneField):
         standing = self._standing(cells)
         # Most groups are specks, too narrow for two feet even where the road is seen most coarsely.
         widths_px = np.bincount(standing.feet.group, minlength=cells.count) * self._grid.side
-        for group in np.flatnonzero(widths_px >= LEAST_FEET_PX).tolist():
+        for group in np.flatnonzero(widths_px >= self._least_px).tolist():
             mine = standing.of(group)
             is_known = is_whole is not None and is_whole[group] and not self._is_lengthwise(mine)
             vehicle = self._vehicles(mine, [] if is_known else self._in_lanes(mine))
@@ -143,7 +181,7 @@ class ImageLanes(LaneField):
             mine = standing.of(group)
             lane = int(np.bincount(mine.lane).argmax())
             is_in = mine.lane == lane
-            is_known[group] = lane > 0 and is_in.mean() >= LANE_SHARE
+            is_known[group] = lane > 0 and is_in.mean() >= self._settings.lane_share
             ahead = np.exp(1j * mine.heading_rad[is_in]).sum()
             heading_rad[group] = np.angle(ahead)
         return heading_rad, is_known
@@ -167,12 +205,12 @@ class ImageLanes(LaneField):
         foot_m = self._view.to_ground(np.column_stack([(left + right) / 2, lowest]))[0]
         width_m = (right - left + self._grid.side) * self._view.sight(foot_m).across_m
         lane_rad, is_known = self.headings(cells)
-        is_along = is_known & is_moving & (np.cos(course_rad - lane_rad) >= ALONG_LANE)
-        return np.asarray((width_m < WALKER_WIDTH_M) & ~is_along)
+        is_along = is_known & is_moving & (np.cos(course_rad - lane_rad) >= self._settings.walker_cos)
+        return np.asarray((width_m < self._settings.walker_width_m) & ~is_along)
 
     def _standing(self, cells: Cells) -> _LaneFeet:
         """Find the feet of groups and look up their lanes."""
-        feet = find_feet(cells, self._grid)
+        feet = find_feet(cells, self._grid, self._settings.below_cells)
         lane, heading_rad = self.lanes_at(feet.points)
         return _LaneFeet(feet, np.where(feet.is_hidden, 0, lane), heading_rad)
 
@@ -200,7 +238,7 @@ class ImageLanes(LaneField):
         sight = self._view.sight(ground_m)
         depth_m = ground_m @ sight.away.mean(axis=0)
         width_m = self._grid.side * (np.array([len(one) for one in pieces]) @ sight.across_m)
-        return bool(np.ptp(depth_m) < LEVEL_M and width_m < TWO_VEHICLES_M)
+        return bool(np.ptp(depth_m) < self._settings.level_m and width_m < self._settings.two_vehicles_m)
 
     def _between_steps(self, feet: Feet) -> list[IntArray]:
         """List the vehicles of one group by its lower outline, where that makes a high step to another."""
@@ -208,14 +246,17 @@ class ImageLanes(LaneField):
         seen = np.flatnonzero(~feet.is_hidden & is_ground)
         row, scale = feet.points[seen, 1], self._view.sight(ground_m[seen]).across_m
         width_m, height_m = self._grid.side * scale, feet.height_px[seen] * scale
-        is_step = np.abs(np.diff(row)) * scale[1:] > LEAST_STEP_M
+        is_step = np.abs(np.diff(row)) * scale[1:] > self._settings.step_m
         found: list[IntArray] = []
         for piece in np.split(np.arange(len(seen)), np.flatnonzero(is_step) + 1):
-            if width_m[piece].sum() < LEAST_STEP_WIDTH_M or np.median(height_m[piece]) < LEAST_HEIGHT_M:
+            if (
+                width_m[piece].sum() < self._settings.step_width_m
+                or np.median(height_m[piece]) < self._settings.feet_height_m
+            ):
                 continue
             step_m = [abs(row[piece[0]] - row[one[-1]]) * scale[piece[0]] for one in found]
             # Where the outline comes back to a level where it was, all in between is one vehicle with a gap in it.
-            level = next((k for k, one_m in enumerate(step_m) if one_m <= LEAST_STEP_M), len(found))
+            level = next((k for k, one_m in enumerate(step_m) if one_m <= self._settings.step_m), len(found))
             found[level:] = [np.concatenate([*found[level : level + 1], piece])]
         return [seen[one] for one in found]
 
@@ -226,7 +267,7 @@ class ImageLanes(LaneField):
             return False
         away = self._view.sight(self._view.to_ground(standing.feet.points[on_lane])[0]).away
         along = axis(standing.heading_rad[on_lane].astype(np.float64))
-        return bool(np.median(np.abs(np.einsum("ni,ni->n", away, along))) >= LENGTHWISE)
+        return bool(np.median(np.abs(np.einsum("ni,ni->n", away, along))) >= self._settings.lengthwise_cos)
 
     def _with_hidden_sides(self, feet: Feet, vehicle: IntArray, points: FloatArray, dealt: IntArray) -> IntArray:
         """Give vehicles what is seen of them above the nearer ones that hide a side of them: (p,) numbers."""
@@ -237,8 +278,8 @@ class ImageLanes(LaneField):
             left, right = feet.points[vehicle == one, 0].min(), feet.points[vehicle == one, 0].max()
             foot = np.array([[(left + right) / 2, lowest[one]]])
             scale = float(self._view.sight(self._view.to_ground(foot)[0]).across_m[0])
-            is_near = np.abs(points[:, 0] - (left + right) / 2) < FULL_WIDTH_M / scale - (right - left) / 2
-            is_above = points[:, 1] < np.minimum(lowest[one], lowest[dealt] - CAR_HEIGHT_M / scale)
+            is_near = np.abs(points[:, 0] - (left + right) / 2) < self._usual_width_m / scale - (right - left) / 2
+            is_above = points[:, 1] < np.minimum(lowest[one], lowest[dealt] - self._settings.roof_m / scale)
             result[is_near & is_above & (dealt != one)] = one
         return result
 
@@ -254,15 +295,17 @@ class ImageLanes(LaneField):
         sight = self._view.sight(ground_m)
         along_m = ground_m @ axis(standing.heading_rad[mine[:1]].astype(np.float64))[0]
         order = np.argsort(along_m)
-        least_m = max(LEAST_GAP_M, GAP_CELLS * self._grid.side * float(np.median(sight.along_m)))
+        least_m = max(
+            self._settings.gap_m, self._settings.gap_cells * self._grid.side * float(np.median(sight.along_m))
+        )
         pieces = np.split(order, np.flatnonzero(np.diff(along_m[order]) > least_m) + 1)
         width_m = self._grid.side * sight.across_m
         height_m = standing.feet.height_px[mine] * sight.across_m
-        least_width_m = LEAST_WIDTH_M if len(pieces) == 1 else LEAST_APART_WIDTH_M
+        least_width_m = self._settings.feet_width_m if len(pieces) == 1 else self._settings.apart_width_m
         return [
             mine[one]
             for one in pieces
-            if width_m[one].sum() >= least_width_m and np.median(height_m[one]) >= LEAST_HEIGHT_M
+            if width_m[one].sum() >= least_width_m and np.median(height_m[one]) >= self._settings.feet_height_m
         ]
 
 

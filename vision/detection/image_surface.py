@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
+import shapely
 
 from vision.detection.blobs import Cells, measure
-from vision.detection.image_feet import find_feet
-from vision.detection.image_lanes import ImageLanes
+from vision.detection.image_lanes import ImageLanes, find_feet
 from vision.detection.lanes import LaneStrip
-from vision.detection.surface import Appearances, Footprints
+from vision.detection.surface import Appearances, Footprints, edge_of, road_area
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
 from vision.road.cover import Rectangle
@@ -26,22 +25,8 @@ from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.tracking import kalman
 
-# The image is watched up to this height over the road.
-WATCHED_HEIGHT_M = 2.5
-# Road is watched as far as a car is this wide in the image; cells get coarser than pixels while it keeps this many.
-LEAST_CAR_PX = 8.0
-CAR_CELLS = 16.0
 # The scale of the road is first looked up on a grid this coarse.
 COARSE_PX = 8.0
-# The lowest row of a blob is this uncertain, in cells.
-FOOT_NOISE_CELLS = 1.5
-EDGE_CELLS = 2
-# Feet lie at least this wide side by side; what reaches lower is a speck or a neighbour's cell.
-FOOT_WIDTH_M = 0.15
-# A foot behind the border of the view may be anywhere within this many lengths; behind a nearer vehicle, at a low
-# angle, so far that it says nothing.
-HIDDEN_FOOT_LENGTHS = 2.0
-COVERED_FOOT_LENGTHS = 8.0
 
 
 class ImageSurface:
@@ -72,10 +57,10 @@ class ImageSurface:
         image_size_px: tuple[int, int],
         settings: VisionSettings,
     ) -> None:
-        self._view, self._settings = view, settings
+        self._view, self._usual, self._settings = view, settings, settings.detection
         low, high = np.full(2, -0.5), np.array(image_size_px) - 0.5
         coarse = _Watched(Grid.between(low, high, side=COARSE_PX, is_north_up=False), view, polygons_m, settings)
-        side = max(1.0, np.floor(settings.car_width_m / CAR_CELLS / coarse.typical_scale()))
+        side = max(1.0, np.floor(settings.car_width_m / self._settings.image_car_cells / coarse.typical_scale()))
         grid = Grid.between(low, high, side=side, is_north_up=False)
         watched = _Watched(grid, view, polygons_m, settings)
         self._ground = watched.ground
@@ -83,7 +68,7 @@ class ImageSurface:
         self.raster = RoadRaster(
             grid,
             road=watched.road,
-            view_edge=watched.view_edge(),
+            view_edge=watched.view_edge(settings.road.edge_cells),
             to_pixels=lambda points: points,
             image_size_px=image_size_px,
         )
@@ -99,7 +84,7 @@ class ImageSurface:
         -------
         The lanes on this surface's raster.
         """
-        return ImageLanes(self.raster.grid, lanes, self._view)
+        return ImageLanes(self.raster.grid, lanes, self._view, self._usual)
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view.
@@ -128,7 +113,7 @@ class ImageSurface:
         corners = self._view.to_pixels(footprints.corners())
         scale = self._view.sight(footprints.centre_m).across_m
         first, last = corners.min(axis=1), corners.max(axis=1)
-        first[:, 1] -= self._settings.usual_height_m / scale
+        first[:, 1] -= self._usual.usual_height_m / scale
         width, height = (last - first).T
         return Appearances(Boxes((first + last) / 2, np.zeros(len(footprints)), width, height), scale)
 
@@ -177,15 +162,17 @@ class ImageSurface:
         feet_m, is_touching, is_covered = self._feet(cells)
         sight = self._view.sight(feet_m)
         bearing = np.arctan2(sight.away[:, 1], sight.away[:, 0])
-        length_m = np.full(cells.count, self._settings.usual_length_m)
-        width_m = np.full(cells.count, self._settings.usual_width_m)
+        length_m = np.full(cells.count, self._usual.usual_length_m)
+        width_m = np.full(cells.count, self._usual.usual_width_m)
         turn = heading_rad - bearing
         depth_m = np.abs(length_m * np.cos(turn)) + np.abs(width_m * np.sin(turn))
-        blur, least_m = FOOT_NOISE_CELLS * self.raster.grid.side, self._settings.position_noise_m
+        blur, least_m = self._settings.foot_noise_cells * self.raster.grid.side, self._settings.position_noise_m
         # Where the border hides the foot, the lowest row is another part of the vehicle in every frame: as it comes
         # into view the row wanders towards the camera, and a track that believed in it would shoot ahead.
-        along_m = np.maximum(blur * sight.along_m, np.where(is_touching, HIDDEN_FOOT_LENGTHS * length_m, least_m))
-        along_m = np.where(is_covered, COVERED_FOOT_LENGTHS * length_m, along_m)
+        along_m = np.maximum(
+            blur * sight.along_m, np.where(is_touching, self._settings.hidden_foot_lengths * length_m, least_m)
+        )
+        along_m = np.where(is_covered, self._settings.covered_foot_lengths * length_m, along_m)
         is_touching |= is_covered
         across_m = np.maximum(blur * sight.across_m, np.where(is_touching, width_m, least_m))
         noise = kalman.oriented_covariance(bearing, along_m, across_m)
@@ -201,12 +188,12 @@ class ImageSurface:
     def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray, BoolArray]:
         """Find where groups meet the ground, of which the view edge may hide the foot, and of which others hide it."""
         lowest = self._lowest(cells)
-        seen = find_feet(cells, self.raster.grid)
+        seen = find_feet(cells, self.raster.grid, self._settings.below_cells)
         seen = seen.select(~seen.is_hidden)
         scale = self._view.sight(self._view.to_ground(lowest)[0]).across_m
         count = np.bincount(seen.group, minlength=cells.count)
         # From the lowest foot upwards, but no farther than to the middle one.
-        skipped = np.rint(FOOT_WIDTH_M / scale / self.raster.grid.side).astype(np.intp) - 1
+        skipped = np.rint(self._settings.foot_width_m / scale / self.raster.grid.side).astype(np.intp) - 1
         order = np.lexsort((-seen.points[:, 1], seen.group))
         chosen = np.cumsum(count) - count + np.clip(skipped, 0, np.maximum(count - 1, 0) // 2)
         is_seen = count > 0
@@ -223,7 +210,7 @@ class ImageSurface:
         return boxes.centre_m + np.stack([np.zeros(cells.count), boxes.width_m / 2], axis=-1)
 
     def _boxes(self, cells: Cells) -> Boxes:
-        return measure(cells, np.zeros(cells.count), self.raster.grid.side).boxes
+        return measure(cells, np.zeros(cells.count), self.raster.grid.side, self._settings)[0]
 
 
 class _Watched:
@@ -234,14 +221,16 @@ class _Watched:
     ) -> None:
         pixels = grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1]))
         ground_m, is_below = view.to_ground(pixels)
-        on_road = is_below & _inside(ground_m, polygons_m)
+        area = road_area(polygons_m)
+        shapely.prepare(area)
+        on_road = is_below & shapely.contains_xy(area, ground_m[..., 0], ground_m[..., 1])
         self._scale = np.full(grid.shape, np.inf)
         self._scale[on_road] = view.sight(ground_m[on_road]).across_m
-        is_fine = self._scale <= settings.car_width_m / LEAST_CAR_PX
+        is_fine = self._scale <= settings.car_width_m / settings.detection.least_car_px
         self.ground = on_road & is_fine
         self._too_far = on_road & ~is_fine
         self.road = self.ground.copy()
-        rows = np.where(self.ground, WATCHED_HEIGHT_M / self._scale / grid.side, 0.0)
+        rows = np.where(self.ground, settings.detection.watched_height_m / self._scale / grid.side, 0.0)
         for up in range(1, min(int(rows.max(initial=0.0)) + 1, grid.shape[0])):
             self.road[:-up] |= rows[up:] >= up
 
@@ -253,23 +242,6 @@ class _Watched:
         """Metres per pixel that half of the road is seen with, or finer."""
         return float(np.median(self._scale[self.ground])) if self.ground.any() else np.inf
 
-    def view_edge(self) -> BoolArray:
+    def view_edge(self, width_cells: int) -> BoolArray:
         """Cells next to the border of the image, or to road too far away."""
-        unseen = np.pad((self._too_far & ~self.road).astype(np.uint8), EDGE_CELLS, constant_values=1)
-        band = np.ones((2 * EDGE_CELLS + 1, 2 * EDGE_CELLS + 1), np.uint8)
-        near = cv2.dilate(unseen, band)[EDGE_CELLS:-EDGE_CELLS, EDGE_CELLS:-EDGE_CELLS] > 0
-        return np.asarray(self.road & near)
-
-
-def _inside(points: FloatArray, polygons: Sequence[FloatArray]) -> BoolArray:
-    """Tell which points lie in any polygon, by counting crossings of a ray to the east."""
-    x, y = points[..., 0], points[..., 1]
-    inside = np.zeros(x.shape, np.bool_)
-    for polygon in polygons:
-        crossings = np.zeros(x.shape, np.bool_)
-        for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-            if y0 != y1:
-                spans = (y0 > y) != (y1 > y)
-                crossings ^= spans & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-        inside |= crossings
-    return inside
+        return edge_of(self.road, self._too_far & ~self.road, width_cells, is_bounded=True)

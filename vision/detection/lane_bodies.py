@@ -12,19 +12,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.video.frames import ByteArray
 
-# A shadow leaves the most frequent light of all dark cells, up to so many per cent more or less.
-EVEN_PERCENT = 8
-# A body is solid over this width and length at least: half a car. A gap this short in it is a window.
-SOLID_WIDTH_M = 1.2
-SOLID_LENGTH_M = 1.8
-WINDOW_M = 1.2
-# A blob longer than this in one lane is no car.
-TALL_LENGTH_M = 7.5
-# Shadow so near to a body may be its own, and so may be what is no shadow; the rest is nobody's.
-OWN_SHADOW_M, OWN_REACH_M = 0.6, 2.0
 NOBODY = -1
 
 
@@ -43,13 +34,14 @@ class _Body:
         return np.hypot(*beyond_m)
 
 
-def is_shadow(light: ByteArray, all_light: ByteArray) -> BoolArray:
+def is_shadow(light: ByteArray, all_light: ByteArray, settings: DetectionSettings) -> BoolArray:
     """Find the cells that are evenly dark like most shadow of the frame.
 
     Parameters
     ----------
     light : (p,) per cent of the road's light left, 0 where it is no road in shadow.
     all_light : the same for all that differs from the background.
+    settings : how even shadows are.
 
     Returns
     -------
@@ -57,17 +49,24 @@ def is_shadow(light: ByteArray, all_light: ByteArray) -> BoolArray:
 
     Examples
     --------
-    >>> is_shadow(np.array([0, 30, 54, 57], np.uint8), np.array([55, 56, 56, 57, 30, 31, 0, 0, 0, 0, 0], np.uint8))
+    >>> all_light = np.array([55, 56, 56, 57, 30, 31, 0, 0, 0, 0, 0], np.uint8)
+    >>> is_shadow(np.array([0, 30, 54, 57], np.uint8), all_light, DetectionSettings())
     array([False, False,  True,  True])
     """
     counts = np.bincount(all_light, minlength=101)
     counts[0] = 0
     level = int(np.convolve(counts, np.ones(5), mode="same").argmax())
-    return np.asarray((light > 0) & (np.abs(light.astype(np.intp) - level) <= EVEN_PERCENT))
+    return np.asarray((light > 0) & (np.abs(light.astype(np.intp) - level) <= settings.light_percent))
 
 
 def part_bodies(
-    points_m: FloatArray, lane: IntArray, heading_rad: FloatArray, is_shade: BoolArray, *, side: float
+    points_m: FloatArray,
+    lane: IntArray,
+    heading_rad: FloatArray,
+    is_shade: BoolArray,
+    *,
+    side: float,
+    settings: DetectionSettings,
 ) -> IntArray:
     """Part a blob into the bodies that fill lanes, one behind the other and side by side.
 
@@ -77,6 +76,7 @@ def part_bodies(
     lane, heading_rad : (p,) number of the lane that each is in, 0 for none, and its direction.
     is_shade : (p,) cells that are shadow.
     side : of a cell, in metres.
+    settings : what is a body.
 
     Returns
     -------
@@ -86,16 +86,16 @@ def part_bodies(
     for number in np.unique(lane[lane > 0]).tolist():
         mine = (lane == number) & ~is_shade
         if mine.any():
-            bodies += _bodies(points_m[mine], float(heading_rad[mine][0]), side)
+            bodies += _bodies(points_m[mine], float(heading_rad[mine][0]), side, settings)
     if len(bodies) < 2:
         return np.zeros(len(points_m), np.intp)
     distance_m = np.stack([body.distance_m(points_m) for body in bodies])
     nearest = distance_m.argmin(axis=0)
-    is_far = distance_m.min(axis=0) > np.where(is_shade, OWN_SHADOW_M, OWN_REACH_M)
+    is_far = distance_m.min(axis=0) > np.where(is_shade, settings.own_shadow_m, settings.own_reach_m)
     return np.where(is_far, NOBODY, nearest + 1)
 
 
-def _bodies(points_m: FloatArray, heading_rad: float, side: float) -> list[_Body]:
+def _bodies(points_m: FloatArray, heading_rad: float, side: float, settings: DetectionSettings) -> list[_Body]:
     """Find what is solid, row after row, in the cells of one lane."""
     places = np.column_stack(turned(points_m, heading_rad))
     first = places.min(axis=0)
@@ -106,12 +106,12 @@ def _bodies(points_m: FloatArray, heading_rad: float, side: float) -> list[_Body
     # which are narrow, go.
     cells = np.pad(cells, 2)
     cells = cv2.morphologyEx(cells, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))[2:-2, 2:-2]
-    wide = np.ones((1, max(1, round(SOLID_WIDTH_M / side))), np.uint8)
+    wide = np.ones((1, max(1, round(settings.body_width_m / side))), np.uint8)
     cells = cv2.morphologyEx(cells, cv2.MORPH_OPEN, wide, borderType=cv2.BORDER_CONSTANT, borderValue=(0,))
     solid = np.flatnonzero(cells.any(axis=1))
     found = []
-    for run in np.split(solid, np.flatnonzero(np.diff(solid) * side > WINDOW_M + side) + 1):
-        if len(run) == 0 or (run[-1] - run[0] + 1) * side < SOLID_LENGTH_M:
+    for run in np.split(solid, np.flatnonzero(np.diff(solid) * side > settings.window_m + side) + 1):
+        if len(run) == 0 or (run[-1] - run[0] + 1) * side < settings.solid_length_m:
             continue
         start, end = first[0] + side * run[[0, -1]]
         low, high = first[1] + side * np.flatnonzero(cells[run].any(axis=0))[[0, -1]]

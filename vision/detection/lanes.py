@@ -9,25 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from vision.detection.blobs import Cells
-from vision.detection.lane_bodies import TALL_LENGTH_M, is_shadow, part_bodies, turned
+from vision.detection.lane_bodies import is_shadow, part_bodies, turned
+from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.grid import Grid
 from vision.video.frames import ByteArray
-
-# A blob at least this wide across the lanes may be two vehicles; of each, this much area and width is in its lane.
-TWO_VEHICLES_M = 3.4
-LEAST_PART_M2 = 3.0
-LEAST_PART_M = 1.5
-# The part of a lane that is the shadow of the vehicle beside it is evenly dark: so much of it, within so many per cent.
-SHADOW_SHARE, EVEN_PERCENT = 0.8, 10
-# Lines and kerbs lie so far inside and outside the edge of a lane. No vehicle is so wide that it covers the inside.
-BORDER_INSIDE_M, BORDER_OUTSIDE_M = 0.2, 0.6
-# So much of a group is in lanes if it takes their direction.
-LANE_SHARE = 0.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,24 +41,29 @@ class LaneField:
     ----------
     grid : of ground.
     lanes : may be none.
+    settings : what a vehicle fills of a lane.
     """
 
-    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip]) -> None:
-        self._grid = grid
+    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip], settings: DetectionSettings) -> None:
+        self._grid, self._settings = grid, settings
         self._lane = np.zeros(grid.shape, np.int32)
         self._heading_rad = np.zeros(grid.shape, np.float32)
-        taken = np.zeros(grid.shape, np.uint8)
+        self._numbers = len(lanes) + 1  # of lanes, with 0 for none
+        # Half a cell less on either side, so that lanes side by side share no cell.
+        self._lay(lanes, lambda start, end, half_m: grid.paint([_quad(start, end, half_m - grid.side / 2)]) > 0)
+
+    def _lay(self, lanes: Sequence[LaneStrip], covers: Callable[[FloatArray, FloatArray, float], BoolArray]) -> None:
+        """Lay lanes on the raster; `covers` tells for start, end and half-width of a piece where it lies."""
+        taken = np.zeros(self._grid.shape, np.uint8)
         for number, lane in enumerate(lanes, start=1):
-            inside = np.zeros(grid.shape, np.bool_)
-            # Half a cell less on either side, so that lanes side by side share no cell.
-            for quad, heading_rad in _quads(lane, lane.width_m / 2 - grid.side / 2):
-                part = grid.paint([quad]) > 0
-                self._heading_rad[part] = heading_rad
+            inside = np.zeros(self._grid.shape, np.bool_)
+            for start, end in pairwise(lane.centre_line_m):
+                part = covers(start, end, lane.width_m / 2)
+                self._heading_rad[part] = np.arctan2(*(end - start)[::-1])
                 inside |= part
             self._lane[inside] = number
             taken += inside
         self._lane[taken > 1] = 0
-        self._numbers = len(lanes) + 1  # of lanes, with 0 for none
 
     def lanes_at(self, points_m: FloatArray) -> tuple[IntArray, FloatArray]:
         """Look up points.
@@ -104,7 +100,7 @@ class LaneField:
         if cells.count == 0:
             return result
         lane, heading_rad = self.lanes_at(cells.points)
-        least = LEAST_PART_M2 / self._grid.side**2
+        least = self._settings.part_area_m2 / self._grid.side**2
         counts = np.bincount(cells.group * self._numbers + lane, minlength=cells.count * self._numbers)
         is_large = counts.reshape(cells.count, self._numbers)[:, 1:] >= least
         is_open = is_large.sum(axis=1) > 1
@@ -124,11 +120,11 @@ class LaneField:
         """Number the vehicles in one group; all 0 if it is one. `all_points_m` are those of all groups."""
         numbers, is_long = self._filled(points_m, lane, heading_rad)
         if is_long:
-            is_shade = is_shadow(light(points_m), light(all_points_m))
-            return part_bodies(points_m, lane, heading_rad, is_shade, side=self._grid.side)
+            is_shade = is_shadow(light(points_m), light(all_points_m), self._settings)
+            return part_bodies(points_m, lane, heading_rad, is_shade, side=self._grid.side, settings=self._settings)
         if len(numbers) > 1:
             left = light(points_m)
-            numbers = [one for one in numbers if not _is_even(left[lane == one])]
+            numbers = [one for one in numbers if not _is_even(left[lane == one], self._settings)]
         return _dealt(points_m, lane, numbers) if len(numbers) > 1 else np.zeros(len(lane), np.intp)
 
     def _filled(self, points_m: FloatArray, lane: IntArray, heading_rad: FloatArray) -> tuple[list[int], bool]:
@@ -137,15 +133,15 @@ class LaneField:
         None if it is not wide enough for two.
         """
         side = self._grid.side
-        least = LEAST_PART_M2 / side**2
+        least = self._settings.part_area_m2 / side**2
         numbers, is_long = [], False
         for number in np.unique(lane[lane > 0]).tolist():
             mine = lane == number
             along, across = turned(points_m, heading_rad[mine][0])
-            if np.ptp(across) + side < TWO_VEHICLES_M:
+            if np.ptp(across) + side < self._settings.two_vehicles_m:
                 return [], False
-            is_long |= bool(np.ptp(along[mine]) + side > TALL_LENGTH_M)
-            if np.ptp(across[mine]) + side >= LEAST_PART_M and mine.sum() >= least:
+            is_long |= bool(np.ptp(along[mine]) + side > self._settings.long_vehicle_m)
+            if np.ptp(across[mine]) + side >= self._settings.part_width_m and mine.sum() >= least:
                 numbers.append(number)
         return numbers, is_long
 
@@ -170,7 +166,7 @@ class LaneField:
         axis_rad = np.arctan2(sums[1], sums[0]) / 2
         ahead = np.where(is_in, np.cos(heading_rad - axis_rad[cells.group]), 0.0)
         forward = np.add.reduceat(ahead, cells.starts) if cells.count else np.zeros(0)
-        return np.where(forward < 0, axis_rad + np.pi, axis_rad), sums[2] >= LANE_SHARE * cells.sizes
+        return np.where(forward < 0, axis_rad + np.pi, axis_rad), sums[2] >= self._settings.lane_share * cells.sizes
 
     def walkers(self, cells: Cells, course_rad: FloatArray, is_moving: BoolArray) -> BoolArray:
         """Find people on foot, (n,); none from above, where they are too small to be seen at all (`image_lanes.py`)."""
@@ -178,13 +174,14 @@ class LaneField:
         return np.zeros(cells.count, np.bool_)
 
 
-def borders_of(lanes: Sequence[LaneStrip], grid: Grid) -> BoolArray:
+def borders_of(lanes: Sequence[LaneStrip], grid: Grid, settings: DetectionSettings) -> BoolArray:
     """Mark where lanes end sideways: there are the lines, and the kerbs between carriageways.
 
     Parameters
     ----------
     lanes : may be none.
     grid : of ground.
+    settings : where lines and kerbs lie.
 
     Returns
     -------
@@ -194,34 +191,32 @@ def borders_of(lanes: Sequence[LaneStrip], grid: Grid) -> BoolArray:
     --------
     >>> grid = Grid(np.array([0.0, 0.0]), 0.5, (1, 12), is_north_up=True)
     >>> north = LaneStrip(np.array([[3.0, -9.0], [3.0, 9.0]]), 3.0)
-    >>> borders_of([north], grid).astype(int).tolist()
+    >>> borders_of([north], grid, DetectionSettings()).astype(int).tolist()
     [[0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 0]]
     """
     # Lines are blurred by half a cell, and what is painted covers all cells that it touches.
+    pieces = [(*ends, lane.width_m / 2) for lane in lanes for ends in pairwise(lane.centre_line_m)]
     outer, inner = (
-        grid.paint([quad for lane in lanes for quad, _ in _quads(lane, lane.width_m / 2 + reach_m)]) > 0
-        for reach_m in (BORDER_OUTSIDE_M, -BORDER_INSIDE_M - grid.side)
+        grid.paint([_quad(start, end, half_m + reach_m) for start, end, half_m in pieces]) > 0
+        for reach_m in (settings.border_outside_m, -settings.border_inside_m - grid.side)
     )
     return np.asarray(outer & ~inner)
 
 
-def _quads(lane: LaneStrip, half_m: float) -> list[tuple[FloatArray, float]]:
-    """Outline the straight pieces of a lane, with their directions."""
-    quads = []
-    for start, end in zip(lane.centre_line_m[:-1], lane.centre_line_m[1:], strict=True):
-        heading_rad = float(np.arctan2(*(end - start)[::-1]))
-        left = half_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
-        quads.append((np.array([start + left, start - left, end - left, end + left]), heading_rad))
-    return quads
+def _quad(start: FloatArray, end: FloatArray, half_m: float) -> FloatArray:
+    """Outline a straight piece of a lane."""
+    heading_rad = float(np.arctan2(*(end - start)[::-1]))
+    left = half_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
+    return np.array([start + left, start - left, end - left, end + left])
 
 
-def _is_even(light: ByteArray) -> bool:
+def _is_even(light: ByteArray, settings: DetectionSettings) -> bool:
     """Tell whether cells are evenly dark road."""
     dark = light[light > 0].astype(np.int16)
     if len(dark) == 0:
         return False
-    is_even = np.abs(dark - np.median(dark)) <= EVEN_PERCENT
-    return bool(is_even.sum() >= SHADOW_SHARE * len(light))
+    is_even = np.abs(dark - np.median(dark)) <= settings.even_percent
+    return bool(is_even.sum() >= settings.shadow_share * len(light))
 
 
 def _dealt(points_m: FloatArray, lane: IntArray, numbers: list[int]) -> IntArray:

@@ -14,31 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.blobs import Cells, measure
+from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis
 
 IntArray = NDArray[np.int64]
 
-# A body is recognised if the cells that are no shadow are this much of the blob and fill at least a small car.
-BODY_SHARE = 0.35
-BODY_LENGTH_M = 2.5
-BODY_WIDTH_M = 1.2
-# Longer vehicles are taller: their shadows are learned apart, and are this much longer until enough was seen of them.
-LONG_VEHICLE_M = 7.5
-LONG_FACTOR = 1.5
-# What the middle value is taken over, and the fewest measurements it needs.
-MEMORY = 300
-MIN_MEASUREMENTS = 10
-# From this many measurements on, a vehicle's own shadow counts and not that of its kind; but no more than this of it.
-OWN_MEASUREMENTS = 5
-OWN_FACTOR, OWN_SLACK_M = 1.25, 0.25
-# What remains of a box at least: length and width of small vehicles of both kinds. A shadow that falls off the watched
-# road is not in the box, so there may be less to take off than the sun would have it.
-LEAST_SHORT_M = (3.0, 1.6)
-LEAST_LONG_M = (6.0, 2.3)
 
-
-def measure_shadows(cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: float) -> FloatArray:
+def measure_shadows(
+    cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: float, settings: DetectionSettings
+) -> FloatArray:
     """Measure the dark borders of groups of cells.
 
     Parameters
@@ -47,6 +32,7 @@ def measure_shadows(cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: floa
     is_shadow : (p,) cells that look like road in shadow.
     boxes : of the groups.
     side : of a cell, metres.
+    settings : what is a body.
 
     Returns
     -------
@@ -58,14 +44,14 @@ def measure_shadows(cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: floa
     body = cells.regroup(np.where(is_shadow, -1, cells.group))
     rows = body.key
     whole = boxes.select(rows)
-    bodies = measure(body, whole.heading_rad, side).boxes
+    bodies, _ = measure(body, whole.heading_rad, side, settings)
     ahead, left = axis(whole.heading_rad), axis(whole.heading_rad + np.pi / 2)
     offset = bodies.centre_m - whole.centre_m
     along, across = np.einsum("ni,ni->n", offset, ahead), np.einsum("ni,ni->n", offset, left)
     spare_length, spare_width = (whole.length_m - bodies.length_m) / 2, (whole.width_m - bodies.width_m) / 2
     borders = np.stack([spare_length - along, spare_length + along, spare_width - across, spare_width + across], axis=1)
-    is_clear = (body.sizes >= BODY_SHARE * cells.sizes[rows]) & (bodies.length_m >= BODY_LENGTH_M)
-    is_clear &= bodies.width_m >= BODY_WIDTH_M
+    is_clear = (body.sizes >= settings.body_share * cells.sizes[rows]) & (bodies.length_m >= settings.body_length_m)
+    is_clear &= bodies.width_m >= settings.body_width_m
     result[rows[is_clear]] = borders[is_clear]
     return result
 
@@ -73,9 +59,10 @@ def measure_shadows(cells: Cells, is_shadow: BoolArray, boxes: Boxes, side: floa
 class Sun:
     """The reach of shadows in one clip, by the median over what was measured so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, settings: DetectionSettings) -> None:
+        self._settings = settings
         # Of short and of long vehicles: heading, then the four borders.
-        self._measured: tuple[deque[FloatArray], ...] = (deque(maxlen=MEMORY), deque(maxlen=MEMORY))
+        self._measured = [deque[FloatArray](maxlen=settings.shadow_memory) for _ in range(2)]
         self._direction = np.zeros(2)
         self._usual_m = np.zeros((2, 2))
 
@@ -92,17 +79,19 @@ class Sun:
             return
         rows = np.column_stack([heading_rad, borders_m])[is_measured]
         for row, length in zip(rows, length_m[is_measured], strict=True):
-            self._measured[int(length > LONG_VEHICLE_M)].append(row)
+            self._measured[int(length > self._settings.long_vehicle_m)].append(row)
+        least = self._settings.shadow_measurements
         short, long = (np.array(measured).reshape(-1, 5) for measured in self._measured)
-        both = short if len(short) >= MIN_MEASUREMENTS else np.concatenate([short, long])
+        both = short if len(short) >= least else np.concatenate([short, long])
         ahead, left = _axes(both[:, 0])
         self._direction = _middle(
-            (both[:, 1] - both[:, 2])[:, None] * ahead + (both[:, 3] - both[:, 4])[:, None] * left
+            (both[:, 1] - both[:, 2])[:, None] * ahead + (both[:, 3] - both[:, 4])[:, None] * left, least
         )
-        self._usual_m[0] = _middle(self._on_shadow_side(*_axes(short[:, 0]), short[:, 1:]))
-        self._usual_m[1] = LONG_FACTOR * self._usual_m[0]
-        if len(long) >= MIN_MEASUREMENTS:
-            self._usual_m[1] = _middle(self._on_shadow_side(*_axes(long[:, 0]), long[:, 1:]))
+        usual_m = [_middle(self._on_shadow_side(*_axes(kind[:, 0]), kind[:, 1:]), least) for kind in (short, long)]
+        is_guess = len(long) < least
+        self._usual_m = np.array(
+            [usual_m[0], self._settings.long_shadow_factor * usual_m[0] if is_guess else usual_m[1]]
+        )
 
     def shadows(
         self, heading_rad: FloatArray, length_m: FloatArray, borders_m: FloatArray, count: IntArray
@@ -118,17 +107,18 @@ class Sun:
         -------
         (n, 2) metres east and north; zero until enough was measured.
         """
-        usual_m = self._usual_m[(length_m > LONG_VEHICLE_M).astype(np.intp)]
+        usual_m = self._usual_m[(length_m > self._settings.long_vehicle_m).astype(np.intp)]
         if not usual_m.any() and not self._direction.any():
             return usual_m
         ahead, left = _axes(heading_rad)
         own_m = self._on_shadow_side(ahead, left, borders_m)
         limited_m = np.zeros_like(own_m)
         for direction in (ahead, left):
-            most_m = OWN_FACTOR * np.abs(np.einsum("ni,ni->n", usual_m, direction)) + OWN_SLACK_M
+            usual = np.abs(np.einsum("ni,ni->n", usual_m, direction))
+            most_m = self._settings.own_factor * usual + self._settings.own_slack_m
             part_m = np.minimum(np.maximum(np.einsum("ni,ni->n", own_m, direction), -most_m), most_m)
             limited_m += part_m[:, None] * direction
-        return np.where((count >= OWN_MEASUREMENTS)[:, None], limited_m, usual_m)
+        return np.where((count >= self._settings.own_measurements)[:, None], limited_m, usual_m)
 
     def _on_shadow_side(self, ahead: FloatArray, left: FloatArray, borders_m: FloatArray) -> FloatArray:
         """Keep the borders on the sides to which shadows fall, as vectors on the ground."""
@@ -139,13 +129,14 @@ class Sun:
         return np.asarray(along[:, None] * ahead + across[:, None] * left)
 
 
-def without_shadow(boxes: Boxes, shadow_m: FloatArray) -> Boxes:
+def without_shadow(boxes: Boxes, shadow_m: FloatArray, settings: DetectionSettings) -> Boxes:
     """Take the shadow off boxes of vehicles with their shadows.
 
     Parameters
     ----------
     boxes : around both.
     shadow_m : (n, 2) reach of the shadows.
+    settings : what remains at least.
 
     Returns
     -------
@@ -154,15 +145,15 @@ def without_shadow(boxes: Boxes, shadow_m: FloatArray) -> Boxes:
     Examples
     --------
     >>> both = Boxes(np.array([[0.0, 0.0]]), np.array([0.0]), np.array([5.0]), np.array([3.0]))
-    >>> body = without_shadow(both, np.array([[0.5, -1.0]]))
+    >>> body = without_shadow(both, np.array([[0.5, -1.0]]), DetectionSettings())
     >>> body.centre_m.round(3).tolist(), body.length_m.tolist(), body.width_m.tolist()
     ([[-0.25, 0.5]], [4.5], [2.0])
     """
     ahead, left = _axes(boxes.heading_rad)
     along, across = np.einsum("ni,ni->n", shadow_m, ahead), np.einsum("ni,ni->n", shadow_m, left)
-    is_long = boxes.length_m > LONG_VEHICLE_M
-    along = _limited(along, boxes.length_m - np.where(is_long, LEAST_LONG_M[0], LEAST_SHORT_M[0]))
-    across = _limited(across, boxes.width_m - np.where(is_long, LEAST_LONG_M[1], LEAST_SHORT_M[1]))
+    is_long = boxes.length_m > settings.long_vehicle_m
+    along = _limited(along, boxes.length_m - np.where(is_long, settings.long_length_m, settings.short_length_m))
+    across = _limited(across, boxes.width_m - np.where(is_long, settings.long_width_m, settings.short_width_m))
     return Boxes(
         centre_m=boxes.centre_m - along[:, None] * ahead / 2 - across[:, None] * left / 2,
         heading_rad=boxes.heading_rad,
@@ -180,5 +171,5 @@ def _axes(heading_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
     return axis(heading_rad), axis(heading_rad + np.pi / 2)
 
 
-def _middle(vectors: FloatArray) -> FloatArray:
-    return np.median(vectors, axis=0) if len(vectors) >= MIN_MEASUREMENTS else np.zeros(2)
+def _middle(vectors: FloatArray, least: int) -> FloatArray:
+    return np.median(vectors, axis=0) if len(vectors) >= least else np.zeros(2)

@@ -12,21 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.detection.blobs import Cells
+from vision.detection.settings import DetectionSettings
 from vision.detection.surface import Appearances
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes
-from vision.settings import VisionSettings
 
-# Cells count as evidence for a predicted box up to this far outside it.
-REACH_M = 0.5
-# A blob is divided only if it covers this much of the boxes that claim it, taken together.
-FILL_SHARE = 0.6
-# Blobs of one owner are joined only if together they are no longer and no wider than its box by this much.
-JOIN_SLACK_M = 1.5
-# Cells this far outside a box of well-known size belong to something else that touches it, if they are enough.
-REST_REACH_M = 0.8
-REST_AREA_M2 = 3.0
-# Among several shadows that a cell may belong to, the nearer body decides.
+# Breaks ties: among several shadows that a cell may belong to, the nearer body decides.
 SHADOW_ORDER = 0.01
 
 
@@ -47,7 +38,13 @@ class Ownership:
 
 
 def assign_cells(
-    cells: Cells, predicted: Appearances, bodies: Boxes, is_sized: BoolArray, *, side: float, settings: VisionSettings
+    cells: Cells,
+    predicted: Appearances,
+    bodies: Boxes,
+    is_sized: BoolArray,
+    *,
+    side: float,
+    settings: DetectionSettings,
 ) -> Ownership:
     """Divide blobs among the predicted boxes that they cover.
 
@@ -58,31 +55,31 @@ def assign_cells(
     bodies : where they must be seen without their shadows.
     is_sized : (n,) which of them have a size that can be relied on.
     side : of a cell.
-    settings : `split_share`.
+    settings : reaches, shares.
 
     Returns
     -------
     The owner of every cell.
     """
     boxes = predicted.boxes
-    candidates = _candidates(cells, predicted)
+    candidates = _candidates(cells, predicted, settings.split_reach_m)
     if candidates.shape[1] == 0:
         nobody, nothing = np.full(len(cells.group), -1, np.intp), np.zeros(len(cells.group), np.bool_)
         return Ownership(nobody, nothing, np.zeros(len(boxes), np.bool_))
     distance_m = _order(cells, predicted, bodies, candidates)
     # How much of each candidate one cell covers.
     coverage = np.where(candidates >= 0, (side**2 / (boxes.length_m * boxes.width_m))[candidates], 0.0)
-    chosen = _choose(cells, candidates, distance_m, coverage=coverage, share=settings.split_share)
+    chosen = _choose(cells, candidates, distance_m, coverage=coverage, settings=settings)
     nearest_m = np.where(chosen[cells.group], distance_m, np.inf)
     slot = np.argmin(nearest_m, axis=1)
     is_owned = np.isfinite(np.min(nearest_m, axis=1))
     owner = np.where(is_owned, candidates[cells.group, slot], -1)
-    owner = _drop_strangers(cells, owner, predicted)
-    is_outside: BoolArray = np.min(nearest_m, axis=1) > REST_REACH_M
+    owner = _drop_strangers(cells, owner, predicted, settings.join_slack_m)
+    is_outside: BoolArray = np.min(nearest_m, axis=1) > settings.rest_reach_m
     is_outside[owner < 0] = False
     is_outside[owner >= 0] &= is_sized[owner[owner >= 0]]
     cell_m2 = np.append(side * predicted.metres_per_unit, 0.0)[owner] ** 2
-    is_rest = _large_parts(cells, is_outside, cell_m2)
+    is_rest = _large_parts(cells, is_outside, cell_m2, settings.part_area_m2)
     is_divided = np.zeros(len(boxes), np.bool_)
     is_divided[candidates[chosen & (chosen.sum(axis=1) > 1)[:, None]]] = True
     is_divided[owner[is_rest]] = True
@@ -99,13 +96,13 @@ def _order(cells: Cells, predicted: Appearances, bodies: Boxes, candidates: IntA
     return np.where(to_body_m < 0, to_body_m, np.maximum(distance_m, 0.0) + SHADOW_ORDER * to_body_m)
 
 
-def _candidates(cells: Cells, predicted: Appearances) -> IntArray:
+def _candidates(cells: Cells, predicted: Appearances, reach_m: float) -> IntArray:
     """List the predicted boxes whose bounds touch each blob's bounds: (blobs, most candidates), padded with -1."""
     if cells.count == 0 or len(predicted.boxes) == 0:
         return np.zeros((cells.count, 0), np.intp)
     low = np.minimum.reduceat(cells.points, cells.starts, axis=0)
     high = np.maximum.reduceat(cells.points, cells.starts, axis=0)
-    corners, reach = predicted.boxes.corners(), (REACH_M / predicted.metres_per_unit)[:, None]
+    corners, reach = predicted.boxes.corners(), (reach_m / predicted.metres_per_unit)[:, None]
     is_below_top = low[:, None] <= (corners.max(axis=1) + reach)[None]
     is_near = np.all(is_below_top & (high[:, None] >= (corners.min(axis=1) - reach)[None]), axis=-1)
     count = is_near.sum(axis=1)
@@ -132,7 +129,7 @@ def _distance_to_candidates(
 
 
 def _choose(
-    cells: Cells, candidates: IntArray, distance_m: FloatArray, *, coverage: FloatArray, share: float
+    cells: Cells, candidates: IntArray, distance_m: FloatArray, *, coverage: FloatArray, settings: DetectionSettings
 ) -> BoolArray:
     """Decide which candidates take part in dividing each blob: (blobs, candidates).
 
@@ -142,11 +139,13 @@ def _choose(
     full = np.where(chosen, 1 / np.where(chosen, coverage, 1.0), 0.0)  # cells that would fill each candidate
     inside = np.add.reduceat((distance_m <= 0).astype(np.float64), cells.starts, axis=0)
     for _ in range(candidates.shape[1] + 1):
-        owned = _owned_cells(cells, np.where(chosen[cells.group], distance_m, np.inf)) * coverage
-        is_short = chosen & (owned < share)
+        owned = (
+            _owned_cells(cells, np.where(chosen[cells.group], distance_m, np.inf), settings.split_reach_m) * coverage
+        )
+        is_short = chosen & (owned < settings.split_share)
         # Two boxes on one car's worth of blob: the one that covers less of it goes.
         claimed = np.where(chosen, full, 0.0).sum(axis=1)
-        is_single = (chosen.sum(axis=1) > 1) & (cells.sizes < FILL_SHARE * claimed)
+        is_single = (chosen.sum(axis=1) > 1) & (cells.sizes < settings.fill_share * claimed)
         is_short |= chosen & is_single[:, None]
         if not is_short.any():
             break
@@ -156,11 +155,11 @@ def _choose(
     return chosen | _fragment_owner(cells, chosen, distance_m)
 
 
-def _owned_cells(cells: Cells, distance_m: FloatArray) -> FloatArray:
+def _owned_cells(cells: Cells, distance_m: FloatArray, reach_m: float) -> FloatArray:
     """Count the cells that lie nearest to each candidate and within reach of it: (blobs, candidates)."""
     width = distance_m.shape[1]
     slot = np.argmin(distance_m, axis=1)
-    is_owned = distance_m[np.arange(len(slot)), slot] <= REACH_M
+    is_owned = distance_m[np.arange(len(slot)), slot] <= reach_m
     counts = np.bincount((cells.group * width + slot)[is_owned], minlength=cells.count * width)
     return counts.reshape(cells.count, width).astype(np.float64)
 
@@ -174,7 +173,7 @@ def _fragment_owner(cells: Cells, chosen: BoolArray, distance_m: FloatArray) -> 
     return result
 
 
-def _drop_strangers(cells: Cells, owner: IntArray, predicted: Appearances) -> IntArray:
+def _drop_strangers(cells: Cells, owner: IntArray, predicted: Appearances, slack_m: float) -> IntArray:
     """Where several blobs have one owner but do not fit into its box together, keep the largest of them."""
     boxes = predicted.boxes
     pair = owner * cells.count + cells.group
@@ -184,17 +183,17 @@ def _drop_strangers(cells: Cells, owner: IntArray, predicted: Appearances) -> In
         mine = owner == one
         offset = cells.points[mine] - boxes.centre_m[one]
         cos, sin = np.cos(boxes.heading_rad[one]), np.sin(boxes.heading_rad[one])
-        slack = JOIN_SLACK_M / predicted.metres_per_unit[one]
+        slack = slack_m / predicted.metres_per_unit[one]
         is_too_long = np.ptp(offset @ np.array([cos, sin])) > boxes.length_m[one] + slack
         if is_too_long or np.ptp(offset @ np.array([-sin, cos])) > boxes.width_m[one] + slack:
             result[mine & (cells.group != np.argmax(sizes[one]))] = -1
     return result
 
 
-def _large_parts(cells: Cells, is_outside: BoolArray, cell_m2: FloatArray) -> BoolArray:
+def _large_parts(cells: Cells, is_outside: BoolArray, cell_m2: FloatArray, least_m2: float) -> BoolArray:
     """Keep the cells outside their owner's box where they are enough to be something else, blob by blob.
 
     A car that comes into view touching the shadow of a truck would otherwise be swallowed by it for good.
     """
     outside_m2 = np.add.reduceat(np.where(is_outside, cell_m2, 0.0), cells.starts)
-    return np.asarray(is_outside & (outside_m2 >= REST_AREA_M2)[cells.group])
+    return np.asarray(is_outside & (outside_m2 >= least_m2)[cells.group])

@@ -11,8 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from vision.detection.blobs import Cells
 from vision.detection.lanes import LaneField, LaneStrip
@@ -101,6 +104,31 @@ class FixedSurface(Surface, Protocol):
     def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
         """Lay lanes on the plane."""
         ...
+
+
+def road_area(polygons_m: Sequence[FloatArray]) -> BaseGeometry:
+    """Join road outlines, (k, 2) each, which may cross themselves, into one area."""
+    return shapely.union_all([shapely.make_valid(shapely.Polygon(ring)) for ring in polygons_m])
+
+
+def edge_of(road: BoolArray, unseen: BoolArray, width_cells: int, *, is_bounded: bool) -> BoolArray:
+    """Find the road cells at the edge of the view.
+
+    Parameters
+    ----------
+    road : (rows, columns) in view.
+    unseen : (rows, columns) road out of view.
+    width_cells : of the band that counts as the edge.
+    is_bounded : whether nothing is seen beyond the grid either.
+
+    Returns
+    -------
+    (rows, columns).
+    """
+    band = np.ones((2 * width_cells + 1,) * 2, np.uint8)
+    beyond = (int(is_bounded),)
+    near = cv2.dilate(unseen.view(np.uint8), band, borderType=cv2.BORDER_CONSTANT, borderValue=beyond)
+    return np.asarray(road & (near > 0))
 
 
 def checked_polygons(polygons_m: Sequence[FloatArray]) -> list[FloatArray]:

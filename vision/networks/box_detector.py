@@ -6,38 +6,17 @@ A trained network and a file of somebody else's detections both answer in boxes,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol, TypeVar
 
 import numpy as np
 
-from vision.objects import BoolArray, FloatArray, IntArray
+from vision.networks.settings import UsualSizes
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 
-UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True, slots=True)
-class UsualSize:
-    """How large vehicles of a class usually are: mean and standard deviation."""
-
-    length_m: float
-    width_m: float
-    height_m: float
-    length_spread_m: float
-    width_spread_m: float
-    height_spread_m: float
-
-
-# The words for classes, and what may be assumed of a vehicle before it has been measured.
-USUAL_SIZES: dict[str, UsualSize] = {
-    "car": UsualSize(4.5, 1.8, 1.5, 0.5, 0.15, 0.15),
-    "van": UsualSize(5.4, 2.0, 2.2, 0.7, 0.15, 0.4),
-    "truck": UsualSize(10.0, 2.5, 3.3, 4.0, 0.2, 0.6),
-    "bus": UsualSize(12.0, 2.5, 3.1, 2.5, 0.2, 0.4),
-    "motorcycle": UsualSize(2.2, 0.8, 1.4, 0.3, 0.2, 0.3),
-    UNKNOWN: UsualSize(4.8, 1.9, 1.6, 1.5, 0.3, 0.4),
-}
-CLASS_NAMES = tuple(USUAL_SIZES)
+# The words for classes.
+CLASS_NAMES = tuple(one.name for one in fields(UsualSizes))
+UNKNOWN = CLASS_NAMES[-1]
 
 
 class Instant(Protocol):
@@ -55,7 +34,7 @@ class Instant(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class ImageBoxes:
+class ImageBoxes(Table):
     """Boxes in one picture, one row each.
 
     Attributes
@@ -84,17 +63,6 @@ class ImageBoxes:
         nothing, points = np.zeros(0), np.zeros((0, 2))
         return cls(points, points, nothing, np.zeros(0, np.bool_), nothing, np.zeros(0, np.intp))
 
-    def select(self, which: BoolArray | IntArray) -> ImageBoxes:
-        """Take some of the boxes, by mask or row numbers."""
-        return ImageBoxes(
-            self.centre_px[which],
-            self.size_px[which],
-            self.angle_rad[which],
-            self.is_oriented[which],
-            self.score[which],
-            self.class_number[which],
-        )
-
     def bounds_px(self) -> FloatArray:
         """Bound every box upright.
 
@@ -118,7 +86,7 @@ class ImageBoxes:
 
 
 @dataclass(frozen=True, slots=True)
-class GroundBoxes:
+class GroundBoxes(Table):
     """Boxes on the ground as a file gives them, one row each; nan where it does not say.
 
     Attributes
@@ -137,17 +105,6 @@ class GroundBoxes:
 
     def __len__(self) -> int:
         return len(self.score)
-
-    def select(self, which: BoolArray | IntArray) -> GroundBoxes:
-        """Take some of the boxes, by mask or row numbers."""
-        return GroundBoxes(
-            self.centre_m[which],
-            self.heading_rad[which],
-            self.length_m[which],
-            self.width_m[which],
-            self.score[which],
-            self.class_number[which],
-        )
 
 
 InstantT_contra = TypeVar("InstantT_contra", bound=Instant, contravariant=True)

@@ -16,6 +16,7 @@ import shapely
 from vision.detection.detector import Detections, Expected
 from vision.detection.eye import Eye
 from vision.detection.fusion import Channel
+from vision.detection.surface import road_area
 from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray
@@ -57,8 +58,7 @@ class BoxEye(Eye[InstantT]):
         self._image_size_px = image_size_px
         self._settings = settings
         self._standing = pixel_from_ground
-        rings = [shapely.make_valid(shapely.Polygon(ring)) for ring in road_polygons_m]
-        self._road = shapely.union_all(rings).buffer(settings.road_margin_m)
+        self._road = road_area(road_polygons_m).buffer(settings.road_margin_m)
         shapely.prepare(self._road)
         self._matrix: FloatArray | None = None
         self._view: GroundView | None = None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, UNKNOWN, GroundBoxes, ImageBoxes
+from vision.networks.settings import NetworkSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.objects import FloatArray
 
@@ -84,13 +85,20 @@ class _Rows:
             self.class_numbers.append(class_number)
 
 
-def read_detections(path: Path, rules: ReadingRules | None = None) -> StoredDetections:
+# Rows, what their numbers are, and whether their keys are numbers of frames.
+_Read = tuple[_Rows, tuple[str, ...], bool]
+
+
+def read_detections(
+    path: Path, rules: ReadingRules | None = None, settings: NetworkSettings | None = None
+) -> StoredDetections:
     """Read a file of detections: ``.txt`` is MOT text, ``.csv`` is CSV.
 
     Parameters
     ----------
     path : of the file.
     rules : what must be known about it besides.
+    settings : as of `StoredDetections`.
 
     Raises
     ------
@@ -104,7 +112,8 @@ def read_detections(path: Path, rules: ReadingRules | None = None) -> StoredDete
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             lines = csv.reader(file)
-            return _read_csv(path, lines, rules) if path.suffix.lower() == ".csv" else _read_mot(path, lines, rules)
+            read = _read_csv if path.suffix.lower() == ".csv" else _read_mot
+            return _stored(*read(path, lines, rules), settings)
     except OSError as error:
         raise VisionError(f"{path}: expected a readable file of detections, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
@@ -113,7 +122,7 @@ def read_detections(path: Path, rules: ReadingRules | None = None) -> StoredDete
         raise VisionError(f"{path}: expected fields between commas, got {error}") from error
 
 
-def _read_mot(path: Path, lines: Iterator[list[str]], rules: ReadingRules) -> StoredDetections:
+def _read_mot(path: Path, lines: Iterator[list[str]], rules: ReadingRules) -> _Read:
     if rules.columns:
         raise VisionError(f"{path}: expected a .csv file to go with a column map, got MOT text")
     rows = _Rows()
@@ -129,7 +138,7 @@ def _read_mot(path: Path, lines: Iterator[list[str]], rules: ReadingRules) -> St
         class_number = _mot_class(where, fields, rules)
         # The first row of MOT text is the first frame; pixels count from the corner of the first one there.
         rows.add(frame - 1, [values[0] - 1, values[1] - 1, *values[2:]], score, class_number, rules)
-    return _stored(rows, UPRIGHT, is_by_frame=True)
+    return rows, UPRIGHT, True
 
 
 def _mot_class(where: str, fields: list[str], rules: ReadingRules) -> int | None:
@@ -139,7 +148,7 @@ def _mot_class(where: str, fields: list[str], rules: ReadingRules) -> int | None
     return _class(where, fields[7], rules)
 
 
-def _read_csv(path: Path, lines: Iterator[list[str]], rules: ReadingRules) -> StoredDetections:
+def _read_csv(path: Path, lines: Iterator[list[str]], rules: ReadingRules) -> _Read:
     header = [name.strip() for name in next(lines, [])]
     places = _places(path, header, rules.columns)
     time = next(name for name in TIMES if name in places)
@@ -155,7 +164,7 @@ def _read_csv(path: Path, lines: Iterator[list[str]], rules: ReadingRules) -> St
         score = _number(where, "score", fields[places["score"]]) if "score" in places else NO_SCORE
         class_number = _class(where, fields[places["class"]], rules) if "class" in places else len(CLASS_NAMES) - 1
         rows.add(_key(where, time, fields[places[time]]), values, score, class_number, rules)
-    return _stored(rows, names, is_by_frame=time == "frame")
+    return rows, names, time == "frame"
 
 
 def _places(path: Path, header: list[str], columns: Mapping[str, str]) -> dict[str, int]:
@@ -180,14 +189,16 @@ def _shape(path: Path, header: list[str], places: Mapping[str, int]) -> tuple[st
     raise VisionError(f"{path}:1: expected columns {shapes}, got {', '.join(header)}")
 
 
-def _stored(rows: _Rows, names: tuple[str, ...], *, is_by_frame: bool) -> StoredDetections:
+def _stored(
+    rows: _Rows, names: tuple[str, ...], is_by_frame: bool, settings: NetworkSettings | None
+) -> StoredDetections:
     keys = np.array(rows.keys, np.int64)
     order = np.argsort(keys, kind="stable")
     values = np.array(rows.values, np.float64).reshape(len(keys), len(names))[order]
     column = {name: values[:, place] for place, name in enumerate(names)}
     scores, classes = np.array(rows.scores)[order], np.array(rows.class_numbers, np.intp)[order]
     boxes = _on_ground(column, scores, classes) if "x_m" in column else _in_image(column, scores, classes)
-    return StoredDetections(keys[order], boxes, is_by_frame=is_by_frame)
+    return StoredDetections(keys[order], boxes, is_by_frame=is_by_frame, settings=settings)
 
 
 def _on_ground(column: Mapping[str, FloatArray], scores: FloatArray, classes: NDArray[np.intp]) -> GroundBoxes:

@@ -13,63 +13,34 @@ across and along the picture is taken.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.detector import Detections, Expected
-from vision.networks.box_detector import USUAL_SIZES, GroundBoxes, ImageBoxes
-from vision.objects import BoolArray, FloatArray
+from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
+from vision.networks.settings import UsualSize
+from vision.objects import BoolArray, FloatArray, Table
 from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
-# The drawn edges of a box are off by about this much, and by this part of its size.
-EDGE_NOISE_PX = 1.0
-EDGE_NOISE_SHARE = 0.03
-# A box this near to the edge of the picture is taken to go on beyond it.
-CUT_PX = 2.0
-# What is cut may be as short as it likes.
-CUT_SPREAD_M = 30.0
-SMALLEST_M = 0.3
-# A track lends its direction to boxes whose middle is this close to its own box.
-LEND_REACH_M = 1.0
-USUAL_HEIGHT_M = 1.5
 # The place is found by Newton's method; it starts within a vehicle's length of it.
 STEPS = 5
 CLOSE_M = 0.02
 LONGEST_STEP_M = 20.0
 DERIVATIVE_STEP_M = 0.5
-# Squared Mahalanobis distances of two extents: within three sigmas, and better by two.
-WELL_EXPLAINED, CLEARLY_BETTER = 9.0, 4.0
-_USUAL = np.array(
-    [(one.length_m, one.width_m, one.height_m) for one in USUAL_SIZES.values()],
-)
-_SPREAD = np.array(
-    [(one.length_spread_m, one.width_spread_m, one.height_spread_m) for one in USUAL_SIZES.values()],
-)
 
 
 @dataclass(frozen=True, slots=True)
-class _Guess:
+class _Guess(Table):
     """Vehicles that could be behind boxes; `misfit` (n,) says how badly they explain them."""
 
     footprint: Boxes
     noise: FloatArray
     misfit: FloatArray
-
-    def unless(self, is_other: BoolArray, other: _Guess) -> _Guess:
-        """Take the rows of another guess where that is better."""
-        mine, theirs = self.footprint, other.footprint
-        footprint = Boxes(
-            np.where(is_other[:, None], theirs.centre_m, mine.centre_m),
-            np.where(is_other, theirs.heading_rad, mine.heading_rad),
-            np.where(is_other, theirs.length_m, mine.length_m),
-            np.where(is_other, theirs.width_m, mine.width_m),
-        )
-        noise = np.where(is_other[:, None, None], other.noise, self.noise)
-        return _Guess(footprint, noise, np.where(is_other, other.misfit, self.misfit))
 
 
 def image_detections(
@@ -98,9 +69,12 @@ def image_detections(
     boxes, start_m = boxes.select(is_ground), start_m[is_ground]
     if len(boxes) == 0:
         return Detections.none()
-    out = _outward(boxes, image_size_px)
-    projection = _Projection(boxes, np.asarray(out.any(axis=1), np.bool_), view, settings.position_noise_m)
-    heading, is_lent = _lent(start_m, expected, view)
+    out = _outward(boxes, image_size_px, settings.networks.cut_px)
+    is_cut = out.any(axis=1)
+    usual, spread = np.split(_usual(settings)[boxes.class_number], 2, axis=1)
+    spread[is_cut] = settings.networks.cut_spread_m
+    projection = _Projection(boxes, usual, spread, view, settings)
+    heading, is_lent = _lent(start_m, expected, settings, view)
     is_clear = is_lent.copy()
     is_free = ~is_lent
     if is_free.any():
@@ -110,7 +84,7 @@ def image_detections(
     guess = projection.directed(start_m, heading)
     elongation = np.where(boxes.is_oriented | is_clear, _elongation(guess.footprint), 1.0)
     ahead_px = view.to_pixels(guess.footprint.centre_m + axis(heading)) - view.to_pixels(guess.footprint.centre_m)
-    cut = np.where(projection.is_cut, np.where((ahead_px * out).sum(axis=1) >= 0, 1, -1), 0)
+    cut = np.where(is_cut, np.where((ahead_px * out).sum(axis=1) >= 0, 1, -1), 0)
     detections = _detections(
         guess.footprint,
         guess.noise,
@@ -135,7 +109,7 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
     -------
     One row for each box.
     """
-    usual = _USUAL[boxes.class_number]
+    usual = _usual(settings)[boxes.class_number]
     has_heading = np.isfinite(boxes.heading_rad)
     footprint = Boxes(
         boxes.centre_m,
@@ -143,11 +117,11 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
         np.where(np.isfinite(boxes.length_m), boxes.length_m, usual[:, 0]),
         np.where(np.isfinite(boxes.width_m), boxes.width_m, usual[:, 1]),
     )
-    lent, is_lent = _lent(footprint.centre_m, expected, None)
+    lent, is_lent = _lent(footprint.centre_m, expected, settings)
     heading = np.where(has_heading, _front_as(lent, footprint.heading_rad), lent)
     heading = np.where(is_lent, heading, footprint.heading_rad)
     footprint = Boxes(footprint.centre_m, heading, footprint.length_m, footprint.width_m)
-    noise = np.broadcast_to(settings.position_noise_m**2 * np.eye(2), (len(boxes), 2, 2)).copy()
+    noise = np.broadcast_to(settings.detection.position_noise_m**2 * np.eye(2), (len(boxes), 2, 2)).copy()
     elongation = np.where(has_heading, _elongation(footprint), 1.0)
     return _detections(
         footprint,
@@ -157,6 +131,12 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
         cut=np.zeros(len(boxes), np.int8),
         weight=boxes.score,
     )
+
+
+def _usual(settings: VisionSettings) -> FloatArray:
+    """Tabulate usual sizes, a row for each class: length, width, height and their spreads."""
+    sizes = settings.networks.usual_sizes
+    return np.array([attrgetter(*UsualSize.__slots__)(getattr(sizes, name)) for name in CLASS_NAMES])
 
 
 def _start(boxes: ImageBoxes, view: GroundView) -> tuple[FloatArray, BoolArray]:
@@ -170,11 +150,11 @@ def _start(boxes: ImageBoxes, view: GroundView) -> tuple[FloatArray, BoolArray]:
     return np.where((is_below & ~is_far)[:, None], middle_m, foot_m), is_below | has_foot
 
 
-def _outward(boxes: ImageBoxes, image_size_px: tuple[int, int]) -> FloatArray:
+def _outward(boxes: ImageBoxes, image_size_px: tuple[int, int], cut_px: float) -> FloatArray:
     """Point (n, 2) out of the picture where boxes touch its edge; zero elsewhere."""
     bounds = boxes.bounds_px()
-    last = np.array(image_size_px) - 0.5 - CUT_PX
-    low, high = bounds[:, :2] <= CUT_PX - 0.5, bounds[:, 2:] >= last
+    last = np.array(image_size_px) - 0.5 - cut_px
+    low, high = bounds[:, :2] <= cut_px - 0.5, bounds[:, 2:] >= last
     return np.asarray(high.astype(np.float64) - low)
 
 
@@ -184,35 +164,36 @@ class _Projection:
 
     Attributes
     ----------
-    is_cut : (n,) True where the edge of the picture cuts the box.
-    noise_m : of a detected centre, besides what the drawing of the box adds.
+    usual, spread : (n, 3) length, width and height as usual, and their standard deviations.
+    settings : noise.
     """
 
     boxes: ImageBoxes
-    is_cut: BoolArray
+    usual: FloatArray
+    spread: FloatArray
     view: GroundView
-    noise_m: float
+    settings: VisionSettings
 
     def select(self, which: BoolArray) -> _Projection:
         """Take some of the boxes."""
-        return _Projection(self.boxes.select(which), self.is_cut[which], self.view, self.noise_m)
+        return replace(self, boxes=self.boxes.select(which), usual=self.usual[which], spread=self.spread[which])
 
     def undirected(self, start_m: FloatArray) -> tuple[_Guess, BoolArray]:
         """Guess vehicles along boxes and across them; keep what explains each better, and tell where that is clear."""
+        settings = self.settings.networks
         angles = (self.boxes.angle_rad, self.boxes.angle_rad + np.pi / 2)
         along, across = (self.directed(start_m, _on_ground(angle, start_m, self.view)) for angle in angles)
         is_across = across.misfit < along.misfit
-        best = along.unless(is_across, across)
-        is_better = np.abs(along.misfit - across.misfit) > CLEARLY_BETTER
-        return best, (best.misfit < WELL_EXPLAINED) & is_better
+        best = _Guess.joined([along, across]).select(np.arange(len(is_across)) + len(is_across) * is_across)
+        is_better = np.abs(along.misfit - across.misfit) > settings.better_sigmas**2
+        return best, (best.misfit < settings.explained_sigmas**2) & is_better
 
     def directed(self, start_m: FloatArray, heading: FloatArray) -> _Guess:
         """Find the vehicles of given headings: sizes by linear estimation, places by Newton's method."""
-        boxes, view = self.boxes, self.view
+        boxes, view, settings = self.boxes, self.view, self.settings.networks
         axes = np.stack([axis(boxes.angle_rad), axis(boxes.angle_rad + np.pi / 2)], axis=1)  # (n, 2, 2) in the picture
-        usual = _USUAL[boxes.class_number]
-        variance = np.where(self.is_cut[:, None], CUT_SPREAD_M, _SPREAD[boxes.class_number]) ** 2
-        edge_px = np.hypot(EDGE_NOISE_PX, EDGE_NOISE_SHARE * boxes.size_px)
+        usual, variance = self.usual, self.spread**2
+        edge_px = np.hypot(settings.edge_noise_px, settings.edge_noise_share * boxes.size_px)
         centre_m = start_m
         for _ in range(STEPS):
             derivative, raised = _derivative(view, centre_m), _raised(view, centre_m)
@@ -226,10 +207,11 @@ class _Projection:
                 break
         spread_px = axes.transpose(0, 2, 1) * (edge_px**2 / 2)[:, None] @ axes
         to_ground = np.linalg.inv(derivative)
-        noise = to_ground @ spread_px @ to_ground.transpose(0, 2, 1) + self.noise_m**2 * np.eye(2)
+        noise = self.settings.detection.position_noise_m**2 * np.eye(2)
+        noise = to_ground @ spread_px @ to_ground.transpose(0, 2, 1) + noise
         # By half of what the height is wrong, the middle of the box is displaced.
         noise += np.einsum("n,ni,nj->nij", left / 4, raised, raised)
-        sizes = np.maximum(lengths, SMALLEST_M)
+        sizes = np.maximum(lengths, settings.smallest_m)
         return _Guess(Boxes(centre_m, heading, sizes[:, 0], sizes[:, 1]), noise, misfit)
 
 
@@ -274,7 +256,9 @@ def _middle(
     return np.asarray(np.einsum("nij,ni->nj", axes, (places.min(axis=0) + places.max(axis=0)) / 2))
 
 
-def _lent(points_m: FloatArray, expected: Expected, view: GroundView | None) -> tuple[FloatArray, BoolArray]:
+def _lent(
+    points_m: FloatArray, expected: Expected, settings: VisionSettings, view: GroundView | None = None
+) -> tuple[FloatArray, BoolArray]:
     """Give places the direction of the track that they lie on, where there is one; seen by a camera, of its middle."""
     heading, is_lent = np.zeros(len(points_m)), np.zeros(len(points_m), np.bool_)
     for tracks in (expected.tentative, expected.known):
@@ -282,11 +266,11 @@ def _lent(points_m: FloatArray, expected: Expected, view: GroundView | None) -> 
             continue
         middle_m = tracks.centre_m
         if view is not None:
-            middle_m = middle_m + _raised(view, middle_m) * USUAL_HEIGHT_M / 2
+            middle_m = middle_m + _raised(view, middle_m) * settings.usual_height_m / 2
         seen = Boxes(middle_m, tracks.heading_rad, tracks.length_m, tracks.width_m)
         distance_m = distance_to_boxes(points_m, seen)
         nearest = np.argmin(distance_m, axis=1)
-        is_near = distance_m[np.arange(len(points_m)), nearest] <= LEND_REACH_M
+        is_near = distance_m[np.arange(len(points_m)), nearest] <= settings.detection.lend_reach_m
         heading[is_near] = tracks.heading_rad[nearest[is_near]]
         is_lent |= is_near
     return heading, is_lent

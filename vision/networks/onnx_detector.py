@@ -24,8 +24,6 @@ from vision.video.frame import Frame
 
 # What is around a picture in the input: the grey that YOLO networks are trained with.
 PADDING = 114
-# Only so many candidates are compared with each other; a good network gives a few hundred.
-MAX_CANDIDATES = 2000
 
 
 class OnnxDetector:
@@ -87,7 +85,7 @@ class OnnxDetector:
             found = [self._look_at_tile(picture, tile) for tile in self._tiles]
         except VisionError as error:
             raise VisionError(f"{self._path}: {error}") from error
-        return suppress(whole_boxes(joined(found), self._image_size_px), self._settings.nms_threshold)
+        return suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
 
     def _look_at_tile(self, picture: ByteArray, tile: Tile) -> ImageBoxes:
         settings = self._settings
@@ -155,41 +153,29 @@ class Letterbox:
         return replace(boxes, centre_px=centre_px, size_px=boxes.size_px / self.scale)
 
 
-def joined(parts: list[ImageBoxes]) -> ImageBoxes:
-    """Put the boxes of several tiles into one set."""
-    return ImageBoxes(
-        np.concatenate([part.centre_px for part in parts]),
-        np.concatenate([part.size_px for part in parts]),
-        np.concatenate([part.angle_rad for part in parts]),
-        np.concatenate([part.is_oriented for part in parts]),
-        np.concatenate([part.score for part in parts]),
-        np.concatenate([part.class_number for part in parts]),
-    )
-
-
-def suppress(boxes: ImageBoxes, threshold: float) -> ImageBoxes:
+def suppress(boxes: ImageBoxes, settings: OnnxSettings) -> ImageBoxes:
     """Keep the best of boxes that lie on each other, whatever their classes: one place holds one vehicle.
 
     Parameters
     ----------
-    boxes : n candidates; of more than `MAX_CANDIDATES` those with the best scores are looked at.
-    threshold : part of the union of two boxes above which they are taken for the same vehicle.
+    boxes : n candidates.
+    settings : which are taken for the same vehicle, and how many are looked at.
 
     Returns
     -------
     The boxes kept, best score first.
     """
-    boxes = boxes.select(np.argsort(-boxes.score, kind="stable")[:MAX_CANDIDATES])
+    boxes = boxes.select(np.argsort(-boxes.score, kind="stable")[: settings.max_candidates])
     if len(boxes) == 0:
         return boxes
     scores = (boxes.score + 1e-6).tolist()  # OpenCV drops what is not above its own threshold, 0 here
     if boxes.is_oriented.any():
         degrees = np.degrees(boxes.angle_rad).tolist()
         rectangles = list(zip(boxes.centre_px.tolist(), boxes.size_px.tolist(), degrees, strict=True))
-        kept = cv2.dnn.NMSBoxesRotated(rectangles, scores, 0.0, threshold)
+        kept = cv2.dnn.NMSBoxesRotated(rectangles, scores, 0.0, settings.nms_threshold)
     else:
         corner_and_size = np.column_stack([boxes.centre_px - boxes.size_px / 2, boxes.size_px])
-        kept = cv2.dnn.NMSBoxes(corner_and_size.tolist(), scores, 0.0, threshold)
+        kept = cv2.dnn.NMSBoxes(corner_and_size.tolist(), scores, 0.0, settings.nms_threshold)
     return boxes.select(np.asarray(kept, np.intp).ravel())
 
 

@@ -42,6 +42,8 @@ class OnnxSettings:
     input_size_px : (width, height); None to take them from the weights.
     score_threshold : boxes with a lower score are dropped.
     nms_threshold : of two boxes that share more than this part of their union, the one with the lower score goes.
+    max_candidates : no more boxes, those of the best scores, are compared with each other; a good network gives a few
+        hundred.
     colours : order of the input's planes.
     scale, mean, deviation : the input is (value * scale - mean) / deviation, values from 0 to 255.
     tiles : (columns, rows) into which the picture is cut, each of which is looked at by itself.
@@ -55,6 +57,7 @@ class OnnxSettings:
     input_size_px: Annotated[tuple[_InputPx, _InputPx], Meta(description="1 to 8192, twice")] | None = None
     score_threshold: _Share = 0.25
     nms_threshold: _Share = 0.5
+    max_candidates: Annotated[int, Meta(ge=1)] = 2000
     colours: Colours = "rgb"
     scale: _Finite = 1 / 255
     mean: _Finite = 0.0

@@ -13,12 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.networks.box_detector import GroundBoxes, ImageBoxes, Instant
+from vision.networks.settings import NetworkSettings
 from vision.objects import Int64Array
-
-# What a single moment says of the distance to the next one.
-USUAL_STEP_US = 40_000
-# After a gap in a file, that many microseconds are told of as empty: enough for all tracks to end.
-TOLD_GAP_US = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,15 +33,25 @@ class StoredDetections:
     keys : (n,) ascending: number of the frame from 0, or time in microseconds.
     boxes : n, in the same order.
     is_by_frame : what the keys are.
+    settings : how a gap is told, and a usual step between moments.
     """
 
-    def __init__(self, keys: Int64Array, boxes: ImageBoxes | GroundBoxes, *, is_by_frame: bool) -> None:
+    def __init__(
+        self,
+        keys: Int64Array,
+        boxes: ImageBoxes | GroundBoxes,
+        *,
+        is_by_frame: bool,
+        settings: NetworkSettings | None = None,
+    ) -> None:
+        settings = settings or NetworkSettings()
         self._boxes = boxes
         self.is_by_frame = is_by_frame
         self._keys, starts = np.unique(keys, return_index=True)
         self._bounds = np.append(starts, len(keys))
         steps = np.diff(self._keys)
-        self._step_us = int(np.median(steps)) if len(steps) else USUAL_STEP_US
+        self._step_us = int(np.median(steps)) if len(steps) else settings.usual_step_us
+        self._told_gap_us = settings.told_gap_us
         self._used = -1
         self._before_us: int | None = None
 
@@ -107,7 +113,7 @@ class StoredDetections:
         before_us: int | None = None
         for t_us in self._keys.tolist():
             if before_us is not None:
-                end_us = min(t_us - self._step_us // 2, before_us + TOLD_GAP_US)
+                end_us = min(t_us - self._step_us // 2, before_us + self._told_gap_us)
                 yield from range(before_us + self._step_us, end_us, self._step_us)
             yield t_us
             before_us = t_us

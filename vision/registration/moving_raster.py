@@ -195,7 +195,7 @@ class MovingGroundSurface(MapSurface):
             image_size_px=image_size_px,
             settings=settings,
         )
-        super().__init__(raster, Parallax(view, settings), position_noise_m=settings.position_noise_m)
+        super().__init__(raster, Parallax(view, settings), settings)
         self._smeared_by = pixel_from_ground
         self._corners_m = self._view(pixel_from_ground).to_ground(CORNERS * np.array(image_size_px))[0]
 

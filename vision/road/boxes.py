@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision.objects import FloatArray
+from vision.objects import FloatArray, Table
 
 
 @dataclass(frozen=True, slots=True)
-class Boxes:
+class Boxes(Table):
     """Oriented boxes on the ground, one row each.
 
     Attributes
@@ -34,19 +33,6 @@ class Boxes:
         """Make the empty set of boxes."""
         nothing = np.zeros(0)
         return cls(np.zeros((0, 2)), nothing, nothing, nothing)
-
-    def select(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Boxes:
-        """Take some of the boxes.
-
-        Parameters
-        ----------
-        which : mask or row numbers.
-
-        Returns
-        -------
-        Those boxes, in that order.
-        """
-        return Boxes(self.centre_m[which], self.heading_rad[which], self.length_m[which], self.width_m[which])
 
     def corners(self, margin_m: float = 0.0) -> FloatArray:
         """Compute the corners of every box.

@@ -34,12 +34,13 @@ class Tracker:
     def __init__(self, settings: VisionSettings, is_in_view: Callable[[FloatArray], BoolArray]) -> None:
         self._usual_m = (settings.usual_length_m, settings.usual_width_m)
         self._settings = settings.tracking
+        self._detection = settings.detection
         self._is_in_view = is_in_view
         self._tracks = TrackTable.empty(self._settings)
         self._now_us: int | None = None
         self._step_us = 0
         self._names_used = 0
-        self._sun = Sun()
+        self._sun = Sun(settings.detection)
         self._noise_level = NoiseLevel(self._settings)
 
     def predict(self, t_us: int) -> Expected:
@@ -195,7 +196,7 @@ class Tracker:
         """Box all tracks without their shadows."""
         tracks = self._tracks
         shadow_m = self._sun.shadows(tracks.heading_rad, tracks.length_m, tracks.borders_m, tracks.borders_count)
-        return without_shadow(tracks.boxes(), shadow_m)
+        return without_shadow(tracks.boxes(), shadow_m, self._detection)
 
     def _confirm(self) -> None:
         tracks, settings = self._tracks, self._settings

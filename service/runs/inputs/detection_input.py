@@ -64,7 +64,8 @@ class DetectionInput(Input):
         """
         path, site, choice = asked.path, asked.site, asked.choice
         assert isinstance(choice, FileChoice), "it fits"
-        stored = choice.open()
+        settings = site.vision if site else VisionSettings()
+        stored = choice.open(settings)
         if len(stored) == 0:
             raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
         details = (site.detector if site else None) or DetectionDetails()
@@ -82,7 +83,7 @@ class DetectionInput(Input):
             size_px=size_px,
             rate_hz=details.rate_hz,
             motion=site.motion if site and camera is not None else None,
-            settings=site.vision if site else VisionSettings(),
+            settings=settings,
             detector=describe(choice),
         )
 

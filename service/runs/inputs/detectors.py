@@ -20,6 +20,7 @@ from vision.networks.detection_files import ReadingRules, read_detections
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.onnx_settings import ClassWords, OnnxSettings
 from vision.networks.stored_detections import StoredDetections
+from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
 Channels = Literal["colour", "thermal", "both"]
@@ -89,15 +90,19 @@ class FileChoice:
         """The files that it depends on."""
         return (self.path,)
 
-    def open(self) -> StoredDetections:
+    def open(self, settings: VisionSettings) -> StoredDetections:
         """Read the file.
+
+        Parameters
+        ----------
+        settings : of the site.
 
         Raises
         ------
         VisionError
             If it cannot be used.
         """
-        return read_detections(self.path, self.rules)
+        return read_detections(self.path, self.rules, settings.networks)
 
 
 DetectorChoice = MotionChoice | OnnxChoice | FileChoice

@@ -139,7 +139,7 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
     if isinstance(choice, OnnxChoice):
         boxes = choice.open(source.sensor.size_px)
     else:
-        boxes = choice.open()
+        boxes = choice.open(source.sensor.settings)
         warnings = check_against(boxes, choice.path, source.frame_count)
     return replace(
         source,

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vision.detection.blobs import BLUR_CELLS, Cells, find_blobs, measure, principal_heading
+from vision.detection.blobs import Cells, find_blobs, measure, principal_heading
+from vision.detection.settings import DetectionSettings
 from vision.road.grid import Grid
 from vision.road.rectify import RoadCells
 
@@ -78,17 +79,17 @@ def test_kept_groups_keep_their_cells_and_keys() -> None:
 def test_boxes_are_those_of_a_loop_over_groups(seed: int) -> None:
     cells = random_cells(seed)
     heading = np.random.default_rng(seed).uniform(-np.pi, np.pi, cells.count)
-    extents = measure(cells, heading, 0.5)
+    found, _ = measure(cells, heading, 0.5, DetectionSettings())
     for i in range(cells.count):
         points = cells.points[cells.group == i]
         ahead = np.array([np.cos(heading[i]), np.sin(heading[i])])
         left = np.array([-ahead[1], ahead[0]])
         along, across = points @ ahead, points @ left
         centre = (along.min() + along.max()) / 2 * ahead + (across.min() + across.max()) / 2 * left
-        border = 0.5 * (np.abs(ahead).sum() - BLUR_CELLS)
-        assert extents.boxes.centre_m[i] == pytest.approx(centre)
-        assert extents.boxes.length_m[i] == pytest.approx(np.ptp(along) + border)
-        assert extents.boxes.width_m[i] == pytest.approx(np.ptp(across) + border)
+        border = 0.5 * (np.abs(ahead).sum() - DetectionSettings().blur_cells)
+        assert found.centre_m[i] == pytest.approx(centre)
+        assert found.length_m[i] == pytest.approx(np.ptp(along) + border)
+        assert found.width_m[i] == pytest.approx(np.ptp(across) + border)
 
 
 def test_cut_end_is_the_one_at_the_view_edge() -> None:
@@ -97,8 +98,8 @@ def test_cut_end_is_the_one_at_the_view_edge() -> None:
     cells = Cells(
         points, np.zeros(8, np.intp), np.full(8, 99, np.uint8), at_edge, np.zeros(1, np.intp), np.zeros(1, np.intp)
     )
-    assert measure(cells, np.array([0.0]), 1.0).cut.tolist() == [1]
-    assert measure(cells, np.array([np.pi]), 1.0).cut.tolist() == [-1]
+    assert measure(cells, np.array([0.0]), 1.0, DetectionSettings())[1].tolist() == [1]
+    assert measure(cells, np.array([np.pi]), 1.0, DetectionSettings())[1].tolist() == [-1]
 
 
 def test_long_axis_is_found() -> None:

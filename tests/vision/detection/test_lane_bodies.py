@@ -5,10 +5,12 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.vision.support import make_boxes
-from vision.detection.lane_bodies import NOBODY, OWN_SHADOW_M, is_shadow, part_bodies, turned
+from vision.detection.lane_bodies import NOBODY, is_shadow, part_bodies, turned
+from vision.detection.settings import DetectionSettings
 from vision.road.boxes import Boxes
 from vision.road.grid import Grid
 
+SETTINGS = DetectionSettings()
 SIDE = 0.3
 GRID = Grid.between(np.array([-20.0, -20.0]), np.array([20.0, 20.0]), side=SIDE, is_north_up=True)
 # A truck in the right lane, its shadow over the left one; there a car in it, and another one behind.
@@ -44,7 +46,12 @@ def part(bodies: list[Row], heading_rad: float = 0.0) -> tuple[NDArray[np.float6
     _, across = turned(points_m, heading_rad)
     lane = np.select([np.abs(across) <= 1.6, np.abs(across - 3.3) <= 1.6], [1, 2], 0)
     number = part_bodies(
-        points_m[is_blob], lane[is_blob], np.full(is_blob.sum(), heading_rad), ~is_body[is_blob], side=SIDE
+        points_m[is_blob],
+        lane[is_blob],
+        np.full(is_blob.sum(), heading_rad),
+        ~is_body[is_blob],
+        side=SIDE,
+        settings=SETTINGS,
     )
     return points_m[is_blob], number
 
@@ -60,7 +67,8 @@ def test_truck_and_cars_in_its_shadow_are_parted_whichever_way_the_road_goes(hea
 def test_shadow_far_from_all_bodies_is_nobodys() -> None:
     points_m, number = part([TRUCK, CAR])
     middles = [
-        (x, y, 0.0, length + 2 * OWN_SHADOW_M, width + 2 * OWN_SHADOW_M) for x, y, _, length, width in (TRUCK, CAR)
+        (x, y, 0.0, length + 2 * SETTINGS.own_shadow_m, width + 2 * SETTINGS.own_shadow_m)
+        for x, y, _, length, width in (TRUCK, CAR)
     ]
     is_near = inside(middles, points_m)
     assert set(number[~is_near].tolist()) == {NOBODY}
@@ -81,8 +89,8 @@ def test_window_does_not_divide_a_car_and_a_gap_divides_two() -> None:
 def test_shadow_has_the_most_frequent_light() -> None:
     light = np.array([0, 20, 45, 58, 60, 62, 80], np.uint8)
     frame = np.concatenate([np.full(500, 60), np.full(100, 30), np.zeros(900), light]).astype(np.uint8)
-    assert is_shadow(light, frame).tolist() == [False, False, False, True, True, True, False]
+    assert is_shadow(light, frame, SETTINGS).tolist() == [False, False, False, True, True, True, False]
 
 
 def test_nothing_dark_is_no_shadow() -> None:
-    assert not is_shadow(np.zeros(9, np.uint8), np.zeros(9, np.uint8)).any()
+    assert not is_shadow(np.zeros(9, np.uint8), np.zeros(9, np.uint8), SETTINGS).any()

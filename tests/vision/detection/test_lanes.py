@@ -8,6 +8,7 @@ import pytest
 from tests.vision.support import make_boxes
 from vision.detection.blobs import Cells, find_blobs
 from vision.detection.lanes import LaneField, LaneStrip, borders_of
+from vision.detection.settings import DetectionSettings
 from vision.road.boxes import Boxes
 from vision.road.grid import Grid
 from vision.road.rectify import RoadCells
@@ -16,7 +17,8 @@ GRID = Grid.between(np.array([0.0, 0.0]), np.array([60.0, 12.0]), side=0.3, is_n
 EAST = LaneStrip(np.array([[0.0, 4.0], [60.0, 4.0]]), 3.3)
 ALSO_EAST = LaneStrip(np.array([[0.0, 7.3], [60.0, 7.3]]), 3.3)
 WEST = LaneStrip(np.array([[60.0, 10.6], [0.0, 10.6]]), 3.3)
-FIELD = LaneField(GRID, [EAST, ALSO_EAST, WEST])
+SETTINGS = DetectionSettings()
+FIELD = LaneField(GRID, [EAST, ALSO_EAST, WEST], SETTINGS)
 LIT = 0
 
 
@@ -42,7 +44,7 @@ def test_places_have_the_lane_and_direction_of_the_strip_that_they_are_in() -> N
 
 def test_lanes_that_cross_leave_nothing_known() -> None:
     north = LaneStrip(np.array([[30.0, 0.0], [30.0, 12.0]]), 3.3)
-    lane, _ = LaneField(GRID, [EAST, north]).lanes_at(np.array([[30.0, 4.0], [30.0, 8.0], [10.0, 4.0]]))
+    lane, _ = LaneField(GRID, [EAST, north], SETTINGS).lanes_at(np.array([[30.0, 4.0], [30.0, 8.0], [10.0, 4.0]]))
     assert lane.tolist() == [0, 2, 1]
 
 
@@ -97,7 +99,7 @@ def test_truck_whose_shadow_fills_the_next_lane_is_one_vehicle_and_two_trucks_ar
 
 def test_borders_are_where_lanes_end_and_not_where_vehicles_drive() -> None:
     north = LaneStrip(np.array([[30.0, 0.0], [30.0, 12.0]]), 3.3)
-    borders = borders_of([north], GRID)[20]
+    borders = borders_of([north], GRID, SETTINGS)[20]
     middle_m = GRID.first[0] + GRID.side * np.arange(len(borders))
     assert not borders[np.abs(middle_m - 30.0) < 0.9].any()
     assert borders[np.abs(np.abs(middle_m - 30.0) - 1.65) < 0.25].all()

@@ -6,8 +6,8 @@ import pytest
 from tests.vision.detection.test_split import SIDE, fill
 from tests.vision.support import make_boxes
 from vision.detection.blobs import Cells, measure
+from vision.detection.settings import DetectionSettings
 from vision.detection.shadow import (
-    MIN_MEASUREMENTS,
     BoolArray,
     FloatArray,
     IntArray,
@@ -17,6 +17,7 @@ from vision.detection.shadow import (
 )
 from vision.road.boxes import Boxes, distance_to_boxes
 
+SETTINGS = DetectionSettings()
 SIZE_M = (4.5, 1.9)
 SHADOW_M = np.array([0.7, 1.2])
 
@@ -26,14 +27,18 @@ def car_with_shadow(heading_rad: float) -> tuple[Cells, BoolArray, Boxes]:
     car = make_boxes([(0, 0, heading_rad, *SIZE_M)])
     steps = [(SHADOW_M[0] * k, SHADOW_M[1] * k, heading_rad, *SIZE_M) for k in np.linspace(0, 1, 6)]
     cells = fill(make_boxes(steps))
-    return cells, distance_to_boxes(cells.points, car)[:, 0] > 0, measure(cells, np.array([heading_rad]), SIDE).boxes
+    return (
+        cells,
+        distance_to_boxes(cells.points, car)[:, 0] > 0,
+        measure(cells, np.array([heading_rad]), SIDE, SETTINGS)[0],
+    )
 
 
 def sun_after(headings: list[float], *, length_m: float = 4.5) -> Sun:
-    sun = Sun()
-    for heading_rad in headings * MIN_MEASUREMENTS:
+    sun = Sun(SETTINGS)
+    for heading_rad in headings * SETTINGS.shadow_measurements:
         cells, is_shadow, boxes = car_with_shadow(heading_rad)
-        sun.learn(measure_shadows(cells, is_shadow, boxes, SIDE), boxes.heading_rad, np.array([length_m]))
+        sun.learn(measure_shadows(cells, is_shadow, boxes, SIDE, SETTINGS), boxes.heading_rad, np.array([length_m]))
     return sun
 
 
@@ -43,12 +48,12 @@ def unmeasured(count: int) -> tuple[FloatArray, IntArray]:
 
 def test_borders_of_a_bright_car_are_on_the_sides_of_its_shadow() -> None:
     cells, is_shadow, boxes = car_with_shadow(0.0)
-    assert measure_shadows(cells, is_shadow, boxes, SIDE)[0] == pytest.approx([0.7, 0.0, 1.2, 0.0], abs=0.35)
+    assert measure_shadows(cells, is_shadow, boxes, SIDE, SETTINGS)[0] == pytest.approx([0.7, 0.0, 1.2, 0.0], abs=0.35)
 
 
 def test_dark_car_tells_nothing_about_its_shadow() -> None:
     cells, is_shadow, boxes = car_with_shadow(0.0)
-    assert np.isnan(measure_shadows(cells, np.ones_like(is_shadow), boxes, SIDE)).all()
+    assert np.isnan(measure_shadows(cells, np.ones_like(is_shadow), boxes, SIDE, SETTINGS)).all()
 
 
 @pytest.mark.parametrize("headings", [[0.0], [0.0, np.pi], [0.5, 2.0, -1.0]], ids=["one way", "both ways", "bends"])
@@ -56,7 +61,7 @@ def test_shadows_point_away_from_the_sun_whichever_way_cars_drive(headings: list
     sun = sun_after(headings)
     for heading_rad in headings:
         shadow = sun.shadows(np.array([heading_rad]), np.array([4.5]), *unmeasured(1))
-        body = without_shadow(car_with_shadow(heading_rad)[2], shadow)
+        body = without_shadow(car_with_shadow(heading_rad)[2], shadow, SETTINGS)
         assert body.centre_m[0] == pytest.approx([0, 0], abs=0.35)
 
 
@@ -68,9 +73,9 @@ def test_dark_bonnet_is_not_taken_for_shadow() -> None:
 
 
 def test_nothing_is_taken_off_until_enough_was_measured() -> None:
-    sun = Sun()
+    sun = Sun(SETTINGS)
     cells, is_shadow, boxes = car_with_shadow(0.0)
-    sun.learn(measure_shadows(cells, is_shadow, boxes, SIDE), boxes.heading_rad, boxes.length_m)
+    sun.learn(measure_shadows(cells, is_shadow, boxes, SIDE, SETTINGS), boxes.heading_rad, boxes.length_m)
     assert sun.shadows(np.array([0.0]), np.array([4.5]), *unmeasured(1)).tolist() == [[0, 0]]
 
 
@@ -83,6 +88,6 @@ def test_long_vehicles_have_longer_shadows() -> None:
 
 
 def test_a_plausible_vehicle_always_remains() -> None:
-    body = without_shadow(make_boxes([(0, 0, 0, 4.5, 2.0)]), np.array([[0.0, 3.0]]))
+    body = without_shadow(make_boxes([(0, 0, 0, 4.5, 2.0)]), np.array([[0.0, 3.0]]), SETTINGS)
     assert body.width_m[0] == pytest.approx(1.6)
     assert body.centre_m[0] == pytest.approx([0.0, -0.2])

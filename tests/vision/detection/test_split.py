@@ -5,10 +5,10 @@ import pytest
 
 from tests.vision.support import make_boxes
 from vision.detection.blobs import Cells
+from vision.detection.settings import DetectionSettings
 from vision.detection.split import Ownership, assign_cells
 from vision.detection.surface import Appearances
 from vision.road.boxes import Boxes
-from vision.settings import VisionSettings
 
 SIDE = 0.45
 
@@ -41,7 +41,7 @@ def fill(*blobs: Boxes) -> Cells:
 def assign(cells: Cells, predicted: Boxes, bodies: Boxes | None = None, *, is_sized: bool = False) -> Ownership:
     seen = Appearances(predicted, np.ones(len(predicted)))
     sized = np.full(len(predicted), is_sized)
-    return assign_cells(cells, seen, bodies or predicted, sized, side=SIDE, settings=VisionSettings())
+    return assign_cells(cells, seen, bodies or predicted, sized, side=SIDE, settings=DetectionSettings())
 
 
 @pytest.mark.parametrize("seed", range(6))

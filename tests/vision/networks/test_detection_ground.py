@@ -109,7 +109,7 @@ def test_noise_is_longer_along_the_line_of_sight() -> None:
     camera = slanted(height_m=15.0, pitch_rad=0.25)
     cars = make_boxes([(0.0, 50.0, 0.0, 4.5, 1.8)])
     found = detect(camera, drawn(camera, cars), known(cars))
-    added = found.noise[0] - SETTINGS.position_noise_m**2 * np.eye(2)
+    added = found.noise[0] - SETTINGS.detection.position_noise_m**2 * np.eye(2)
     assert added[1, 1] > 4 * added[0, 0]
 
 

@@ -11,7 +11,7 @@ from tests.vision.onnx_file import FloatArray, blob_finder, constant_answer, mod
 from tests.vision.support import make_frame
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
-from vision.networks.onnx_detector import MAX_CANDIDATES, Letterbox, OnnxDetector, suppress
+from vision.networks.onnx_detector import Letterbox, OnnxDetector, suppress
 from vision.networks.onnx_settings import Layout, OnnxSettings
 
 SIZE_PX = (128, 72)
@@ -176,20 +176,21 @@ def test_suppression_agrees_with_a_slow_one(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rows = np.column_stack([rng.uniform(0, 60, (80, 2)), rng.uniform(5, 20, (80, 2)), rng.permutation(80) / 80])
     found = boxes(*map(tuple, rows.tolist()))
-    assert suppress(found, 0.4).score.tolist() == found.score[slow_suppress(found, 0.4)].tolist()
+    kept = suppress(found, replace(SETTINGS, nms_threshold=0.4))
+    assert kept.score.tolist() == found.score[slow_suppress(found, 0.4)].tolist()
 
 
 def test_crossed_boxes_are_two_vehicles_and_equal_ones_are_one() -> None:
     one, same = (50.0, 50.0, 40.0, 8.0, 0.9), (51.0, 50.0, 40.0, 8.0, 0.8)
     pair = boxes(one, same, angle_rad=0.7)
     crossed = replace(pair, angle_rad=np.array([0.7, 0.7 + np.pi / 2]))
-    assert (len(suppress(pair, 0.5)), len(suppress(crossed, 0.5))) == (1, 2)
+    assert [len(suppress(one, replace(SETTINGS, nms_threshold=0.5))) for one in (pair, crossed)] == [1, 2]
 
 
 def test_no_more_candidates_than_the_limit_are_compared() -> None:
-    count = MAX_CANDIDATES + 500
+    count = SETTINGS.max_candidates + 500
     apart = np.column_stack([np.arange(count) * 10.0, np.zeros(count), np.full((count, 2), 5.0), np.ones(count)])
-    assert len(suppress(boxes(*map(tuple, apart.tolist())), 0.5)) == MAX_CANDIDATES
+    assert len(suppress(boxes(*map(tuple, apart.tolist())), SETTINGS)) == SETTINGS.max_candidates
 
 
 @pytest.mark.parametrize(
