@@ -31,7 +31,7 @@ from service.runs.processing import RunRequest, process
 from service.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
 from vision.settings import VisionSettings
 
-SECONDS = 12
+SECONDS = 10
 SIZE_PX = (960, 540)
 SEED = 1
 FACTORS = (0.5, 2.0)
@@ -46,14 +46,15 @@ GOLDEN_FOLDER = Path(__file__).parents[1] / "tests" / "golden"
 SCENES_OF: Mapping[str, tuple[str, ...]] = {
     "vision.registration": ("drone",),
     "vision.networks": ("detections",),
-    "vision.background": ("rural", "junction", "drone"),
-    "vision.road": ("rural", "oblique", "drone"),
-    "vision.detection": ("rural", "junction", "oblique"),
+    "vision.background": ("rural", "junction"),
+    "vision.road": ("rural", "oblique"),
+    "vision.detection": ("junction", "oblique"),
     "vision.tracking": ("rural", "junction"),
     "vision": ("rural", "oblique", "drone", "detections"),
-    "anchoring": ("junction_tracks", "junction", "oblique"),
+    "anchoring": ("junction_tracks", "junction"),
     "relations": ("junction_tracks",),
 }
+"""By the first two parts of a setting's name."""
 TREES = {"vision": VisionSettings(), "anchoring": AnchoringSettings(), "relations": RelationSettings()}
 ROWS = (
     "SELECT * FROM seen_objects",
@@ -71,6 +72,11 @@ class Setting:
     room: str
     name: str
     value: float
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """Return the names of the scenes on which it is tried."""
+        return SCENES_OF[".".join(self.room.split(".")[:2])]
 
     def changed(self, factor: float) -> float:
         """Give the number halved or doubled; whole numbers stay whole."""
@@ -101,13 +107,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for one in walk(tree, root)
         if f"{one.room}.{one.name}".startswith(tuple(options.only))
     ]
-    scenes = sorted({scene for one in settings for scene in SCENES_OF[one.room]})
+    scenes = sorted({scene for one in settings for scene in one.scenes})
     for scene in scenes:
         _make(scene, options.folder)
     tasks: list[Task] = [(scene, None, 1.0, options.folder) for scene in scenes]
-    tasks += [
-        (scene, one, by, options.folder) for one in settings for by in (0.5, 2.0) for scene in SCENES_OF[one.room]
-    ]
+    tasks += [(scene, one, by, options.folder) for one in settings for by in (0.5, 2.0) for scene in one.scenes]
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
         outcomes = dict(zip([task[:3] for task in tasks], pool.map(_try, tasks), strict=True))
     table = [HEADER, *(_row(one, outcomes) for one in settings)]
@@ -174,7 +178,7 @@ HEADER = "| setting | shipped | halved: P, R, IDF1, events | doubled: P, R, IDF1
 
 
 def _row(setting: Setting, outcomes: Mapping[tuple[str, Setting | None, float], Outcome | None]) -> str:
-    scenes = SCENES_OF[setting.room]
+    scenes = setting.scenes
     shipped = [outcomes[scene, None, 1.0] for scene in scenes]
     cells = [_cell(shipped, [outcomes[scene, setting, by] for scene in scenes]) for by in FACTORS]
     return f"| `{setting.room}.{setting.name}` | {setting.value:g} | {' | '.join(cells)} |"
