@@ -159,8 +159,10 @@ def _try(task: Task) -> Outcome | None:
         site.write_text(text, encoding="utf-8")
         log = Path(own) / "log.db"
         try:
-            process(RunRequest(source, site, str(log)))
+            process(RunRequest(source, site, str(log), detector=f"file:{source}" if scene == "detections" else None))
         except InputError:
+            if setting is None:
+                raise
             return None
         finally:
             site.unlink()
