@@ -68,9 +68,13 @@ class _Reader:
     def __init__(self, path: Path, root: type[object]) -> None:
         self._path, self._root = path, root
 
-    def table(self, values: Mapping[str, object], declared: type[Declared], place: str) -> Declared:
-        """Read a table, whose place in the file is as `camera.point[2]`."""
+    def table(
+        self, values: Mapping[str, object], declared: type[Declared], place: str, usual: Declared | None = None
+    ) -> Declared:
+        """Read a table, whose place in the file is as `camera.point[2]`; `usual` has what is left out."""
         fields = _fields(declared)
+        if usual is None and not any(is_needed for _, is_needed in fields.values()):
+            usual = declared()
         for name in values:
             if name not in fields:
                 expected = f"expected one of {', '.join(fields)}; got an unknown field"
@@ -79,7 +83,9 @@ class _Reader:
         given: dict[str, Any] = {}
         for name, (hint, is_needed) in fields.items():
             if name in values:
-                given[name] = self._value(values[name], hint, _join(place, name))
+                given[name] = self._value(values[name], hint, _join(place, name), getattr(usual, name, None))
+            elif usual is not None:
+                given[name] = getattr(usual, name)
             elif is_needed:
                 raise wrong(self._path, _join(place, name), f"expected {_words(hint)}, got no such field")
         try:
@@ -87,12 +93,12 @@ class _Reader:
         except (AnchoringError, GisError, QsrError, VisionError) as error:
             raise wrong(self._path, place, error) from error
 
-    def _value(self, value: object, hint: object, place: str) -> object:
+    def _value(self, value: object, hint: object, place: str, usual: object) -> object:
         bare, _ = _unwrap(hint)
         if _is_table(bare):
             if not isinstance(value, dict):
                 raise wrong(self._path, place, f"expected a table [{place}], got {value!r}")
-            return self.table(value, bare, place)
+            return self.table(value, bare, place, usual)
         if get_origin(bare) is list and _is_table(entry := get_args(bare)[0]):
             if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
                 raise wrong(self._path, place, f"expected tables [[{place}]], got {value!r}")

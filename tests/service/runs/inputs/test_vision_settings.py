@@ -139,6 +139,14 @@ def test_no_number_of_any_room_may_be_nan_or_negative(tmp_path: Path) -> None:
                     replace(usual, **{room: replace(getattr(usual, room), **{name: value})})
 
 
+def test_one_number_of_a_table_leaves_the_others_as_they_are(tmp_path: Path) -> None:
+    sizes = load_site(
+        make_site(tmp_path, "[vision.networks.usual_sizes.van]\nlength_m = 6.5\n")
+    ).vision.networks.usual_sizes
+    usual = VisionSettings().networks.usual_sizes
+    assert sizes == replace(usual, van=replace(usual.van, length_m=6.5))
+
+
 def test_the_page_names_the_rooms_and_its_example_loads(tmp_path: Path) -> None:
     text = page("site_file.md")
     assert all(f"[{place}]" in text for place, _ in tables_of(SiteFile) if place.startswith("vision"))
