@@ -21,11 +21,15 @@ $(VENV)/installed-dev: $(VENV)/installed
 demo: $(VENV)/installed
 	$(BIN)/dyknow demo --out $(OUT)
 
+# In the order of the files: what is long lies in tests/, and the short examples of the packages fill both workers' ends.
+# The tests start processes, which need not compile the packages again.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -n auto --dist loadfile $(TEST_ARGS)
+	$(PYTEST) $(TEST_ARGS)
 
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -n auto --dist loadfile -m slow $(TEST_ARGS)
+	$(PYTEST) -m slow $(TEST_ARGS)
 
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -1,7 +1,9 @@
 """What `dyknow demo` makes and prints, made once and shared by all tests that need a scene or its log."""
 
 import contextlib
+import fcntl
 import io
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,10 +35,19 @@ class Demo:
 
 @pytest.fixture(scope="session")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
-    folder, printed = tmp_path_factory.mktemp("demo"), io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        assert run(["demo", "--out", str(folder), "--seconds", str(SECONDS)]) == 0
-    return Demo(folder, printed.getvalue())
+    """Make the demo once for all workers of pytest-xdist; nobody writes into it."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "demo"
+    folder.mkdir(exist_ok=True)
+    told = folder / "printed.txt"  # written last: with it the demo is whole
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not told.exists():
+            printed = io.StringIO()
+            with contextlib.redirect_stdout(printed):
+                assert run(["demo", "--out", str(folder), "--seconds", str(SECONDS)]) == 0
+            told.write_text(printed.getvalue(), encoding="utf-8")
+    return Demo(folder, told.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="session")

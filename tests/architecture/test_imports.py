@@ -1,6 +1,7 @@
 """The house rules about who may import whom."""
 
 import ast
+import functools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,6 +26,7 @@ FORBIDDEN_FILE_NAMES = {"utils", "helpers", "common", "misc"}
 FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 
 
+@functools.cache
 def imported_modules(path: Path) -> set[str]:
     """Return every module a file imports, at any depth of nesting."""
     found = set()

@@ -8,6 +8,7 @@ from chronicles import library
 from chronicles.chronicle_set import load_texts
 from chronicles.errors import ChronicleError
 from chronicles.examples import ExampleResult, render, run_examples
+from tests.cases import for_each
 from tests.chronicles.support import run, shown
 
 START = """
@@ -101,7 +102,7 @@ def test_example_in_the_library(result: ExampleResult) -> None:
     assert result.passed, render(result)
 
 
-@pytest.mark.parametrize("name", library.names())
+@for_each("name", library.names())
 def test_file_has_an_example_that_is_found_and_one_that_is_not(name: str) -> None:
     own = [one for one in EXAMPLES if one.file == f"{name}.chronicle"]
     assert any(one.matched for one in own)
@@ -127,7 +128,7 @@ def test_documentation_lists_every_event_with_its_roles() -> None:
         assert roles == [role for role, _ in plan.roles]
 
 
-@pytest.mark.parametrize("name", library.names())
+@for_each("name", library.names())
 def test_every_chronicle_of_a_file_emits_the_event_of_its_name(name: str) -> None:
     chronicles = library.load_library([name])
     own = [plan for plan in chronicles.plans if plan.name.startswith(name)]
@@ -135,7 +136,7 @@ def test_every_chronicle_of_a_file_emits_the_event_of_its_name(name: str) -> Non
     assert all(emission.name == name for plan in own for emission in plan.emissions)
 
 
-@pytest.mark.parametrize("name", library.names())
+@for_each("name", library.names())
 def test_head_of_a_file_says_what_it_means_and_its_limits(name: str) -> None:
     head = library.text(name).split("\nmessage")[0]
     assert all(line.startswith("#") for line in head.strip().splitlines())

@@ -14,6 +14,7 @@ from chronicles.chronicle_set import load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
+from tests.cases import for_each
 from tests.chronicles.support import run, shown, steps
 
 PAIR = "chronicle pair(t1, t2) { event(a[], t1) event(a[], t2) t2 - t1 in [0s, 5s] }"
@@ -165,7 +166,7 @@ def test_15_hold_needs_a_reported_value() -> None:
     assert run(with_default, "1s p[u] on -> unknown\n5s a[u]") == []
 
 
-@pytest.mark.parametrize("seed", range(10))
+@for_each("seed", range(10))
 def test_17_order_of_the_text_does_not_change_matches_or_work(seed: int) -> None:
     lines = [f"event({name}[?x], t{index})" for index, name in enumerate("abcd", 1)]
     lines += [f"t{index + 1} - t{index} in [0s, 5s]" for index in range(1, 4)]

@@ -21,7 +21,7 @@ from gis.sumo_net import read_sumo_net
 
 def make(folder: Path, *, seconds: int = 2, seed: int = 1) -> GeneratedScene:
     return generate(
-        "rural_overtaking", seed=seed, duration_us=seconds * 1_000_000, out_dir=folder, width_px=640, height_px=360
+        "rural_overtaking", seed=seed, duration_us=seconds * 1_000_000, out_dir=folder, width_px=320, height_px=180
     )
 
 
@@ -69,7 +69,7 @@ def test_the_site_file_leads_to_the_network_and_the_road(scene: GeneratedScene) 
     assert site["name"] == "rural_overtaking seed 3"
     assert (scene.site.parent / site["network"]["sumo"]).samefile(scene.network)
     camera = GroundCamera.from_homography(site["camera"]["homography"])
-    assert camera.to_ground(np.array([[319.5, 179.5]])) == pytest.approx(np.array([[500.0, 0.0]]))
+    assert camera.to_ground(np.array([[159.5, 89.5]])) == pytest.approx(np.array([[500.0, 0.0]]))
 
 
 def test_events_are_written_as_one_json_object_a_line(scene: GeneratedScene) -> None:

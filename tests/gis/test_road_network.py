@@ -39,12 +39,13 @@ def points_near(network: RoadNetwork, count: int, seed: int) -> FloatArray:
 
 @pytest.mark.parametrize("tolerance_m", [0.0, 2.0])
 @pytest.mark.parametrize("name", networks())
-def test_locate_agrees_with_the_slow_loop_over_all_lanes(name: str, tolerance_m: float) -> None:
+@pytest.mark.parametrize("count", [100, pytest.param(300, marks=pytest.mark.slow)])
+def test_locate_agrees_with_the_slow_loop_over_all_lanes(name: str, tolerance_m: float, count: int) -> None:
     network = networks()[name]
-    points_m = points_near(network, 300, seed=7)
+    points_m = points_near(network, count, seed=7)
     fast = network.locate(points_m, tolerance_m=tolerance_m)
     slow = np.array([locate_slowly(network, point_m, tolerance_m) for point_m in points_m])
-    assert 30 < (fast.road >= 0).sum() < 300
+    assert count // 10 < (fast.road >= 0).sum() < count
     for column, values in enumerate(
         [fast.road, fast.along_m, fast.across_m, fast.lane, fast.junction, fast.tangent_rad]
     ):

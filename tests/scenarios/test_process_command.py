@@ -7,6 +7,9 @@ import pytest
 
 from service.cli.app import run
 from service.store.log import open_log
+from tests.conftest import Demo
+
+GOLDEN_CLIP = Path(__file__).parents[1] / "golden" / "rural_video"
 
 
 def process(*arguments: object) -> int:
@@ -42,13 +45,11 @@ def test_truncated_video_without_an_index(capsys: pytest.CaptureFixture[str], tm
     assert "short.mp4" in refused(capsys, tmp_path, video, "--site", scene / "site.toml")
 
 
-def test_video_that_breaks_half_way_keeps_its_events(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path
-) -> None:
-    whole = (scene / "video.mp4").read_bytes()
+def test_video_that_breaks_half_way_keeps_its_events(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    whole = (GOLDEN_CLIP / "video.mp4").read_bytes()
     video, log = tmp_path / "half.mp4", tmp_path / "log.db"
     video.write_bytes(whole[: len(whole) * 4 // 5])
-    code = process(video, "--site", scene / "site.toml", "--log", log)
+    code = process(video, "--site", GOLDEN_CLIP / "site.toml", "--log", log)
     assert code == 3
     assert "the events up to there are kept" in capsys.readouterr().err
     with open_log(str(log)) as opened:
@@ -113,13 +114,12 @@ def test_own_chronicle_file_is_used(capsys: pytest.CaptureFixture[str], tmp_path
     assert json.loads(capsys.readouterr().out)["type"] == "met"
 
 
-def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
-    log, picture = tmp_path / "log.db", tmp_path / "picture.png"
-    assert process(scene / "video.mp4", "--site", scene / "site.toml", "--log", log) == 0
-    assert run(["evaluate", str(log), str(scene), "--min-f1", "0.9"]) == 0
+def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], tmp_path: Path, demo: Demo) -> None:
+    log, scene, picture = str(demo.log), demo.scene, tmp_path / "picture.png"
+    assert run(["evaluate", log, str(scene), "--min-f1", "0.9"]) == 0
     assert "precision 1.000" in capsys.readouterr().out
-    assert run(["evaluate", str(log), str(scene), "--type", "nosuch"]) == 3
-    assert run(["draw", str(scene / "video.mp4"), str(log), "--out", str(picture), "--from", "20s"]) == 0
+    assert run(["evaluate", log, str(scene), "--type", "nosuch"]) == 3
+    assert run(["draw", str(scene / "video.mp4"), log, "--out", str(picture), "--from", "20s"]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 

@@ -150,17 +150,6 @@ def test_an_interrupt_exits_with_130(log: str, monkeypatch: pytest.MonkeyPatch) 
     assert app.run(["events", log]) == 130
 
 
-def test_a_reader_that_stops_early_sees_no_complaint(tmp_path: Path) -> None:
-    url = write_log(tmp_path / "a.db", [overtake(second * SECOND_US) for second in range(2000)])
-    command = [*PROGRAM, "events", url, "--format", "jsonl"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
-        process.stdout.readline()
-        process.stdout.close()
-        assert process.stderr.read() == ""
-
-
 def test_tracks_as_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     url = write_small_log(tmp_path / "a.db")
     assert app.run(["tracks", url, "--car", "car10", "--from", "40000"]) == 0

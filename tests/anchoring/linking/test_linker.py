@@ -8,6 +8,7 @@ import pytest
 
 from anchoring.linking.linker import Looks, assign, fit_costs, keep_order
 from anchoring.settings import AnchoringSettings
+from tests.cases import for_each
 
 
 def best_of_all(costs: np.ndarray, unmatched: float) -> tuple[float, set[tuple[int, int]]]:
@@ -24,7 +25,7 @@ def best_of_all(costs: np.ndarray, unmatched: float) -> tuple[float, set[tuple[i
     return best
 
 
-@pytest.mark.parametrize("seed", range(60))
+@for_each("seed", range(60))
 def test_assignment_is_the_best_of_all_and_clear(seed: int) -> None:
     rng = np.random.default_rng(seed)
     costs = rng.uniform(0, 4, (int(rng.integers(1, 5)), int(rng.integers(1, 5))))

@@ -7,6 +7,7 @@ import pytest
 
 from chronicles.chronicle_set import load
 from chronicles.errors import ChronicleError
+from tests.cases import for_each
 
 STATEMENTS = [
     "event(a[?x], t1)",
@@ -26,7 +27,7 @@ STATEMENTS = [
 ]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@for_each("seed", range(20))
 def test_plan_does_not_depend_on_the_order_of_the_text(seed: int) -> None:
     shuffled = list(STATEMENTS)
     random.Random(seed).shuffle(shuffled)

@@ -4,10 +4,10 @@ import itertools
 import random
 
 import numpy as np
-import pytest
 
 from chronicles.compilation.network import UNBOUNDED_US, Edge, distances, minimise, negative_cycle
 from dyknow.language.places import Span
+from tests.cases import for_each
 
 NOWHERE = Span("", 1, 1, 1, 1)
 
@@ -29,7 +29,7 @@ def solutions(points: int, edges: list[Edge]) -> list[tuple[int, ...]]:
     ]
 
 
-@pytest.mark.parametrize("seed", range(150))
+@for_each("seed", range(150))
 def test_minimal_network_bounds_are_the_extremes_of_all_solutions(seed: int) -> None:
     points = 3
     edges = random_edges(seed, points)
@@ -43,7 +43,7 @@ def test_minimal_network_bounds_are_the_extremes_of_all_solutions(seed: int) -> 
             assert max(times[end] - times[start] for times in found) == least[start, end]
 
 
-@pytest.mark.parametrize("seed", range(150))
+@for_each("seed", range(150))
 def test_contradiction_is_given_as_a_closed_chain_with_a_negative_sum(seed: int) -> None:
     edges = random_edges(seed, 5)
     cycle = negative_cycle(5, edges)

@@ -4,22 +4,18 @@ import pytest
 
 from chronicles import recognise
 from chronicles.events import Occurrence
+from tests.cases import seeds
 from tests.chronicles.execution.case_runner import FAR_US, check_case, disagreements, make_case
 
-CASES_A_BLOCK = 100
-BLOCKS, KEPT = 15, 4  # the others run with `make test-slow`
 
-
-@pytest.mark.parametrize(
-    "block", [*range(KEPT), *(pytest.param(block, marks=pytest.mark.slow) for block in range(KEPT, BLOCKS))]
-)
-def test_executors_find_exactly_what_the_oracle_finds(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    if block % 2:
-        # Forget whatever can be forgotten after every event: nothing of it may be needed again.
-        monkeypatch.setattr("chronicles.execution.stage._FIRST_SWEEP", 1)
-    cases = [check_case(seed) for seed in range(block * CASES_A_BLOCK, (block + 1) * CASES_A_BLOCK)]
-    # A block without matches would prove nothing.
-    assert sum(bool(case.expected) for case in cases) >= CASES_A_BLOCK // 10
+@seeds(range(1500), kept=300)
+def test_executors_find_exactly_what_the_oracle_finds(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [check_case(seed) for seed in seeds[::2]]
+    # Forget whatever can be forgotten after every event: nothing of it may be needed again.
+    monkeypatch.setattr("chronicles.execution.stage._FIRST_SWEEP", 1)
+    cases += [check_case(seed) for seed in seeds[1::2]]
+    # Cases without matches would prove nothing.
+    assert sum(bool(case.expected) for case in cases) >= len(seeds) // 10
 
 
 def test_missing_occurrence_and_wrong_order_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

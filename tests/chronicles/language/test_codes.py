@@ -9,6 +9,7 @@ import chronicles
 from chronicles.chronicle_set import check_texts
 from chronicles.errors import ChronicleError
 from chronicles.language.codes import Code, all_codes, explain_code, page
+from tests.cases import for_each
 from tests.dyknow.language.codes import shared_codes
 
 SOURCES = Path(chronicles.__file__).parent
@@ -26,12 +27,12 @@ def test_every_code_of_the_sources_has_its_section_and_no_other() -> None:
     assert page().count("\n## ") == len(documented)
 
 
-@pytest.mark.parametrize("one", all_codes(), ids=lambda one: one.code)
+@for_each("one", all_codes())
 def test_wrong_text_has_this_finding_only(one: Code) -> None:
     assert codes_in(one.wrong, one.code) == [(one.code, "warning" if one.is_warning else "error")]
 
 
-@pytest.mark.parametrize("one", all_codes(), ids=lambda one: one.code)
+@for_each("one", all_codes())
 def test_mended_text_has_no_findings(one: Code) -> None:
     assert codes_in(one.mended, one.code) == []
 

@@ -7,6 +7,7 @@ import pytest
 from chronicles.chronicle_set import check_texts, load, load_texts
 from chronicles.errors import ChronicleError
 from dyknow.language.diagnostics import Diagnostic
+from tests.cases import for_each
 from tests.chronicles.language.doubts import DOUBTS
 from tests.chronicles.language.faults_of_examples import EXAMPLES
 from tests.chronicles.language.faults_of_meaning import MEANING
@@ -23,7 +24,7 @@ def findings(text: str) -> tuple[Diagnostic, ...]:
     return caught.value.diagnostics
 
 
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+@for_each("case", CASES)
 def test_finding_has_code_place_and_words(case: Case) -> None:
     text, line, column, end_column = place_of(case.bad)
     [found] = [one for one in findings(text) if one.severity == "error"]
@@ -34,12 +35,12 @@ def test_finding_has_code_place_and_words(case: Case) -> None:
     assert found.source_line == text.splitlines()[line - 1]
 
 
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+@for_each("case", CASES)
 def test_mended_text_is_accepted(case: Case) -> None:
     load(case.good)
 
 
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+@for_each("case", CASES)
 def test_no_name_of_a_terminal_leaks(case: Case) -> None:
     words = {word for one in findings(place_of(case.bad)[0]) for word in re.findall(r"\w+", one.message + one.hint)}
     assert not words & TERMINAL_NAMES

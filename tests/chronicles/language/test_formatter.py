@@ -13,6 +13,7 @@ from chronicles.language.model import ChronicleFile
 from chronicles.language.parser import parse, words_and_comments
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.words import COMMENT, Word
+from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 
@@ -47,7 +48,7 @@ def assert_formatted(text: str) -> None:
     assert all(len(line) <= 120 for line in once.split("\n") if "#" not in line and "//" not in line)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@for_each("seed", range(60))
 def test_random_text_keeps_its_words_and_comments_and_its_layout_is_final(seed: int) -> None:
     pick = random.Random(seed)
     text = CaseMaker(seed).text() if seed % 3 else EVERYTHING
@@ -60,7 +61,7 @@ def test_any_blanks_and_comments_between_words_are_laid_out_for_good(breaks: lis
     assert_formatted(scattered(EVERYTHING, breaks))
 
 
-@pytest.mark.parametrize("name", library.names())
+@for_each("name", library.names())
 def test_library_is_laid_out_for_good(name: str) -> None:
     assert_formatted(library.text(name))
 

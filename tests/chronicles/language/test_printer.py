@@ -1,12 +1,11 @@
 """Reading, writing and reading again gives the same tree."""
 
-import pytest
-
 from chronicles import library
 from chronicles.language.model import ChronicleFile
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file
 from dyknow.language.diagnostics import Reporter, render_all
+from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 
@@ -24,13 +23,13 @@ TEXTS |= {"relations": library.relations_text()}
 TEXTS |= {f"random {seed}": CaseMaker(seed).text() for seed in range(100)}
 
 
-@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS.keys())
+@for_each("text", TEXTS)
 def test_text_read_written_and_read_is_the_same_tree(text: str) -> None:
     file = read(text)
     assert read(print_file(file)) == file
 
 
-@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS.keys())
+@for_each("text", TEXTS)
 def test_writing_is_a_fixed_point(text: str) -> None:
     once = print_file(read(text))
     assert print_file(read(once)) == once

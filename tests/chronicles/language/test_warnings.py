@@ -1,16 +1,15 @@
 """Warnings: what is said and where, when nothing is said, and that the text stays usable."""
 
-import pytest
-
 from chronicles import library
 from chronicles.chronicle_set import check_texts, load
+from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.doubts import DOUBTS
 from tests.chronicles.language.faults_of_words import HEAD, Case
 from tests.chronicles.language.places import place_of
 
 
-@pytest.mark.parametrize("case", DOUBTS.values(), ids=DOUBTS.keys())
+@for_each("case", DOUBTS)
 def test_warning_has_code_place_and_words(case: Case) -> None:
     text, line, column, end_column = place_of(case.bad)
     [found] = load(text).warnings
@@ -20,7 +19,7 @@ def test_warning_has_code_place_and_words(case: Case) -> None:
     assert (found.line, found.column, found.end_column) == (line, column, end_column)
 
 
-@pytest.mark.parametrize("case", DOUBTS.values(), ids=DOUBTS.keys())
+@for_each("case", DOUBTS)
 def test_mended_text_has_no_warning(case: Case) -> None:
     assert load(case.good).warnings == ()
 

@@ -10,6 +10,7 @@ from lark import Lark, LarkError, Token
 from chronicles.language.parser import parse, words_and_comments
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.words import COMMENT, STRANGE, Word
+from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.language.everything import EVERYTHING
 
@@ -32,7 +33,7 @@ def described(token: Token) -> tuple[str, str, int, int, int]:
     return token.type, str(token), token.line, token.column, token.end_column
 
 
-@pytest.mark.parametrize("seed", range(30))
+@for_each("seed", range(30))
 def test_words_are_those_of_the_grammar(lark: Lark, seed: int) -> None:
     text = CaseMaker(seed).text() if seed else EVERYTHING
     assert [tuple(word) for word in words_of(text, Reporter({"t": text}))] == [
@@ -40,7 +41,7 @@ def test_words_are_those_of_the_grammar(lark: Lark, seed: int) -> None:
     ]
 
 
-@pytest.mark.parametrize("seed", range(300))
+@for_each("seed", range(300))
 def test_what_lark_refuses_is_refused_and_nothing_else(lark: Lark, seed: int) -> None:
     pick = random.Random(seed)
     source = EVERYTHING if seed % 3 else CaseMaker(seed).text()

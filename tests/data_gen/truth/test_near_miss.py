@@ -8,6 +8,7 @@ from shapely import affinity
 from data_gen.simulation.states import FloatArray
 from data_gen.truth.event import TruthEvent
 from data_gen.truth.near_miss import _Bodies, contact_s, find_near_misses
+from tests.cases import for_each
 from tests.data_gen.truth_support import STEP_US, Drive, along, crossroads, motorway, tables_of
 
 STEPS = 120
@@ -68,7 +69,7 @@ def test_two_that_nearly_meet_in_a_junction() -> None:
     assert [set(event.vehicles) for event in events] == [{"a", "b"}]
 
 
-@pytest.mark.parametrize("seed", range(40))
+@for_each("seed", range(40))
 def test_contact_is_when_two_rectangles_first_touch(seed: int) -> None:
     rng = np.random.default_rng(seed)
 

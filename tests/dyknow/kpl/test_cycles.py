@@ -7,6 +7,7 @@ import pytest
 
 from dyknow.errors import KplError
 from dyknow.kpl.checks import check_kpl, take_out_cycles
+from tests.cases import for_each
 
 
 def random_inputs(seed: int) -> dict[str, list[str]]:
@@ -23,7 +24,7 @@ def reads_itself(label: str, inputs: dict[str, list[str]]) -> bool:
     return label in reached
 
 
-@pytest.mark.parametrize("seed", range(200))
+@for_each("seed", range(200))
 def test_cycles_are_cycles_and_without_them_there_is_an_order(seed: int) -> None:
     before, inputs = random_inputs(seed), random_inputs(seed)
     cycles = list(take_out_cycles(inputs))

@@ -9,6 +9,7 @@ from lark import Lark
 from dyknow.errors import KplError
 from dyknow.kpl.checks import check_kpl
 from dyknow.language.diagnostics import Diagnostic
+from tests.cases import for_each
 from tests.dyknow.kpl.faults_of_meaning import MEANING
 from tests.dyknow.kpl.faults_of_words import HEAD, WORDS, Fault
 
@@ -31,7 +32,7 @@ def place_of(marked: str) -> tuple[str, int, int, int]:
     return before + inside + behind, line, column, column + len(inside)
 
 
-@pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
+@for_each("fault", FAULTS)
 def test_error_has_code_place_words_and_hint(fault: Fault) -> None:
     text, *place = place_of(fault.bad)
     [found] = errors_of(text)
@@ -39,12 +40,12 @@ def test_error_has_code_place_words_and_hint(fault: Fault) -> None:
     assert [found.line, found.column, found.end_column] == place
 
 
-@pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
+@for_each("fault", FAULTS)
 def test_mended_text_is_accepted(fault: Fault) -> None:
     check_kpl(HEAD + fault.good)
 
 
-@pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
+@for_each("fault", FAULTS)
 def test_no_name_of_a_terminal_leaks(fault: Fault) -> None:
     for found in errors_of(place_of(fault.bad)[0]):
         assert not TERMINALS & set(re.findall(r"\w+", found.message + found.hint))

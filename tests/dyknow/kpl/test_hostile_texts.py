@@ -11,6 +11,7 @@ from dyknow.kpl.checks import check_kpl
 from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
+from tests.cases import for_each
 from tests.dyknow.kpl.faults_of_words import HEAD
 
 GRAMMAR = Lark(files("dyknow.kpl").joinpath("kpl.lark").read_text("utf-8"), parser="lalr", start="file")
@@ -59,7 +60,7 @@ def refused(text: str) -> KplError:
     return caught.value
 
 
-@pytest.mark.parametrize("text", TEXTS, ids=range(len(TEXTS)))
+@for_each("text", TEXTS)
 def test_hostile_text_is_refused_in_three_parts_at_its_place(text: str) -> None:
     error = refused(HEAD + text)
     lines = (HEAD + text).split("\n")
@@ -88,7 +89,7 @@ def test_ends_of_lines_and_byte_order_marks_change_nothing(end: str, mark: str) 
     assert str(parse_policy(f"{mark}any change,{end}strict order")) == "any change, strict order"
 
 
-@pytest.mark.parametrize("text", ["", "\ufeff", "\n\n", "# only\n// comments", "#\r# two\r\n", " \t\f\v"])
+@for_each("text", ["", "\ufeff", "\n\n", "# only\n// comments", "#\r# two\r\n", " \t\f\v"])
 def test_text_without_statements_declares_nothing(text: str) -> None:
     assert check_kpl(text).processes == ()
 

@@ -11,12 +11,13 @@ from dyknow.kpl.checks import check_kpl
 from dyknow.kpl.model import ConstraintKind, GeneratorDeclaration
 from dyknow.kpl.parser import parse_kpl, parse_type
 from dyknow.kpl.policies import parse_policy
+from tests.cases import for_each
 from tests.dyknow.kpl.test_printer import EVERY_FORM
 
 WORDS = [*EVERY_FORM.replace(";", " ; ").replace(",", " , ").replace("[", " [ ").split(), "@", "é", "#", "\n", "5"]
 
 
-@pytest.mark.parametrize("seed", range(300))
+@for_each("seed", range(300))
 def test_any_text_is_read_or_refused_with_a_place_inside_it(seed: int) -> None:
     rng = random.Random(seed)
     words = EVERY_FORM.split(" ")

@@ -2,8 +2,6 @@
 
 import random
 
-import pytest
-
 from dyknow.kpl import model
 from dyknow.kpl.model import Constraint, ConstraintKind, Label, Name, Specification, Term
 from dyknow.kpl.parser import parse_kpl, parse_type
@@ -11,6 +9,7 @@ from dyknow.kpl.policies import parse_policy
 from dyknow.kpl.printer import print_kpl
 from dyknow.policies.policy import AnyChange, AnyUpdate, Approximation, Order, Policy, SampleEvery
 from dyknow.streams.mediation import MediationKind
+from tests.cases import for_each
 
 EVERY_FORM = """sort Frame;
 sort Point = <float, float>;
@@ -52,7 +51,7 @@ def test_a_from_and_a_separate_to_print_as_one_form() -> None:
     assert print_kpl(two) == "stream a = b with from 1s to 2s;\n"
 
 
-@pytest.mark.parametrize("seed", range(300))
+@for_each("seed", range(300))
 def test_parsing_what_was_printed_gives_the_same_model(seed: int) -> None:
     specification = random_specification(random.Random(seed))
     text = print_kpl(specification)
@@ -61,7 +60,7 @@ def test_parsing_what_was_printed_gives_the_same_model(seed: int) -> None:
     assert print_kpl(again) == text
 
 
-@pytest.mark.parametrize("seed", range(100))
+@for_each("seed", range(100))
 def test_policy_survives_its_text_form(seed: int) -> None:
     policy = random_policy(random.Random(seed))
     assert parse_policy(str(policy)) == policy

@@ -9,6 +9,7 @@ from dyknow.kpl.checks import check_kpl
 from dyknow.kpl.parser import parse_kpl, parse_type
 from dyknow.kpl.vocabulary import Vocabulary
 from dyknow.language.diagnostics import Reporter
+from tests.cases import for_each
 
 
 def vocabulary(text: str) -> Vocabulary:
@@ -48,7 +49,7 @@ def test_numbers_and_tuples_of_numbers_can_be_interpolated(type_: str, expected:
     assert declared.is_numeric(parse_type(type_)) is expected
 
 
-@pytest.mark.parametrize("seed", range(40))
+@for_each("seed", range(40))
 def test_comparison_agrees_with_writing_the_types_out(seed: int) -> None:
     rng = random.Random(seed)
     leaves = ["int", "float", "Opaque"]

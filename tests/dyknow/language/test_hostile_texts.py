@@ -10,6 +10,7 @@ from dyknow.kpl.checks import check_kpl
 from dyknow.language.diagnostics import Diagnostic, TextError
 from dyknow.language.rendering import render_github, render_json
 from dyknow.mtl.parser import parse_formula, parse_monitors
+from tests.cases import for_each
 
 READERS: dict[str, Callable[[str], object]] = {
     "chronicle": load,
@@ -36,8 +37,8 @@ def refused(read: Callable[[str], object], text: str) -> tuple[str, tuple[Diagno
     return str(error), error.diagnostics
 
 
-@pytest.mark.parametrize("read", READERS.values(), ids=READERS.keys())
-@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE.keys())
+@for_each("read", READERS)
+@for_each("text", HOSTILE)
 def test_message_is_printable_and_short(read: Callable[[str], object], text: str) -> None:
     shown, diagnostics = refused(read, text)
     lines = shown.split("\n")
@@ -49,7 +50,7 @@ def test_message_is_printable_and_short(read: Callable[[str], object], text: str
     assert "\x1b" not in render_json(diagnostics) + render_github(diagnostics)
 
 
-@pytest.mark.parametrize("read", READERS.values(), ids=READERS.keys())
+@for_each("read", READERS)
 def test_source_line_is_shown_around_the_place(read: Callable[[str], object]) -> None:
     text = " " * 3_000 + "? wrong" + " " * 3_000
     shown, _ = refused(read, text)

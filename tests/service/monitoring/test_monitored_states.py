@@ -9,6 +9,7 @@ from anchoring.settings import AnchoringSettings
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.monitoring.monitored_states import IDLE_US, Hindsight, TrafficState, TrafficStates
+from tests.cases import for_each
 from tests.service.logs import state
 
 States = list[tuple[int, TrafficState]]
@@ -48,7 +49,7 @@ def test_a_pair_that_is_not_looked_at_any_more_is_unknown_again() -> None:
     assert values(run(TrafficStates({"beside"}, lag_us=0), frames)) == [(0, True), (10, None), (20, None)]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@for_each("seed", range(20))
 def test_states_are_those_of_the_definition(seed: int) -> None:
     """Each frame has one state, with the newest value dated at or before it, whatever the frames' times."""
     rng, lag_us = random.Random(seed), 50

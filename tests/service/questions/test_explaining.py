@@ -51,10 +51,11 @@ def relation(second: int, name: str, *args: str, hypotheses: tuple[str, ...] = (
     return RelationRecord(second * SECOND, second * SECOND, name, args, "false", "true", hypotheses)
 
 
-@pytest.fixture
-def url(tmp_path: Path) -> str:
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     """A run in which car1 met car2, came near car3 too late, and was taken for having met car4."""
-    path = tmp_path / "met.chronicle"
+    folder = tmp_path_factory.mktemp("met")
+    path = folder / "met.chronicle"
     path.write_text(MET)
     loaded = load_chronicle_files([path])
     record = RunRecord(
@@ -83,7 +84,7 @@ def url(tmp_path: Path) -> str:
     ]
     version = loaded.merged.plan("met").version
     drafts = [draft(version, 1, 3, "car2"), draft(version, 30, 31, "car4", status="tentative", hypotheses=wrong)]
-    with open_log(str(tmp_path / "a.db"), "w") as log:
+    with open_log(str(folder / "a.db"), "w") as log:
         writer = log.begin_run(record)
         writer.append_frames(second * SECOND for second in range(41))
         writer.append_links(links)
@@ -91,7 +92,7 @@ def url(tmp_path: Path) -> str:
         writer.append_hypotheses([HypothesisRecord(32 * SECOND, *wrong, "refuted")])
         writer.append_events(drafts)
         writer.finish("finished")
-    return str(tmp_path / "a.db")
+    return str(folder / "a.db")
 
 
 def draft(version: str, start: int, end: int, other: str, **fields: object) -> EventDraft:
@@ -107,7 +108,7 @@ def draft(version: str, start: int, end: int, other: str, **fields: object) -> E
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def log(url: str) -> Iterator[EventLog]:
     with open_log(url) as opened:
         yield opened
@@ -254,8 +255,8 @@ def test_why_not_on_the_command_line(url: str, capsys: pytest.CaptureFixture[str
     assert "expected something that occurs in it as role 'b', got 'car99'" in capsys.readouterr().err
 
 
-def test_a_log_is_recognised_again(url: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = str(tmp_path / "met.chronicle")
+def test_a_log_is_recognised_again(url: str, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(Path(url).with_name("met.chronicle"))
     assert run(["recognise", url, "--chronicles", path, "--executor", "eager", "--format", "jsonl"]) == 0
     [line] = capsys.readouterr().out.splitlines()
     assert json.loads(line)["roles"] == {"a": "car1", "b": "car2"}
@@ -263,7 +264,7 @@ def test_a_log_is_recognised_again(url: str, tmp_path: Path, capsys: pytest.Capt
     assert "run 'r1': expected one that watched" in capsys.readouterr().err
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def client(url: str) -> Iterator[Client]:
     with Client(create_app(url)) as opened:
         yield opened

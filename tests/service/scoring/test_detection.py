@@ -8,6 +8,7 @@ import pytest
 
 from service.scoring.detection import REACH_M, DetectionScore, score_detection, score_settled_tracks, settle
 from service.scoring.object_rows import ObjectRows, join_scenes
+from tests.cases import for_each
 from tests.service.scoring.support import Row, rows
 
 
@@ -101,7 +102,7 @@ def best_by_trying(true: list[Row], found: list[Row]) -> tuple[int, float]:
     return best
 
 
-@pytest.mark.parametrize("seed", range(20))
+@for_each("seed", range(20))
 def test_matching_is_the_best_there_is(seed: int) -> None:
     rng = np.random.default_rng(seed)
     true, found = (

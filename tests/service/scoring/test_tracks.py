@@ -5,6 +5,7 @@ import pytest
 
 from service.scoring.pairs import Pairs, assign, box_pairs, ground_pairs
 from service.scoring.tracks import TrackRows, TrackScore, score_tracks
+from tests.cases import for_each
 
 
 def on_a_line(*tracks_by_frame: dict[int, float]) -> tuple[TrackRows, np.ndarray]:
@@ -57,7 +58,7 @@ def test_an_empty_side_scores_nothing(true: list[dict[int, float]], found: list[
     assert result.mota == (-8 if found else 0)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@for_each("seed", range(10))
 def test_ground_pairs_are_all_those_within_reach(seed: int) -> None:
     rng = np.random.default_rng(seed)
     frames, others = np.sort(rng.integers(0, 5, 40)), np.sort(rng.integers(0, 5, 30))

@@ -9,6 +9,7 @@ from gis.camera_pose import CameraPose, CameraTrack
 from service.errors import TruthError
 from service.scoring.scene_view import SceneView
 from service.scoring.truth_rows import EDGE_M, TruthTable, load_truth_table, nearest_times
+from tests.cases import for_each
 
 HEADER = "t_us,id,class,x_m,y_m,heading_rad,speed_mps,length_m,width_m,road,lane,visible"
 STEP_US = 40_000
@@ -47,7 +48,7 @@ def test_dropped_frames_are_not_asked_for_and_repeated_ones_twice(tmp_path: Path
     assert rows.centre_m[:, 0].tolist() == [0, 0, 0, 0, 3, 3]
 
 
-@pytest.mark.parametrize("seed", range(10))
+@for_each("seed", range(10))
 def test_nearest_times_are_those_of_a_plain_search(seed: int) -> None:
     rng = np.random.default_rng(seed)
     times_us = np.unique(rng.integers(0, 1000, 30))

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
+from tests.cases import for_each
 from tests.vision.onnx_file import blob_finder, model, node
 from vision.networks.onnx_header import OnnxHeader, read_header
 
@@ -16,7 +16,7 @@ def test_open_axes_are_zero() -> None:
     assert read_header(data).input_shape == (1, 3, 0, 0)
 
 
-@pytest.mark.parametrize("seed", range(200))
+@for_each("seed", range(200))
 def test_damaged_files_raise_value_errors_only(seed: int) -> None:
     rng = np.random.default_rng(seed)
     data = bytearray(blob_finder((16, 16)))

@@ -5,6 +5,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+from tests.cases import for_each
 from vision.tracking.association import FloatArray, assign
 
 
@@ -21,7 +22,7 @@ def best_by_trying(cost: FloatArray) -> tuple[int, float]:
     return -count, total
 
 
-@pytest.mark.parametrize("seed", range(20))
+@for_each("seed", range(20))
 def test_assignment_is_the_best_of_all(seed: int) -> None:
     rng = np.random.default_rng(seed)
     cost = rng.uniform(0, 16, tuple(rng.integers(1, 6, 2)))

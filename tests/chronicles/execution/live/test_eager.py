@@ -12,11 +12,11 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event
 from chronicles.execution.event_tests import event_matcher
 from chronicles.execution.instances import Instance, Layout, Record
-from chronicles.execution.live.eager import EagerExecutor
+from chronicles.execution.live.eager import _RECENT, EagerExecutor
+from tests.cases import seeds
 from tests.chronicles.execution.live.instance_store import InstanceStore
 from tests.chronicles.execution.random_cases import CaseMaker
 
-CASES_A_BLOCK = 100
 Matched = dict[int, Record]
 
 
@@ -131,13 +131,12 @@ def wanted(plan: Plan, records: Sequence[Record]) -> list[Record]:
     return [record for record in records if record[2].name in names]
 
 
-@pytest.mark.parametrize("block", range(3))
-def test_store_finds_every_choice_of_events_once(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    if block:
-        # No event is at hand when its instance is complete: all are built again.
-        monkeypatch.setattr("chronicles.execution.live.eager._RECENT", 1)
+@seeds(range(300), kept=150)
+def test_store_finds_every_choice_of_events_once(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     found = 0
-    for seed in range(block * CASES_A_BLOCK, (block + 1) * CASES_A_BLOCK):
+    for seed in seeds:
+        # In two of three cases no event is at hand when its instance is complete: all are built again.
+        monkeypatch.setattr("chronicles.execution.live.eager._RECENT", 1 if seed % 3 else _RECENT)
         plans, records = case(seed)
         for plan in plans:
             mine = wanted(plan, records)
@@ -147,13 +146,14 @@ def test_store_finds_every_choice_of_events_once(block: int, monkeypatch: pytest
                 got = sorted(numbered(matched_of(plan, one)) for one in complete)
                 assert got == sorted(map(numbered, choices.complete(record))), seed
                 found += len(got)
-    assert found > CASES_A_BLOCK
+    assert found > len(seeds)
 
 
 @pytest.mark.parametrize("sweeps", [False, True])
-def test_waiting_lists_the_partial_instances_that_can_still_complete(sweeps: bool) -> None:
+@seeds(range(300, 400), kept=50)
+def test_waiting_lists_the_partial_instances_that_can_still_complete(seeds: range, sweeps: bool) -> None:
     found = 0
-    for seed in range(300, 300 + CASES_A_BLOCK):
+    for seed in seeds:
         plans, records = case(seed)
         for plan in plans:
             mine = wanted(plan, records)
@@ -167,12 +167,13 @@ def test_waiting_lists_the_partial_instances_that_can_still_complete(sweeps: boo
                 expected = [(due, numbered(one), mask_of(one)) for due, one in choices.waiting(now_us, record)]
                 assert sorted(got) == sorted(expected), seed
                 found += len(got)
-    assert found > CASES_A_BLOCK
+    assert found > len(seeds)
 
 
-def test_executor_of_many_plans_equals_one_store_for_each() -> None:
+@seeds(range(700, 750), kept=25)
+def test_executor_of_many_plans_equals_one_store_for_each(seeds: range) -> None:
     found = 0
-    for seed in range(700, 700 + CASES_A_BLOCK // 2):
+    for seed in seeds:
         plans = tuple(plan for offset in range(3) for plan in case(seed + 1000 * offset)[0])
         records = case(seed)[1]
         executor, stores = EagerExecutor(dict(enumerate(plans))), [InstanceStore(plan) for plan in plans]
@@ -185,5 +186,5 @@ def test_executor_of_many_plans_equals_one_store_for_each() -> None:
             found += len(got)
         for number, store in enumerate(stores):
             now_us = records[-1][0]
-            assert sorted(executor.waiting(number, now_us), key=repr) == sorted(store.waiting(now_us), key=repr)
-    assert found > CASES_A_BLOCK
+            assert sorted(executor.waiting(number, now_us), key=repr) == sorted(store.waiting(now_us), key=repr), seed
+    assert found > 2 * len(seeds)

@@ -8,6 +8,7 @@ import shapely
 
 from data_gen.drawing.traffic.vehicle_models import VehicleLooks, height_m, vehicle_parts
 from data_gen.scenario import VehicleClass
+from tests.cases import for_each
 
 SIZES_M: dict[VehicleClass, tuple[float, float]] = {
     "car": (4.5, 1.8),
@@ -18,8 +19,8 @@ SIZES_M: dict[VehicleClass, tuple[float, float]] = {
 }
 
 
-@pytest.mark.parametrize("vehicle_class", get_args(VehicleClass))
-@pytest.mark.parametrize("appearance", range(12))
+@for_each("vehicle_class", get_args(VehicleClass))
+@for_each("appearance", range(12))
 def test_the_parts_fill_the_body_and_stay_within_it(vehicle_class: VehicleClass, appearance: int) -> None:
     length_m, width_m = SIZES_M[vehicle_class]
     parts = vehicle_parts(VehicleLooks(vehicle_class, length_m, width_m, appearance))

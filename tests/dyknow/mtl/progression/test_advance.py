@@ -7,6 +7,7 @@ from dyknow.mtl.progression import automaton
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
 from dyknow.mtl.progression.states import DictState, StateError, Verdict
+from tests.cases import seeds
 from tests.dyknow.mtl.support import agrees_with_the_oracle_while_time_passes, verdicts
 
 TRUE, FALSE, UNKNOWN = Verdict.TRUE, Verdict.FALSE, Verdict.UNKNOWN
@@ -19,15 +20,16 @@ def after_nothing(text: str, *, until_us: int) -> Verdict:
     return progressor.advance(until_us)
 
 
-@pytest.mark.parametrize("chunk", range(10))
-def test_random_formulas_agree_with_direct_evaluation(chunk: int) -> None:
-    for seed in range(100 * chunk, 100 * (chunk + 1)):
+@seeds(range(1000), kept=500)
+def test_random_formulas_agree_with_direct_evaluation(seeds: range) -> None:
+    for seed in seeds:
         agrees_with_the_oracle_while_time_passes(seed, remembers=seed % 2 == 0)
 
 
-def test_random_formulas_agree_where_no_automaton_helps(monkeypatch: pytest.MonkeyPatch) -> None:
+@seeds(range(2000, 2500), kept=250)
+def test_random_formulas_agree_where_no_automaton_helps(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(automaton, "_MOST_STEPS", 0)
-    for seed in range(2000, 2500):
+    for seed in seeds:
         agrees_with_the_oracle_while_time_passes(seed, remembers=True)
 
 

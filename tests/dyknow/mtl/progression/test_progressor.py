@@ -11,6 +11,7 @@ from dyknow.mtl.progression import automaton
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
 from dyknow.mtl.progression.states import DictState, StateError, Verdict
+from tests.cases import seeds
 from tests.dyknow.mtl.support import agrees_with_the_oracle, pick, random_formula, random_states, verdicts
 
 TRUE, FALSE, UNKNOWN = Verdict.TRUE, Verdict.FALSE, Verdict.UNKNOWN
@@ -29,15 +30,16 @@ def run(text: str, states: str, *, shared: SharedWork | None = None) -> str:
     return "".join(shown) + SHORT[progressor.finish()]
 
 
-@pytest.mark.parametrize("chunk", range(20))
-def test_random_formulas_agree_with_direct_evaluation(chunk: int) -> None:
-    for seed in range(100 * chunk, 100 * (chunk + 1)):
+@seeds(range(2000), kept=1000)
+def test_random_formulas_agree_with_direct_evaluation(seeds: range) -> None:
+    for seed in seeds:
         agrees_with_the_oracle(seed, remembers=seed % 2 == 0)
 
 
-def test_random_formulas_agree_where_no_automaton_helps(monkeypatch: pytest.MonkeyPatch) -> None:
+@seeds(range(5000, 6000), kept=500)
+def test_random_formulas_agree_where_no_automaton_helps(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(automaton, "_MOST_STEPS", 0)  # as with irregular times: lulls remember the steps
-    for seed in range(5000, 6000):
+    for seed in seeds:
         agrees_with_the_oracle(seed, remembers=True)
 
 

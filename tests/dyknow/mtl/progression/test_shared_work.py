@@ -41,7 +41,8 @@ class CountingState:
         "always (tolerate(p, 9us, 4us) or eventually[5us, 7us] q)",
     ],
 )
-def test_remembering_does_not_change_verdicts(text: str, most_step_us: int) -> None:
+@pytest.mark.parametrize("state_count", [1000, pytest.param(3000, marks=pytest.mark.slow)])
+def test_remembering_does_not_change_verdicts(text: str, most_step_us: int, state_count: int) -> None:
     formula = parse_formula(text)
     ends = 0
     for share in (0.3, 0.8, 0.95):
@@ -49,7 +50,7 @@ def test_remembering_does_not_change_verdicts(text: str, most_step_us: int) -> N
         remembering, shared = SharedWork(), SharedWork(remembers=False)
         pair = Progressor(formula, shared=remembering), Progressor(formula, shared=shared)
         t_us = 0
-        for _ in range(3000):
+        for _ in range(state_count):
             t_us += 1 + int(rng.integers(most_step_us))
             state = DictState({name: bool(rng.random() < share) for name in "pq"})
             found = [one.progress(t_us, state) for one in pair]
