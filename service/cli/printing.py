@@ -44,7 +44,10 @@ def print_json(record: object) -> None:
 
 def show(record: object, text: str, *, as_json: bool) -> None:
     """Print a result: its record as one JSON object, or its text."""
-    print_json(record) if as_json else print(text.removesuffix("\n"))
+    if as_json:
+        print_json(record)
+    else:
+        print(text.removesuffix("\n"))
 
 
 def print_json_list(name: str, items: Iterable[str], **rest: object) -> int:
