@@ -107,6 +107,17 @@ def test_the_example_of_the_documentation_loads(tmp_path: Path) -> None:
     assert (at.along_m[0], at.across_m[0]) == pytest.approx((55.0, 0.0), abs=1e-6)
 
 
+def test_the_errors_of_the_documentation_are_what_comes(tmp_path: Path) -> None:
+    texts = (f"{HEAD}[camera]\nhomograpy = 1\n", "name = 'a'\nstart_utc = '1 May'\n")
+    came = []
+    for text in texts:
+        with pytest.raises(SiteError) as caught:
+            load(tmp_path, text)
+        came.append(str(caught.value).replace(f"{tmp_path}/", "    "))
+    shown = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if line.startswith("    site.toml: ")]
+    assert came == shown
+
+
 def test_the_documentation_names_every_field() -> None:
     text = DOCS.read_text(encoding="utf-8")
     tables = dict(tables_of(SiteFile))
