@@ -18,7 +18,8 @@ class TrackingSettings:
     max_speed_mps: float = 45.0
     # Below this speed the heading is kept: the direction of a small velocity is noise.
     heading_speed_mps: float = 1.5
-    # A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
+    # A motion is sure once it is this many standard deviations: a heading follows a low velocity only then (any higher
+    # one at once), and a track has moved from where it began.
     sure_sigmas: float = 2.0
     sure_mps: float = 4.0
 

@@ -1,6 +1,7 @@
 """Tracks: born, shown, kept, lost, and never turned round."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -70,6 +71,14 @@ def test_heading_follows_the_motion_and_not_the_long_axis_of_the_box() -> None:
     rows = [(east, 0.0, 0.0, 4.5, 1.8) for east, *_ in drive(-15, TIMES)]
     last = track([(t, [row]) for t, row in zip(TIMES, rows, strict=True)])[-1]
     assert abs(last.heading_rad[0]) == pytest.approx(np.pi, abs=0.01)
+
+
+def test_slow_car_of_which_the_box_points_backwards_is_tracked_at_five_frames_a_second() -> None:
+    tracker, noise = Tracker(VisionSettings(), everywhere), np.full((1, 2, 2), 0.15**2 * np.eye(2))
+    for k in range(6):
+        known = tracker.predict(200_000 * k).known
+        last = tracker.update(replace(detect([(-0.66 * k, 0.0, 0.0, 4.5, 1.8)], known=known), noise=noise))
+    assert last.ids == ("v1",)
 
 
 def test_heading_is_kept_while_a_car_stands() -> None:
