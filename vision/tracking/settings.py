@@ -69,7 +69,7 @@ class TrackingSettings:
     driving_mps: float = 8.0
     # A track that stays within this distance stands.
     rest_radius_m: float = 0.7
-    # Slower than this, a step that is less than this part ahead or back is no driving.
+    # Slower than this, a step that is less than this part ahead or back is no driving; of faster ones it is noise.
     sideways_mps: float = 3.0
     sideways_share: float = 0.7
 
