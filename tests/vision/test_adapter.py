@@ -17,10 +17,9 @@ STEP_US = 40_000
 class Script:
     """Vision that is lost in some frames."""
 
-    settings = VisionSettings()
-
-    def __init__(self, lost: Sequence[int]) -> None:
+    def __init__(self, lost: Sequence[int], settings: VisionSettings) -> None:
         self._lost = lost
+        self.settings = settings
 
     def observe(self, frame: Frame) -> list[VisionObjects]:
         lost = VisionObjects.lost(frame.t_us)
@@ -31,9 +30,9 @@ class Script:
         return []
 
 
-def published(lost: Sequence[int], count: int) -> list[tuple[int, int, bool]]:
+def published(lost: Sequence[int], count: int, settings: VisionSettings | None = None) -> list[tuple[int, int, bool]]:
     """Run frames through the unit: (number of the frame at which a sample came, its frame, whether it is lost)."""
-    unit, told = VisionUnit(Script(lost)), []
+    unit, told = VisionUnit(Script(lost, settings or VisionSettings())), []
     picture = np.zeros((2, 2))
     for k in range(count):
         for sample in unit.update(Sample(STEP_US * k, STEP_US * k, make_frame(picture, index=k, t_us=STEP_US * k))):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.vision.tracking.test_tracker import STEP_US, Row, detect, everywhere
+from tests.vision.tracking.test_tracker import STEP_US, Row, detect, everywhere, names
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
@@ -41,10 +41,6 @@ def drive_under(
         rows: list[Row] = [((rear + front) / 2, 0.0, 0.0, front - rear, 2.5) for rear, front in largest]
         results.append(tracker.update(detect(rows, known=tracker.predict(k * STEP_US).known)))
     return results
-
-
-def names(results: list[VisionObjects]) -> set[str]:
-    return {name for result in results for name in result.ids}
 
 
 @pytest.mark.parametrize("wide_m", [5.0, 11.0, 30.0], ids=["gantry", "bridge", "trees"])

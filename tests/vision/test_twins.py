@@ -1,11 +1,8 @@
 """Twins: two names for one vehicle are never both seen in a frame, those of two vehicles soon are."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from tests.vision.tracking.test_tracker import STEP_US, Row, drive, everywhere, track
-from vision.objects import VisionObjects
+from tests.vision.tracking.test_tracker import STEP_US, Row, drive, everywhere, names, track
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 
@@ -15,10 +12,6 @@ BESIDE_M = 1.7
 
 def two(north_m: float) -> list[tuple[Row, Row]]:
     return list(zip(drive(15, TIMES), drive(15, TIMES, start_m=0.5, north_m=north_m), strict=True))
-
-
-def names(results: Sequence[VisionObjects]) -> set[str]:
-    return {name for result in results for name in result.ids}
 
 
 def test_sightings_that_begin_to_jump_to_and_fro_start_no_second_name() -> None:

@@ -174,9 +174,10 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> FloatArray:
         tracks.state[:, None], tracks.covariance[:, None], centre_m, sightings.noise[None]
     )
     shift_m = centre_m - tracks.seen_m[:, None]
-    ahead_m = np.einsum("nmk,nk->nm", shift_m, axis(tracks.heading_rad))
+    # The heading of a new track may point backwards, its course does not.
+    ahead_m = np.einsum("nmk,nk->nm", shift_m, axis(tracks.course_rad()))
     slack_m = settings.slack_sigmas * np.sqrt(sightings.noise[:, 0, 0] + sightings.noise[:, 1, 1])[None]
-    is_moving = (tracks.speed_mps() > settings.reverse_speed_mps) & (tracks.hits > 2)
+    is_moving = tracks.speed_mps() > settings.reverse_speed_mps
     reverses = is_moving[:, None] & (ahead_m < -slack_m)
     reach_m = settings.max_speed_mps * (now_us - tracks.seen_us) / 1_000_000
     is_far = np.hypot(shift_m[..., 0], shift_m[..., 1]) > reach_m[:, None] + slack_m

@@ -18,7 +18,8 @@ class TrackingSettings:
     max_speed_mps: float = 45.0
     # Below this speed the heading is kept: the direction of a small velocity is noise.
     heading_speed_mps: float = 1.5
-    # A heading follows a low velocity only once that is this many standard deviations, and any higher one at once.
+    # A motion is sure once it is this many standard deviations: a heading follows a low velocity only then (any higher
+    # one at once), and a track has moved from where it began.
     sure_sigmas: float = 2.0
     sure_mps: float = 4.0
 
@@ -68,7 +69,7 @@ class TrackingSettings:
     driving_mps: float = 8.0
     # A track that stays within this distance stands.
     rest_radius_m: float = 0.7
-    # Slower than this, a step that is less than this part ahead or back is no driving.
+    # Slower than this, a step that is less than this part ahead or back is no driving; of faster ones it is noise.
     sideways_mps: float = 3.0
     sideways_share: float = 0.7
 

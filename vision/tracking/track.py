@@ -27,8 +27,7 @@ class TrackTable:
     heading_rad, length_m, width_m : the box.
     size_count, size_misfits : how many measurements the size rests on, and how many in a row contradict it.
     odd_m : (n, 4) length, width and offset from the track, east and north, of the first of these.
-    hits : detections so far.
-    evidence : the sum of their weights.
+    evidence : the sum of the weights of all detections so far.
     born_us, seen_us : time of the first and of the latest detection.
     born_m, seen_m : (n, 2) position at these times.
     rest_m, rest_us : (n, 2) where it stands, and since when; both move on with it.
@@ -51,7 +50,6 @@ class TrackTable:
     size_count: IntArray
     size_misfits: IntArray
     odd_m: FloatArray
-    hits: IntArray
     evidence: FloatArray
     born_us: IntArray
     seen_us: IntArray
@@ -88,7 +86,6 @@ class TrackTable:
             size_count=count,
             size_misfits=count,
             odd_m=np.zeros((0, 4)),
-            hits=count,
             evidence=number,
             born_us=count,
             seen_us=count,
@@ -155,6 +152,15 @@ class TrackTable:
         """
         return np.hypot(self.state[:, 2], self.state[:, 3])
 
+    def course_rad(self) -> FloatArray:
+        """Tell where every track moves to.
+
+        Returns
+        -------
+        (n,) direction of the velocity.
+        """
+        return np.arctan2(self.state[:, 3], self.state[:, 2])
+
     def is_sized(self) -> BoolArray:
         """Tell which tracks have a size that can be relied on.
 
@@ -178,8 +184,7 @@ class TrackTable:
         spread_mps = np.sqrt(self.covariance[:, 2, 2] + self.covariance[:, 3, 3])
         sure_mps = np.minimum(self.settings.sure_sigmas * spread_mps, self.settings.sure_mps)
         is_moving = self.speed_mps() >= np.maximum(self.settings.heading_speed_mps, sure_mps)
-        ahead = np.arctan2(self.state[:, 3], self.state[:, 2])
-        self.heading_rad = np.where(is_moving, ahead, self.heading_rad)
+        self.heading_rad = np.where(is_moving, self.course_rad(), self.heading_rad)
 
     def note_rest(self, now_us: int) -> None:
         """Keep track of how long each track has been standing where it is.

@@ -63,7 +63,7 @@ class Tracker:
         dt_s = self._step_us / 1_000_000
         tracks.state, tracks.covariance = kalman.predict(tracks.state, tracks.covariance, noise, dt_s)
         boxes = tracks.boxes()
-        has_direction = (tracks.hits > 1) & (tracks.speed_mps() > self._settings.heading_speed_mps)
+        has_direction = tracks.speed_mps() > self._settings.heading_speed_mps
         is_coming = ~tracks.is_confirmed & has_direction
         return Expected(
             known=boxes.select(tracks.is_confirmed),
@@ -71,7 +71,7 @@ class Tracker:
             is_sized=tracks.is_sized()[tracks.is_confirmed],
             tentative=boxes.select(is_coming),
             is_driving=has_direction[tracks.is_confirmed],
-            course_rad=np.arctan2(tracks.state[is_coming, 3], tracks.state[is_coming, 2]),
+            course_rad=tracks.course_rad()[is_coming],
         )
 
     def update(self, detections: Detections) -> VisionObjects:
@@ -174,7 +174,6 @@ class Tracker:
         borders_m = detections.borders_m[chosen[is_whole]]
         tracks.learn_borders(rows[is_whole], borders_m)
         self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
-        tracks.hits[rows] += 1
         tracks.evidence[rows] += detections.weights()[chosen]
         tracks.seen_us[rows] = self._now_us
         tracks.seen_m[rows] = tracks.state[rows, :2]
@@ -204,7 +203,7 @@ class Tracker:
         # Where it was seen counts, not where a guessed velocity carries it.
         shift_m = np.hypot(*(tracks.seen_m - tracks.born_m).T)
         noise_m = np.sqrt(tracks.covariance[:, 0, 0] + tracks.covariance[:, 1, 1])
-        has_moved = shift_m >= np.maximum(settings.confirm_shift_m, 2 * noise_m)
+        has_moved = shift_m >= np.maximum(settings.confirm_shift_m, settings.sure_sigmas * noise_m)
         # Sightings far apart in time agree less easily by chance than those of neighbouring frames.
         age_us = tracks.seen_us - tracks.born_us
         share = np.where(age_us >= settings.long_seen_us, settings.long_seen_share, 1.0)
@@ -289,7 +288,6 @@ class Tracker:
             size_count=is_whole.astype(np.int64),
             size_misfits=np.zeros(count, np.int64),
             odd_m=np.zeros((count, 4)),
-            hits=np.ones(count, np.int64),
             evidence=detections.weights()[chosen],
             born_us=np.full(count, self._now_us),
             seen_us=np.full(count, self._now_us),

@@ -1,6 +1,7 @@
 """Tracks: born, shown, kept, lost, and never turned round."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,10 @@ def track(frames: Sequence[tuple[int, Sequence[Row]]], tracker: Tracker | None =
     return results
 
 
+def names(results: Iterable[VisionObjects]) -> set[str]:
+    return {name for result in results for name in result.ids}
+
+
 def drive(speed_mps: float, times: Sequence[int], *, start_m: float = 0.0, north_m: float = 0.0) -> list[Row]:
     heading = 0.0 if speed_mps >= 0 else np.pi
     return [(start_m + speed_mps * t / 1e6, north_m, heading, 4.5, 1.8) for t in times]
@@ -72,6 +77,14 @@ def test_heading_follows_the_motion_and_not_the_long_axis_of_the_box() -> None:
     assert abs(last.heading_rad[0]) == pytest.approx(np.pi, abs=0.01)
 
 
+def test_slow_car_of_which_the_box_points_backwards_is_tracked_at_five_frames_a_second() -> None:
+    tracker, noise = Tracker(VisionSettings(), everywhere), np.full((1, 2, 2), 0.15**2 * np.eye(2))
+    for k in range(6):
+        known = tracker.predict(200_000 * k).known
+        last = tracker.update(replace(detect([(-0.66 * k, 0.0, 0.0, 4.5, 1.8)], known=known), noise=noise))
+    assert last.ids == ("v1",)
+
+
 def test_heading_is_kept_while_a_car_stands() -> None:
     east = [20 * min(t, 1_000_000) / 1e6 for t in TIMES]
     rng = np.random.default_rng(0)
@@ -86,21 +99,20 @@ def test_lower_frame_rates_and_dropped_frames_change_nothing_but_the_uncertainty
     times = [step_us * k for k in range(int(4 * rate_hz)) if k % 7 != 5]
     cars = [drive(27, times), drive(12, times, start_m=25.0), drive(-22, times, start_m=90.0, north_m=3.5)]
     results = track([(t, list(rows)) for t, rows in zip(times, zip(*cars, strict=True), strict=True)])
-    names = {name for r in results for name in r.ids}
-    assert len(names) == 3
+    assert len(names(results)) == 3
     last = results[-1]
     assert sorted(np.round(last.velocity_mps[:, 0]).tolist()) == [-22, 12, 27]
 
 
 def test_car_survives_a_short_loss_and_not_a_long_one() -> None:
     times = [STEP_US * k for k in range(100)]
-    for lost_us, names in ((800_000, 1), (1_400_000, 2)):
+    for lost_us, count in ((800_000, 1), (1_400_000, 2)):
         rows = drive(15, times)
         frames = [
             (t, [] if 1_000_000 <= t < 1_000_000 + lost_us else [row]) for t, row in zip(times, rows, strict=True)
         ]
         results = track(frames)
-        assert len({name for r in results for name in r.ids}) == names
+        assert len(names(results)) == count
         coasting = results[30]
         assert coasting.observed.tolist() == [False]
         assert coasting.centre_m[0, 0] == pytest.approx(15 * 1.2, abs=0.3)
