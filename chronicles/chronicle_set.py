@@ -3,8 +3,6 @@
 `load` reads and checks texts and gives a `ChronicleSet`, which every executor takes; a text with errors gives none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256

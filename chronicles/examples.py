@@ -4,8 +4,6 @@ An `example` in a chronicle text is a tiny stream and the occurrences expected i
 run over the stream; those of the example's own text are compared: every expected occurrence must come, and no other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -10,8 +10,6 @@ before the watermark is known, so absences up to it can be concluded. Nothing he
 Events may rest on hypotheses that are confirmed or refuted later; see `execution/live/revision.py`.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Sequence

@@ -7,8 +7,6 @@ Properties of a lane: `id`, `width_m` and `speed_limit_mps` are needed; `road` (
 (+1 or -1, default +1), `edge` and `index` may be left out. A junction needs `id`. Other properties are ignored.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Generator, Mapping, Sequence

@@ -5,8 +5,6 @@ then least squares on the error in the second plane. We whiten the points instea
 along its length fills a long thin strip, which isotropic scaling leaves badly conditioned.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gis.errors import GisError

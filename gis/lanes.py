@@ -5,8 +5,6 @@ with all their lanes, or one one-way edge. A *junction* is an area where roads m
 east/north frame, in metres.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

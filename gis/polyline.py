@@ -9,8 +9,6 @@ is the share of the mitred parallel through the point that lies behind it, times
 continuous as far out as the mitres do not cross, that is within the radius of the bend.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Lane and junction areas lie in one shapely STRtree; a point takes the lane that 
 within a tolerance. Coordinates are those of the ROAD, so they run on when a car drives in the oncoming lane.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ alphabetical order, and its reference line runs in that edge's direction; an id 
 SUMO writes `-E1` for the way back of `E1`.
 """
 
-from __future__ import annotations
-
 import gzip
 import zlib
 from collections.abc import Sequence

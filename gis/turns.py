@@ -5,8 +5,6 @@ angle between the direction in which the first road arrives and that in which th
 stretch before the junction, whatever way the car takes across. Whether the turn is allowed is not asked.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ update, judge, learn. What the tracker knows flows back: its predictions divide 
 backgrounds from learning them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar

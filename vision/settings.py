@@ -1,7 +1,5 @@
 """Which numbers does vision decide by? A tree with a branch for each room; in metres, seconds and grey levels."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Events, variables and time points are sorted by what they are, so that the plan 
 the text lists them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

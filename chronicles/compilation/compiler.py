@@ -4,8 +4,6 @@ Patterns are looked up, variables sorted into classes, time points into a minima
 everything in an order that does not depend on the text. What is wrong goes to the reporter.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -17,8 +17,6 @@ The bound holds under these assumptions, of which the first is printed with it:
 The order of the events in which the windows are counted is chosen to make the bound small; every order gives one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Events are looked up as the patterns of a chronicle are, expected occurrences in
 examples handed on, names of constants are replaced by their values.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ which value the attribute had: therefore chronicles that set one attribute run t
 it, and see what each other set.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 

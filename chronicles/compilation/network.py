@@ -6,8 +6,6 @@ extended to all other points, so a recogniser only intersects windows and never 
 All numbers are integer microseconds; bounds are closed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ for "any other"; a `hold` may give variables their values, so holds are put into
 it can. An `assert` only tests, so it comes last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Does a pattern fit the declaration of its event, and what stands in each of its fields?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from chronicles.compilation.symbols import UNDECLARED_FIELD, Field, Symbols, arguments_text, check_value

@@ -8,8 +8,6 @@ events first (`event_slot_count` of them). Fields of an event are its arguments,
 new value.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

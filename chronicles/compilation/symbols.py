@@ -4,8 +4,6 @@ All texts share one name space. The same declaration may stand in several texts;
 is a clash.
 """
 
-from __future__ import annotations
-
 from collections import ChainMap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Collects the constraints of a body as edges of a temporal network, minimises it,
 contradictions, points that no event fixes, and chronicles that could wait for ever.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product

@@ -4,8 +4,6 @@ Equal variables (`?x == ?y`) form one class, named by its first member; a class 
 stand in fields of one sort differ unless `allow ?x == ?y` or `?x == ?y` says otherwise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

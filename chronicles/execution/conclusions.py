@@ -5,8 +5,6 @@ windows is known, and `noevent`, `occurs`, `hold` and `assert` are plain questio
 variables their values, so one instance can be concluded several times, or not at all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any  # states are plain nested data

@@ -1,7 +1,5 @@
 """How many events that a `noevent` or an `occurs` counts lie in an interval?"""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from operator import attrgetter, ne
 from typing import Any  # states are plain nested data

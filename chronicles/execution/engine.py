@@ -4,8 +4,6 @@ The engine keeps the clock and the watermark, gives events to the stages that lo
 to later stages. It knows nothing of late events or of events taken back: `recogniser.py` sees to those.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from heapq import heappush
 from typing import Any  # states are plain nested data

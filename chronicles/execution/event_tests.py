@@ -4,8 +4,6 @@ The tests of a pattern are written as a small Python function with its constants
 over tables, and readable.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import indent

@@ -5,8 +5,6 @@ An attribute of some things is a piecewise constant function of time, known thro
 left, or the value before if there is none such; so it does not depend on the order in which they arrived.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from typing import Any  # states are plain nested data

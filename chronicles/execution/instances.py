@@ -11,8 +11,6 @@ built again when its instance is complete, unless it is one of the latest: those
 sequence number modulo its length.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any  # an instance is a heterogeneous list
 

@@ -4,8 +4,6 @@ An instance of a chronicle without obligations, actions, selection and symmetry 
 whatever else is told. Listing thousands of them as objects would cost more than finding them.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ such an event can still be emitted. So every stage sees all its events in the or
 depend on how the input is cut into steps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from heapq import heappop, heappush
 from typing import Any  # states are plain nested data

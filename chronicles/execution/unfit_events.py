@@ -3,8 +3,6 @@
 They are counted beside recognition, which passes over them without a word.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal

@@ -5,8 +5,6 @@ chosen before ask for and lies in the window that their times leave. A question 
 instances that overlap it; all of their events count, also those outside.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ Three kinds are searched, each only as far as it can still be among the nearest:
 3. events missing, one, two, and so on.
 """
 
-from __future__ import annotations
-
 from bisect import insort
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

@@ -3,8 +3,6 @@
 Events that other chronicles emit are not in a stored log: they are found by recognising those chronicles again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ The plan keeps only the minimal network. What people wrote is read from the cano
 has the same statements in the same order as the text that was loaded, in which lines count.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -3,8 +3,6 @@
 `EventLog` orders the events once; indexes are made when first asked for.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from itertools import groupby

@@ -4,8 +4,6 @@ One schema covers both kinds (`explanation.schema.json`, JSON Schema 2020-12). T
 each part also has its sentence, so that a page need not know how to say it.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass

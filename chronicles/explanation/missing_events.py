@@ -1,7 +1,5 @@
 """Which event would have been needed where one is missing, and what came instead?"""
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """How is an explanation shown as text?"""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from chronicles.explanation import sentences

@@ -3,8 +3,6 @@
 Times are seconds with three decimals, six where the microseconds matter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from chronicles.events import Event

@@ -4,8 +4,6 @@ The events of the occurrence are found again by its time points and roles; then 
 with them, and told with how much room it had.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable
 

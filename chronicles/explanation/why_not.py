@@ -4,8 +4,6 @@
 what else, and which change of one bound would have been enough.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 `diagnostics.md` has a section for each code: what is wrong, a wrong text and a mended one.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from importlib.resources import files

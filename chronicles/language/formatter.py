@@ -8,8 +8,6 @@ The layout depends on the words, on where comments stand between them, and on bl
 these are the same in the result, so formatting it again changes nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 

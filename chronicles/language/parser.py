@@ -4,8 +4,6 @@ The text is cut at the words that start a declaration. When a word does not fit,
 left out and the piece is read again: at most one syntax error a statement, and the rest of the text is still checked.
 """
 
-from __future__ import annotations
-
 import re
 from functools import cache
 

@@ -4,8 +4,6 @@ Reading the text again gives an equal tree. One construct has one form: one stat
 durations in the largest unit that divides them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 from typing import Any  # the table of printers maps each class to a function of exactly that class

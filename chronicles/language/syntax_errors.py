@@ -3,8 +3,6 @@
 Many mistakes are constraints that are clear to people and have another form in the language.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Container, Sequence
 from types import MappingProxyType
 

@@ -4,8 +4,6 @@ Each file `NAME.chronicle` here defines the chronicle NAME, or several that all 
 head what that means; `relations.chronicle` declares the attributes that all of them look at.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """Does a specification mean anything? Names, types, policies and the graph are checked without any host code."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from graphlib import TopologicalSorter

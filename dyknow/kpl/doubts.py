@@ -1,7 +1,5 @@
 """What in a specification is allowed but probably not meant? What nobody uses, and constraints that change nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from dyknow.kpl import model

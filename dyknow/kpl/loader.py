@@ -5,8 +5,6 @@ network, a model file, thresholds) is no matter of streams: the host registers a
 called once for every process, so two processes never share a unit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

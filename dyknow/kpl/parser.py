@@ -4,8 +4,6 @@ The words are read once and cut into statements; each is parsed on its own, so o
 each statement.
 """
 
-from __future__ import annotations
-
 from typing import Any  # the parts of a rule are words, nodes, or None
 
 from dyknow.errors import KplError

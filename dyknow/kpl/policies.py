@@ -4,8 +4,6 @@ At most one constraint of each family may be written; the others have their defa
 delay oo, from now to oo, any order`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from dyknow.errors import KplError

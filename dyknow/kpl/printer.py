@@ -1,7 +1,5 @@
 """How is a KPL model written? One statement a line, in the shortest form that reads back as the same model."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from dyknow.kpl import model

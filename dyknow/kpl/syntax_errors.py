@@ -1,7 +1,5 @@
 """How is a syntax error of KPL said, and how is it mended?"""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """Do names, numbers of arguments and types of values fit together?"""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from dyknow.kpl import model

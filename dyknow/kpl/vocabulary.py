@@ -4,8 +4,6 @@ There are five kinds of names: sorts, objects, features, host code (sources, uni
 processes and of streams). One name may be of several kinds, but is declared only once in each.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 

@@ -4,8 +4,6 @@ A diagnostic is a value; its text form has a caret line under the place. All dia
 a `Reporter`, so that one check shows every error at once. `rendering.py` writes them for programs.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How long is a number with a unit of time? Durations are integer microseconds in every language."""
 
-from __future__ import annotations
-
 import re
 from types import MappingProxyType
 

@@ -4,8 +4,6 @@ Lark reads a grammar and makes the LALR(1) tables. They are run by `reading.py` 
 its time on the places of trees that nobody keeps; so the tables are put here into the form that a short loop needs.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 When a word does not fit, the loop tells what would have: one malformed place does not hide what is wrong elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple  # Any: the values on the stack are words, and whatever was built

@@ -3,8 +3,6 @@
 `Diagnostic.render` in `diagnostics.py` is the form for people.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 

@@ -4,8 +4,6 @@ What is expected is written as a user types it, so no name from inside a grammar
 where, and which hint helps, is for each language to say.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 No word goes over the end of a line. Blanks are left out; comments are kept apart for those who want them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

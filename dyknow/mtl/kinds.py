@@ -3,8 +3,6 @@
 Durations count in integer microseconds, everything else in metres, m/s and radians.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ A text of monitors is cut at the word ``monitor``, and each piece is parsed on i
 malformed place in each monitor and everything that is wrong with the meaning of the others.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from dyknow.errors import FormulaError

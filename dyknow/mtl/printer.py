@@ -1,7 +1,5 @@
 """How is a formula written? So that reading it again gives the same formula."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from decimal import Decimal

@@ -4,8 +4,6 @@
 far they reach.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, cast  # Any: the fields of formulas and terms are of many types

@@ -3,8 +3,6 @@
 The rules know how other temporal logics, programming languages and mathematics write what this language writes.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace

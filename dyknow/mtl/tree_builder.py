@@ -5,8 +5,6 @@ variables bound once, windows in order, durations in whole microseconds, names a
 by `kinds.py` that what is compared goes together.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal

@@ -4,8 +4,6 @@ From a log come the objects of vision, named by their tracks (before anchoring),
 are predicted and not seen are left out on both levels.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ apart than `REACH_M`, and then as near as possible. What is found beside them is
 half out of view or behind a tree may be found or not. Everything else found is wrong.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How good is a run, or a file of tracks, at seeing and following the vehicles of a scene?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Which vehicles of a scene can be seen? Those that its picture shows, frame by frame, and that are on its roads."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -7,8 +7,6 @@ performance: the CLEAR MOT metrics". Where those leave something open we do as t
 docs/evaluation.md says how the agreement is tested.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A true row is *border* where the vehicle cannot be seen properly: its centre is 
 or its footprint with `EDGE_M` around it reaches over the edge of the picture.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Iterable, Iterator

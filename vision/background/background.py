@@ -8,8 +8,6 @@ keeps differing while no object claims it is taken over from the present picture
 followed by one gain per frame, so that the background itself can stay in the light of the start-up.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """From which differences, shares and times on is something no empty road?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 

@@ -5,8 +5,6 @@ it is as large as a vehicle, and nobody drove over it: cells whose value was cov
 be it a marking, a patch or a crossing.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -7,8 +7,6 @@ looks like. So every cell takes the median over its few calmest times. Where it 
 have stood there all the time (`standing.py`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce

@@ -4,8 +4,6 @@ An eye takes what it needs of an instant, says what it detects there, and tells 
 background is frozen under what the tracker knows. A camera (`vision/camera.py`) has one eye or two.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, Generic, TypeVar

@@ -7,8 +7,6 @@ vehicles so far: by day a dark patch without warmth is probably a shadow, at nig
 nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """How is a road seen from above looked at? As a map: the cells of detection are squares of ground, north up."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

@@ -5,8 +5,6 @@ are found and divided there; the lowest row of a blob is where the vehicle meets
 Length cannot be seen this way: a usual car is assumed. Upright things must be upright in the image.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ with it. But all shadows of a scene leave the same part of the light, and nothin
 lane without the cells of that light are the bodies.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

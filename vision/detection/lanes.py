@@ -5,8 +5,6 @@ was tracked, no prediction divides it. But each fills its lane, and no vehicle f
 of what has never moved. Where lanes overlap, and where there are none (inside junctions), nothing is known.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """At which sizes, distances and shares does detection decide?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

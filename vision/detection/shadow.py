@@ -6,8 +6,6 @@ the sides away from the sun. To which sides shadows fall is the median over all 
 bumpers come on either side; how far they reach is then the width of the border on those sides.
 """
 
-from __future__ import annotations
-
 from collections import deque
 
 import numpy as np

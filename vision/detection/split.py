@@ -5,8 +5,6 @@ cell goes to the nearest predicted box. The same step joins the fragments of one
 the road. A prediction counts only if it owns enough cells, so that a phantom track cannot halve a real car.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ above it, a car's height would smear it over many car lengths of ground; then th
 the foot of what moves is put on the ground. Both answer the same questions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol

@@ -4,8 +4,6 @@ The network or file gives boxes; here they are put on the ground, and those off 
 back at the start, and standing vehicles are seen as well as driving ones: a detector tells them from the road.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """What do the lines of a detection file say? Readers of MOT text and of CSV, with the line of every error."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Mapping

@@ -5,8 +5,6 @@ ONNX files are protocol buffers; only the few fields on the way to these two are
 project: ModelProto.graph = 7, .opset_import = 8; GraphProto.initializer = 5, .input = 11; and so on).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

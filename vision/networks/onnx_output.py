@@ -1,7 +1,5 @@
 """What do the numbers of a network's output mean? Boxes in the pixels of its input, by the declared layout."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Who computes a network? OpenCV, which is always there, or ONNX Runtime, which is faster where it is installed."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from typing import Any, Protocol

@@ -4,8 +4,6 @@ A file of weights does not say whether it takes red or blue first, which of its 
 columns is the score. `traffic.toml` beside `traffic.onnx` does; docs/detectors.md lists the fields.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal

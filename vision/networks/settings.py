@@ -1,7 +1,5 @@
 """What is assumed of boxes that somebody else drew, and of the vehicles in them?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 

@@ -5,8 +5,6 @@ pixels, upright or oriented, or on the ground in metres. docs/detectors.md lists
 are not looked at: detections are what is read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ moved since; as every picture is compared with a key frame and not with the one 
 coming back to a place brings back its first key frame, and with it the first frame's map.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -7,8 +7,6 @@ motion after registration, a part of a cell, moves the edges of markings: a cell
 it needs a larger difference.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

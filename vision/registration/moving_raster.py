@@ -4,8 +4,6 @@ The cells lie on the ground and stay there; what changes is where they are in th
 and of which the background is known. Per frame one perspective warp a plane and strip samples the cells in view.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

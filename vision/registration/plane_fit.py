@@ -5,8 +5,6 @@ the pairs that belong together; all of those then fix the homography by least sq
 residual (Tukey's biweight), so that what the sampling let pass does no harm.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -11,8 +11,6 @@ picture around them looks different, or when the view would have jumped. A lost 
 every frame, and by the looks of the corners (ORB: Rublee and others 2011) among all key frames a few times a second.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol, TypeVar
 

@@ -1,7 +1,5 @@
 """How well must a picture fit what is known, before a moving camera believes to know where it is?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 

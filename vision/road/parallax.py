@@ -6,8 +6,6 @@ The near end still stands where the car stands, so a footprint is what remains w
 Where the smear is longer than a car, the car's own length cannot be seen, and a usual car is assumed.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vision.objects import FloatArray

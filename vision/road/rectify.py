@@ -6,8 +6,6 @@ packed one after the other: time and memory follow the area of the road, and cel
 single call.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar

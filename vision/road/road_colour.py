@@ -1,7 +1,5 @@
 """Which colour does the bare road have? The most frequent one, or that of the plain road around each place."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -5,8 +5,6 @@ of the moving blobs, long ones counting for more, is taken to be the typical len
 looks down; in perspective it holds in the middle distance only. The caller says so to the user.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

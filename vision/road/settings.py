@@ -1,7 +1,5 @@
 """Which lengths, levels and angles make the road, what stands on it, and its scale?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Which ground does a fixed camera see, and how finely? Geometry of one plane homography."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

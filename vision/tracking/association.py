@@ -1,7 +1,5 @@
 """Which track may take which detection, and what is the best way to deal them out? Gates, costs, assignment."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ track, and since each track claims its part of the blob, they would go on dividi
 keep a distance that grows with speed.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vision.objects import BoolArray, FloatArray

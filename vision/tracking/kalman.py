@@ -4,8 +4,6 @@ State per track: x, y, vx, vy. Motion noise is white acceleration, larger along 
 for one second: unlike noise per step, it means the same at every frame rate and across dropped frames.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vision.objects import FloatArray

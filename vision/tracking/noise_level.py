@@ -6,8 +6,6 @@ not care how far off the odd false one is. Too much trust tears tracks apart: si
 become twins of what they belong to.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """At which distances, speeds and times does tracking decide?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 

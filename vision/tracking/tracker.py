@@ -4,8 +4,6 @@ Metres and seconds throughout, every step sized by time stamps, so that dropped 
 nothing but the uncertainty. Confirmed tracks choose first; what they leave starts or confirms new ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ Runs on the reader thread of `frames.VideoSource`. Damage is told apart from a c
 announces more than it delivers, a packet cut short and a picture the decoder had to invent all count as broken.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime

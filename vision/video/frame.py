@@ -1,7 +1,5 @@
 """What is one picture of a video, and which one of a second video goes with it? Its place, its time, its planes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

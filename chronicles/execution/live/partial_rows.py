@@ -9,8 +9,6 @@ clean-up. A row behind one that lives longer stays a little beyond its deadline;
 windows of a step end at the deadline at the latest.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from operator import itemgetter

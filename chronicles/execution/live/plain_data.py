@@ -4,8 +4,6 @@ A state is nested builtins with events and occurrences in it. JSON has no tuples
 one event as often as it is held; so containers carry a mark, and each event is written once and then referred to.
 """
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Any  # nested data of any shape
 

@@ -11,8 +11,6 @@ The row of a state holds, for each matched position in ascending order, the time
 (`instances`), then the values ``s`` of the known slots; the numbers in these names are those of positions and slots.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from chronicles.compilation.network import UNBOUNDED_US

@@ -10,8 +10,6 @@ of the journal without its events, which is right for every kind of statement by
 instances, logs and histories event by event (a missing absence can only be found by looking again).
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace

@@ -4,8 +4,6 @@ A state is a set of matched positions, as a mask; a step takes an instance from 
 position. Everything here follows from the plan and is worked out once, when the first instance reaches the state.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from chronicles.compilation.plan import Plan

@@ -6,8 +6,6 @@ events one by one, and the joined instances stand in for those that it would hav
 and orders is the same code.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property

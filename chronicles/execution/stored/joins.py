@@ -11,8 +11,6 @@ windows. Blocks shrink until they hold no more than a given number of rows, and 
 cut, so memory stays bounded whatever the length of the log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 

@@ -1,7 +1,5 @@
 """How many events were seen where a chronicle asks for none or for some, and how far was it from enough?"""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace

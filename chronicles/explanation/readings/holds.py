@@ -3,8 +3,6 @@
 Where a `hold` may give a variable its value, every value is read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ The recogniser only decides; this reads the same facts again and keeps them. Whe
 value, all values are tried and the nearest is kept.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from chronicles.compilation.plan import Plan

@@ -6,8 +6,6 @@ nothing is rewritten while it waits; what is not known is a value of its own; a 
 right end, which is in.
 """
 
-from __future__ import annotations
-
 import operator
 
 from dyknow.mtl.progression.residual import (

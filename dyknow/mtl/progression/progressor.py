@@ -4,8 +4,6 @@ A progressor takes one state after another and keeps what is left of its formula
 `SharedWork` do equal work once: the same question about the same state, and the same formula about other objects.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

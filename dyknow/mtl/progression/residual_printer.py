@@ -6,8 +6,6 @@ earliest. What is asked about a member of a sort as long as it stays one is a qu
 Only ``<unknown>``, for what will never be known, is no word of the language.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import count
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """What do progressors have in common? Work done for one of them serves the others."""
 
-from __future__ import annotations
-
 from dyknow.mtl.progression.automaton import Automaton, Lull, automaton_of, opens_in_order
 from dyknow.mtl.progression.residual import Moment, Residual
 from dyknow.mtl.progression.states import State

@@ -3,8 +3,6 @@
 The logic is Kleene's: what is not known stays unknown unless the rest decides alone.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable, Mapping
 from types import MappingProxyType

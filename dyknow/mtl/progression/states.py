@@ -1,7 +1,5 @@
 """What does a formula see of the world at one time? Values of features, and which objects each sort has."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from enum import Enum
 from types import MappingProxyType

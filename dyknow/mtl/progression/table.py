@@ -6,8 +6,6 @@ their union in a conjunction of "everywhere", and the other way round in a disju
 ``always eventually[0, 1s] p`` at one open deadline for ever.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import cast
 

@@ -4,8 +4,6 @@
 instead, ``motion:both`` fuses the two. ``onnx:PATH`` is a trained network, ``file:PATH`` a file of detections.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -4,8 +4,6 @@ A site file is TOML; docs/site_file.md lists its fields. Everything in it is che
 be trusted. Paths in the file are relative to the file's own folder.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
