@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tests.turned import unnoticed
 from tests.vision.road.test_rectify import ground_surface
 from tests.vision.road.test_view import SIZE, bridge_view
 from tests.vision.support import FloatArray, make_boxes, top_view
 from tests.vision.test_adapter import published
 from tests.vision.test_detection_camera import ROAD, SIZE_PX, VIEW, Seer
 from tests.vision.tracking.test_tracker import STEP_US, detect, everywhere
-from tests.vision.turned import unnoticed
 from vision.camera import box_camera, thermal_settings
 from vision.networks.box_detector import Instant
 from vision.networks.stored_detections import StoredInstant
@@ -95,4 +95,4 @@ NOTICED_IN = {
 
 
 def test_twice_or_half_of_any_number_is_noticed() -> None:
-    assert unnoticed(VisionSettings(), NOTICED_IN) == []
+    assert unnoticed(VisionSettings(), NOTICED_IN, small=5) == []

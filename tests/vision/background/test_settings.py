@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.turned import unnoticed
 from tests.vision.road.test_rectify import ground_surface
 from tests.vision.support import ByteArray, FloatArray, draw_boxes, make_boxes, make_frame, top_view, whole_view
-from tests.vision.turned import unnoticed
 from vision.background.background import AT_THRESHOLD, Background
 from vision.background.settings import BackgroundSettings
 from vision.background.standing import StandingVehicles
@@ -267,4 +267,4 @@ NOTICED_IN = {
 
 
 def test_twice_or_half_of_any_number_is_noticed() -> None:
-    assert unnoticed(BackgroundSettings(), NOTICED_IN) == []
+    assert unnoticed(BackgroundSettings(), NOTICED_IN, small=5) == []

@@ -7,7 +7,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from tests.vision.detection.test_settings import Outcome, boxes_of, differs, doubled_and_halved
+from tests.turned import unnoticed
+from tests.vision.detection.test_settings import Outcome, boxes_of, differs, in_room
 from tests.vision.networks.test_detection_ground import NOTHING, SIZE_PX, FloatArray, drawn, projection_of, slanted
 from tests.vision.support import make_boxes, top_view
 from vision.detection.detector import Detections
@@ -80,18 +81,7 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
 
 
 def test_every_setting_changes_what_is_made_of_boxes() -> None:
-    names = " ".join(SCENES.values()).split()
-    assert sorted([*names, "usual_sizes"]) == sorted(field.name for field in fields(NetworkSettings))
-    usual = VisionSettings()
-    for scene, shown in SCENES.items():
-        once = list(scene(usual))
-        assert not differs(once, scene(usual)), scene
-        for name in shown.split():
-            changed = (
-                replace(usual, networks=replace(usual.networks, **{name: value}))
-                for value in doubled_and_halved(getattr(usual.networks, name))
-            )
-            assert any(differs(once, scene(settings)) for settings in changed), name
+    assert unnoticed(NetworkSettings(), in_room("networks", SCENES), small=9, differs=differs) == []
 
 
 def test_every_usual_size_changes_what_is_made_of_a_box_of_its_class() -> None:

@@ -9,10 +9,10 @@ from functools import cache
 import cv2
 import numpy as np
 
+from tests.turned import unnoticed
 from tests.vision.moving_world import ROAD, SIZE, MovingWorld, drift, first_key, view
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import FloatArray, make_boxes, make_frame
-from tests.vision.turned import unnoticed
 from vision.background.settings import BackgroundSettings
 from vision.camera import facing
 from vision.registration.key_frames import Landmarks, corners_of, half_size
@@ -213,4 +213,4 @@ NOTICED_IN = {
 
 
 def test_twice_or_half_of_any_number_is_noticed() -> None:
-    assert unnoticed(RegistrationSettings(), NOTICED_IN) == []
+    assert unnoticed(RegistrationSettings(), NOTICED_IN, small=5) == []

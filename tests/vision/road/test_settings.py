@@ -5,10 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from tests.turned import unnoticed
 from tests.vision.moving_world import ROAD, SIZE, drift
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import make_boxes
-from tests.vision.turned import unnoticed
 from vision.camera import facing
 from vision.errors import VisionError
 from vision.registration.moving_raster import MovingGroundSurface
@@ -89,4 +89,4 @@ NOTICED_IN = {
 
 
 def test_twice_or_half_of_any_number_is_noticed() -> None:
-    assert unnoticed(RoadSettings(), NOTICED_IN) == []
+    assert unnoticed(RoadSettings(), NOTICED_IN, small=5) == []

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from tests.turned import unnoticed
 from tests.vision.support import FloatArray
 from tests.vision.tracking.test_tracker import STEP_US, Row, detect, everywhere, names
-from tests.vision.turned import unnoticed
 from vision.camera import Camera
 from vision.detection.detector import Expected
 from vision.detection.eye import Eye
@@ -395,4 +395,4 @@ NOTICED_IN: dict[Callable[[TrackingSettings], object], Sequence[str]] = {
 
 
 def test_twice_or_half_of_any_number_is_noticed() -> None:
-    assert unnoticed(TrackingSettings(), NOTICED_IN) == []
+    assert unnoticed(TrackingSettings(), NOTICED_IN, small=5) == []
