@@ -33,6 +33,21 @@ def stop(progress):
 process(RunRequest(Path(sys.argv[1]), None, sys.argv[2], again=True), on_progress=stop)
 """
 
+SIGNAL_MIDWAY = """
+import os, signal, sys
+from service.cli.app import run
+from service.runs.processing import _Meter
+number = signal.Signals[sys.argv[1]]
+signal.signal(number, signal.default_int_handler if sys.argv[1] == "SIGINT" else signal.SIG_DFL)  # nohup ignores some
+count = _Meter.count
+def stop(meter, t_us):
+    count(meter, t_us)
+    if t_us == 4_900_000:
+        os.kill(os.getpid(), number)
+_Meter.count = stop
+sys.exit(run(sys.argv[2:]))
+"""
+
 
 @pytest.fixture(autouse=True)
 def interruptible() -> Iterator[None]:
@@ -126,18 +141,8 @@ def test_a_finished_run_is_not_processed_again_unless_asked(tmp_path: Path, caps
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_signal_ends_a_run_in_the_ordinary_way(tmp_path: Path, name: str, code: int) -> None:
     race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
-    number = signal.Signals[name]
-
-    def stop(progress: Progress) -> None:
-        if progress.frames == 50:
-            os.kill(os.getpid(), number)
-
-    before = signal.signal(number, signal.SIG_DFL)  # nohup would have it ignored
-    try:
-        summary = process(RunRequest(race, None, str(log)), on_progress=stop)
-    finally:
-        signal.signal(number, before)
-    assert 128 + summary.stopped_by == code
+    ended = subprocess.run([sys.executable, "-c", SIGNAL_MIDWAY, name, "process", race, "--log", log], check=False)
+    assert ended.returncode == code
     with open_log(str(log)) as opened:
         record = opened.run()
         assert (record.status, opened.last_us(record.id)) == ("interrupted", 4_900_000)
