@@ -21,6 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -43,7 +44,10 @@ GENERATED: Mapping[str, tuple[str, str]] = {
     "drone": ("rural_overtaking", "uav"),
 }
 GOLDEN: Mapping[str, str] = {"detections": "found.csv", "junction_tracks": "tracks.csv"}
-GOLDEN_FOLDER = Path(__file__).parents[1] / "tests" / "golden"
+ROOT = Path(__file__).parents[1]
+GOLDEN_FOLDER = ROOT / "tests" / "golden"
+PACKAGES = ("anchoring", "chronicles", "data_gen", "dyknow", "gis", "qsr", "service", "vision")
+CODE = (".py", ".lark", ".kpl", ".chronicle")
 SCENES_OF: Mapping[str, tuple[str, ...]] = {
     "vision.registration": ("drone",),
     "vision.networks": ("detections",),
@@ -149,12 +153,23 @@ def _make(scene: str, folder: Path) -> None:
 
 
 def _remembered(task: Task) -> Outcome | None:
-    """Take an outcome from the folder, if an earlier sweep of the same settings was cut short."""
-    name = hashlib.sha256(repr((*task[:3], TREES)).encode()).hexdigest()[:16]
+    """Take an outcome from the folder, if an earlier sweep of the same code was cut short."""
+    name = hashlib.sha256(repr((*task[:3], _code())).encode()).hexdigest()[:16]
     path = task[3] / f"{name}.outcome"
     if not path.exists():
         path.write_bytes(pickle.dumps(_try(task)))
     return pickle.loads(path.read_bytes())  # type: ignore[no-any-return]  # what was written above
+
+
+@cache
+def _code() -> str:
+    """Give the digest of all that is processed with: the files of the packages."""
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        for file in sorted((ROOT / package).rglob("*")):
+            if file.suffix in CODE:
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def _try(task: Task) -> Outcome | None:
@@ -208,7 +223,7 @@ def _cell(shipped: Sequence[Outcome | None], changed: Sequence[Outcome | None]) 
 
 
 def _difference(old: float | None, new: float | None) -> str:
-    return "-" if old is None or new is None else f"{1000 * (new - old):+.0f}"
+    return "-" if old is None or new is None else f"{round(1000 * (new - old)):+d}"
 
 
 def _figures(outcomes: Sequence[Outcome]) -> tuple[float | None, ...]:
