@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.app import run
 
-SECONDS = 40
+SECONDS = 36
 """Of the demo's 60: its six overtakes are over by then, and a longer clip begins with the shorter one's pictures."""
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from service.cli.app import run
 from service.store.log import open_log
-from tests.conftest import Demo
+from tests.conftest import SECONDS, Demo
 
 GOLDEN_CLIP = Path(__file__).parents[1] / "golden" / "rural_video"
 
@@ -99,7 +99,7 @@ def test_json_progress_ends_with_a_summary(capsys: pytest.CaptureFixture[str], t
     assert process(scene / "truth.csv", "--site", scene / "site.toml", "--log", tmp_path / "log.db", "--json") == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {line["type"] for line in lines[:-1]} <= {"progress"}
-    assert (lines[-1]["type"], lines[-1]["status"], lines[-1]["frames"]) == ("summary", "finished", 1000)
+    assert (lines[-1]["type"], lines[-1]["status"], lines[-1]["frames"]) == ("summary", "finished", 25 * SECONDS)
 
 
 def test_own_chronicle_file_is_used(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:

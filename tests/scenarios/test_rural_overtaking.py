@@ -11,12 +11,19 @@ from service.runs.processing import RunRequest, process
 from service.scoring.evaluate import Evaluation
 from service.scoring.evaluate_log import evaluate_log
 from service.store.log import open_log
-from tests.conftest import Demo
+from tests.conftest import SECONDS, Demo
 
 
 @pytest.fixture(scope="module")
 def log(demo: Demo) -> str:
     return str(demo.log)
+
+
+@pytest.fixture(scope="module")
+def tracks_log(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("tracks") / "log.db"
+    process(RunRequest(scene / "truth.csv", scene / "site.toml", str(path)))
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +51,13 @@ def test_every_frame_reached_every_stage(log: str) -> None:
     with open_log(log) as opened:
         streams = opened.streams(opened.run().id)
     published = {stream.label: stream.published for stream in streams}
-    assert published["frames"] == published["vision_objects"] == published["cars"] == published["relations"] == 1000
+    assert (
+        published["frames"]
+        == published["vision_objects"]
+        == published["cars"]
+        == published["relations"]
+        == 25 * SECONDS
+    )
     assert all(not stream.dropped for stream in streams)
 
 
@@ -72,23 +85,23 @@ def test_one_car_symbol_for_one_vehicle(scene: Path, log: str) -> None:
     assert 0.8 * len(set(vehicles.ids)) <= len(cars) <= len(set(vehicles.ids))
 
 
-def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, log: str, tmp_path: Path) -> None:
-    repeated = shutil.copy(log, tmp_path / "log.db")
-    process(RunRequest(scene / "video.mp4", scene / "site.toml", str(repeated), again=True))
+def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, tracks_log: Path, tmp_path: Path) -> None:
+    repeated = shutil.copy(tracks_log, tmp_path / "log.db")
+    process(RunRequest(scene / "truth.csv", scene / "site.toml", str(repeated), again=True))
     for table in ("runs", "car_states", "relations", "links", "frames", "cars", "streams"):
-        assert rows(repeated, table) == rows(log, table), table
+        assert rows(repeated, table) == rows(tracks_log, table), table
     # Each event is told once more, under the next free number.
     before, after = (
         [(*one[1:-1], json.loads(str(one[-1])) | {"seq": 0}) for one in rows(path, "events")]
-        for path in (log, repeated)
+        for path in (tracks_log, repeated)
     )
     assert after == before
+    assert len(before) > 10
 
 
-def test_trajectories_of_the_truth_give_the_same_overtakes(scene: Path, tmp_path: Path) -> None:
-    log = f"sqlite:///{tmp_path}/tracks.db"
-    summary = process(RunRequest(scene / "truth.csv", scene / "site.toml", log))
-    result = evaluate_log(log, scene, event_type="overtake", run=summary.run)
+def test_trajectories_of_the_truth_give_the_same_overtakes(scene: Path, tracks_log: Path) -> None:
+    result = evaluate_log(str(tracks_log), scene, event_type="overtake", run=None)
     assert not result.missed
     assert not result.wrong
-    assert summary.streams[0].label == "vision_objects"
+    with open_log(str(tracks_log)) as opened:
+        assert opened.streams(opened.run().id)[0].label == "vision_objects"

@@ -8,7 +8,7 @@ from tests.cases import seeds
 from tests.chronicles.execution.case_runner import FAR_US, check_case, disagreements, make_case
 
 
-@seeds(range(1500), kept=300)
+@seeds(range(1500), kept=200)
 def test_executors_find_exactly_what_the_oracle_finds(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     cases = [check_case(seed) for seed in seeds[::2]]
     # Forget whatever can be forgotten after every event: nothing of it may be needed again.

@@ -54,7 +54,7 @@ def smallest_relaxation_us(chronicles: ChronicleSet, name: str, events: list[Eve
     return None
 
 
-@seeds(range(400), kept=200)
+@seeds(range(400), kept=100)
 def test_every_statement_of_an_occurrence_is_read_as_met(seeds: range) -> None:
     explained = 0
     for seed in seeds:
@@ -69,7 +69,7 @@ def test_every_statement_of_an_occurrence_is_read_as_met(seeds: range) -> None:
     assert explained > len(seeds) // 4
 
 
-@seeds(range(1000, 1160), kept=80)
+@seeds(range(1000, 1160), kept=40)
 def test_near_misses_are_no_occurrences_and_their_changes_make_them_so(seeds: range) -> None:
     changes = 0
     for seed in seeds:
@@ -86,7 +86,7 @@ def test_near_misses_are_no_occurrences_and_their_changes_make_them_so(seeds: ra
     assert changes > len(seeds) // 4
 
 
-@seeds(range(2000, 2120), kept=60)
+@seeds(range(2000, 2120), kept=30)
 def test_smallest_change_is_as_small_as_the_smallest_relaxation_that_matches(seeds: range) -> None:
     compared = 0
     for seed in seeds:

@@ -185,7 +185,7 @@ def check_case(seed: int) -> int:
     return revised
 
 
-@seeds(range(400), kept=200)
+@seeds(range(400), kept=100)
 def test_recogniser_after_retraction_equals_one_that_never_saw_the_events(seeds: range) -> None:
     revised = [check_case(seed) for seed in seeds]
     # Cases in which no retraction changes anything would prove nothing.
