@@ -5,18 +5,15 @@ windows is known, and `noevent`, `occurs`, `hold` and `assert` are plain questio
 variables their values, so one instance can be concluded several times, or not at all.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Count, Persistence, Plan
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.count_log import CountLog
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout
-
-Values = tuple[str, ...]
+from chronicles.execution.looks import Look, Values, Way
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +41,8 @@ class Conclusions:
             for anchor in [Anchor(index, 0) for index in range(len(plan.positions))]
             + [one.end for one in plan.obligations]
         )
-        self._places = [_known_places(one) for one in plan.persistences]
-        for one, places in zip(plan.persistences, self._places, strict=True):
-            if not one.is_complete:
-                history.index_by(one.attribute, places)
+        # What an `assert` action reads has a value always.
+        self._looks = [Look(one, history) for one in plan.persistences if not one.is_reading]
 
     @property
     def names(self) -> frozenset[str]:
@@ -68,15 +63,22 @@ class Conclusions:
         """List the ways in which every obligation holds, each with other values."""
         slots = self._layout.slots
         bound: Values = tuple(instance[slots : slots + self._layout.event_slots])
-        if not self._plan.persistences:
-            return [Solution(bound, (), self._history)] if self._are_counts_right(instance, bound) else []
         unknown = ("",) * (len(self._plan.slots) - self._layout.event_slots)
+        ways: list[Way] = [(bound + unknown, ())]
+        for look in self._looks:
+            window = _window(look.one, instance)
+            if look.is_check:
+                ways = [way for way in ways if look.is_right(way[0], *window)]
+            else:
+                ways = [longer for way in ways for longer in look.longer(way, *window)]
+            if not ways:
+                return []
         found: dict[Values, Values] = {}
-        for values, labels in self._persistent(0, instance, bound + unknown, ()):
+        for values, labels in ways:
             # Where a hold can be true of several things, all of them are evidence.
             found[values] = found.get(values, ()) + labels
         return [
-            Solution(values, tuple(sorted(set(labels))), self._history)
+            Solution(values, self._hypotheses(instance, values, labels), self._history)
             for values, labels in found.items()
             if self._are_counts_right(instance, values)
         ]
@@ -93,11 +95,13 @@ class Conclusions:
                 is_over = end_us <= now_us
                 if not log.is_right(values, start_us, min(end_us, now_us), is_over=is_over):
                     return True
-        for one in self._plan.persistences:
+        for look in self._looks:
+            one = look.one
             needed = [slot for _, slot in one.bound] + [one.value_slot] * (one.value_slot >= 0)
             if one.is_complete and known.issuperset(needed) and _is_placed(one, mask):
                 start_us, end_us = _window(one, instance)
-                if start_us < now_us and not self._is_kept(one, values, (start_us, min(end_us, now_us))):
+                end_us = min(end_us, now_us)
+                if start_us < end_us and not look.is_right(values, start_us, end_us):
                     return True
         return False
 
@@ -114,71 +118,14 @@ class Conclusions:
         for log, kept in zip(self._logs, state, strict=True):
             log.restore(kept)
 
-    def _persistent(
-        self, index: int, instance: Instance, values: Values, labels: Values
-    ) -> Iterator[tuple[Values, Values]]:
-        """Extend values, and the hypotheses they rest on, by each way to make the persistences from `index` on hold."""
-        if index == len(self._plan.persistences):
-            yield values, labels
-            return
-        one = self._plan.persistences[index]
-        window = _window(one, instance)
-        if one.is_reading:
-            yield from self._persistent(index + 1, instance, values, labels)
-        elif one.is_assumed:
-            if self._is_kept(one, values, window):
-                found = self._labels(one, self._arguments(one, values), window)
-                yield from self._persistent(index + 1, instance, values, labels + found)
-        else:
-            yield from self._held(index, instance, values, labels)
-
-    def _held(self, index: int, instance: Instance, values: Values, labels: Values) -> Iterator[tuple[Values, Values]]:
-        one = self._plan.persistences[index]
-        window = _window(one, instance)
-        for args in self._candidates(index, values):
-            value = self._value(one, args, window)
-            if value is None or any(args[first] != args[second] for first, second in one.equal):
-                continue
-            extended = _bind(one, args, value, values)
-            if _fits(one, value, extended) and _is_allowed(one, extended):
-                yield from self._persistent(index + 1, instance, extended, labels + self._labels(one, args, window))
-
-    def _candidates(self, index: int, values: Values) -> Iterator[Values]:
-        one = self._plan.persistences[index]
-        if one.is_complete:
-            yield self._arguments(one, values)
-            return
-        known = dict(one.constants) | {place: values[slot] for place, slot in one.bound}
-        key = tuple(known[place] for place in self._places[index])
-        for args in self._history.matching(one.attribute, self._places[index], key):
-            if len(args) == one.arity:
-                yield args
-
-    def _arguments(self, one: Persistence, values: Values) -> Values:
-        known = dict(one.constants) | {place: values[slot] for place, slot in one.bound}
-        return tuple(known[place] for place in range(one.arity))
-
-    def _value(self, one: Persistence, args: Values, window: tuple[int, int]) -> str | None:
-        if one.needs_report and not self._history.is_reported(one.attribute, args, window[0]):
-            return None
-        return self._history.value_throughout(one.attribute, args, *window)
-
-    def _is_kept(self, one: Persistence, values: Values, window: tuple[int, int]) -> bool:
-        """Say whether a persistence with all values known is true in a window; an empty one asks for nothing."""
-        if window[0] >= window[1]:
-            return True
-        args = self._arguments(one, values)
-        if not one.is_assumed:
-            value = self._value(one, args, window)
-            return value is not None and _fits(one, value, values)
-        wanted = one.value if one.value_slot < 0 else values[one.value_slot]
-        return all(value in (wanted, UNKNOWN) for value, _ in self._history.values_within(one.attribute, args, *window))
-
-    def _labels(self, one: Persistence, args: Values, window: tuple[int, int]) -> Values:
-        """List the hypotheses of the changes that brought the value; what is unknown is evidence for no assert."""
-        if window[0] >= window[1]:
+    def _hypotheses(self, instance: Instance, values: Values, labels: Values) -> Values:
+        """List the hypotheses that a solution rests on, with those of the statements that only checked."""
+        if not self._history.has_labels:
             return ()
-        return self._history.hypotheses_within(one.attribute, args, *window, of_known=one.is_assumed)
+        for look in self._looks:
+            if look.is_check:
+                labels += look.labels(look.arguments(values), *_window(look.one, instance))
+        return tuple(sorted(set(labels)))
 
     def _are_counts_right(self, instance: Instance, values: Values) -> bool:
         return all(log.is_right(values, *_window(log.count, instance)) for log in self._logs)
@@ -189,37 +136,7 @@ def _is_placed(one: Count | Persistence, mask: int) -> bool:
     return bool(mask >> one.start.position & 1 and mask >> one.end.position & 1)
 
 
-def _known_places(one: Persistence) -> tuple[int, ...]:
-    return tuple(sorted(place for place, _ in (*one.constants, *one.bound)))
-
-
 def _window(one: Count | Persistence, instance: Instance) -> tuple[int, int]:
     start_us = instance[1 + one.start.position] + one.start.offset_us
     end_us = instance[1 + one.end.position] + one.end.offset_us
     return start_us, end_us
-
-
-def _bind(one: Persistence, args: Values, value: str, values: Values) -> Values:
-    if not one.binds and one.value_binds < 0:
-        return values
-    extended = list(values)
-    for place, slot in one.binds:
-        extended[slot] = args[place]
-    if one.value_binds >= 0:
-        extended[one.value_binds] = value
-    return tuple(extended)
-
-
-def _fits(one: Persistence, value: str, values: Values) -> bool:
-    """Say whether the value is the wanted one."""
-    if one.needs_known and value == UNKNOWN:
-        return False
-    if one.value is not None:
-        return value == one.value
-    return one.value_slot < 0 or value == values[one.value_slot]
-
-
-def _is_allowed(one: Persistence, values: Values) -> bool:
-    return all(values[slot] in allowed for slot, allowed in one.filters) and all(
-        values[slot] != values[other] for slot, other in one.different
-    )

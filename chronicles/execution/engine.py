@@ -33,13 +33,14 @@ class Engine:
     ----------
     clock_us : the latest time told.
     watermark_us : the clock minus the lateness; nothing before it may come any more.
+    due_us : the least watermark at which there is something to do.
     """
 
     def __init__(self, chronicles: ChronicleSet, lateness_us: int, stored: Sequence[Event] | None = None) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self._lateness_us = lateness_us
-        self._due_us = UNBOUNDED_US
+        self.due_us = UNBOUNDED_US
         self._sequence = 0
         self._stages = _stages(chronicles, is_stored=stored is not None)
         self._stages_of: dict[str, list[Stage]] = {}
@@ -51,6 +52,11 @@ class Engine:
             for name in stage.names:
                 self._stages_of.setdefault(name, []).append(stage)
 
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the events that must be given; others only tell the time."""
+        return frozenset(self._stages_of)
+
     def observe(self, event: Event) -> Sequence[Occurrence]:
         """Take an event that is not before the watermark, and let time advance to it."""
         t_us = event.t_us
@@ -61,24 +67,26 @@ class Engine:
             if self._direct is not None:
                 return self._take(self._direct, event)
             self._push(event)
-        return self._run() if self._due_us <= self.watermark_us else []
+        return self._run() if self.due_us <= self.watermark_us else []
 
     def conclude(self, event: Event, complete: Completed) -> Sequence[Occurrence]:
         """Take the stored event that comes next, with the instances that it completes."""
         self._let_pass(event.t_us)
         if event.name in self._stages_of:
             self._push(event)
-        findings, unbuilt = self._step() if self._due_us <= self.watermark_us else ([], [])
+        findings, unbuilt = self._step() if self.due_us <= self.watermark_us else ([], [])
         if complete:
-            self._stages[0].expect(complete, event.t_us, self.clock_us)
-            found, at_once = self._step()
+            first = self._stages[0]
+            first.expect(complete, event.t_us, self.clock_us)
+            self.due_us = min(self.due_us, first.due_us)
+            found, at_once = self._step() if self.due_us <= self.watermark_us else ([], first.take_unbuilt())
             findings, unbuilt = findings + found, unbuilt + at_once
         return _told(findings, unbuilt)
 
     def advance(self, t_us: int) -> Sequence[Occurrence]:
         """Let time pass; an earlier time than the latest told changes nothing."""
         self._let_pass(t_us)
-        return self._run() if self._due_us <= self.watermark_us else []
+        return self._run() if self.due_us <= self.watermark_us else []
 
     def partial_instances(self) -> list[PartialInstance]:
         """List what is under way, sorted by chronicle, matched events and roles."""
@@ -95,12 +103,12 @@ class Engine:
         record = (event.t_us, self._sequence, event)
         for stage in self._stages_of[event.name]:
             heappush(stage.buffer, record)
-            self._due_us = min(self._due_us, event.t_us + stage.delay_us)
+            self.due_us = min(self.due_us, event.t_us + stage.delay_us)
 
     def _take(self, stage: Stage, event: Event) -> Sequence[Occurrence]:
         self._sequence += 1
         findings = stage.take((event.t_us, self._sequence, event))
-        self._due_us = stage.due_us
+        self.due_us = stage.due_us
         return _told(findings, stage.take_unbuilt())
 
     def _run(self) -> Sequence[Occurrence]:
@@ -117,7 +125,7 @@ class Engine:
                 for event in finding.occurrence.emitted:
                     if event.name in self._stages_of:
                         self._push(event)
-        self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
+        self.due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
         return findings, unbuilt
 
     # ---- checkpoints
@@ -138,7 +146,7 @@ class Engine:
         self._sequence = state["sequence"]
         for stage, kept in zip(self._stages, state["stages"], strict=True):
             stage.restore(kept)
-        self._due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
+        self.due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
 
 
 def _told(findings: list[Finding], unbuilt: list[Unbuilt]) -> Sequence[Occurrence]:

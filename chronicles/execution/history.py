@@ -27,19 +27,21 @@ class FluentHistory:
     def __init__(self) -> None:
         self._times: list[int] = []
         self._values: list[str] = []
-        self._instant: list[tuple[str, str]] = []
+        self._instant: tuple[tuple[str, str], ...] = ()
         self._labels: dict[int, Labels] | None = None
 
-    def append(self, t_us: int, old: str, new: str, initial: str, labels: Labels = ()) -> None:
+    def append(self, change: Event, initial: str) -> None:
         """Add a change at or after the latest one; `initial` is the value before the first."""
-        if labels:
-            self._add_labels(t_us, labels)
+        assert change.new is not None
+        t_us, old, new = change.t_us, change.old or UNKNOWN, change.new
+        if change.hypotheses:
+            self._add_labels(t_us, change.hypotheses)
         if not self._times or t_us > self._times[-1]:
             self._times.append(t_us)
             self._values.append(new)
-            self._instant = [(old, new)]
+            self._instant = ((old, new),)
             return
-        self._instant.append((old, new))
+        self._instant += ((old, new),)
         before = self._values[-2] if len(self._values) > 1 else initial
         self._values[-1] = value_after(before, self._instant)
 
@@ -56,13 +58,13 @@ class FluentHistory:
 
     def value_throughout(self, start_us: int, end_us: int, initial: str) -> str | None:
         """Give the one value the fluent has in [start, end), None if it has several."""
-        index = bisect_right(self._times, start_us) - 1
-        value = self._values[index] if index >= 0 else initial
-        for later in range(index + 1, len(self._times)):
-            if self._times[later] >= end_us:
-                break
-            if self._values[later] != value:
+        times, values = self._times, self._values
+        index = bisect_right(times, start_us)
+        value = values[index - 1] if index else initial
+        while index < len(times) and times[index] < end_us:
+            if values[index] != value:
                 return None
+            index += 1
         return value
 
     def values_within(self, start_us: int, end_us: int, initial: str) -> Iterator[tuple[str, Labels]]:
@@ -96,12 +98,12 @@ class FluentHistory:
 
     def state(self) -> list[Any]:
         """Give everything, as plain data."""
-        return [list(self._times), list(self._values), list(self._instant), self._labels and dict(self._labels)]
+        return [list(self._times), list(self._values), self._instant, self._labels and dict(self._labels)]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given."""
         times, values, instant, labels = state
-        self._times, self._values, self._instant = list(times), list(values), list(instant)
+        self._times, self._values, self._instant = list(times), list(values), tuple(instant)
         self._labels = labels and dict(labels)
 
     def _add_labels(self, t_us: int, labels: Labels) -> None:
@@ -136,20 +138,28 @@ def value_after(before: str, changes: Iterable[tuple[str, str]]) -> str:
 
 
 class AttributeHistory:
-    """The fluents of some attributes, as far back as asked for."""
+    """The fluents of some attributes, as far back as asked for.
+
+    Invariant: changes in `_unread` are of fluents not in `_fluents`; in a log, nobody asks for half of them.
+
+    Attributes
+    ----------
+    has_labels : whether any change rests on a hypothesis.
+    """
 
     def __init__(self, watched: Iterable[str], defaults: Iterable[tuple[str, str]]) -> None:
         initial = dict(defaults)
         self._initial = {name: initial.get(name, UNKNOWN) for name in watched}
         self._fluents: dict[str, dict[tuple[str, ...], FluentHistory]] = {name: {} for name in self._initial}
-        self._indexes: dict[tuple[str, tuple[int, ...]], _Index] = {}
+        self._unread: dict[str, dict[tuple[str, ...], list[Event]]] = {name: {} for name in self._initial}
+        self._indexes: dict[str, dict[tuple[int, ...], _Index]] = {name: {} for name in self._initial}
         # Changes made by `assign` come back once as events, because the stage looks at their attribute.
         self._assigned: list[Event] = []
-        self._has_labels = False
+        self.has_labels = False
 
     def index_by(self, name: str, places: tuple[int, ...]) -> None:
         """Prepare `matching` for arguments known at these places."""
-        self._indexes.setdefault((name, places), {})
+        self._indexes[name].setdefault(places, {})
 
     def append(self, event: Event) -> None:
         """Add a change; messages are ignored. Events come in the order of time."""
@@ -158,9 +168,19 @@ class AttributeHistory:
         if self._assigned and event in self._assigned:
             self._assigned.remove(event)
             return
-        self._has_labels |= bool(event.hypotheses)
-        fluent = self._fluent(event.name, event.args)
-        fluent.append(event.t_us, event.old or UNKNOWN, event.new, self._initial[event.name], event.hypotheses)
+        if event.hypotheses:
+            self.has_labels = True
+        name = event.name
+        fluent = self._fluents[name].get(event.args) or self._made(name, event.args)
+        fluent.append(event, self._initial[name])
+
+    def fill(self, events: Iterable[Event]) -> None:
+        """Add all changes that will ever come, in the order of time; a fluent is made of them when it is looked at."""
+        for event in events:
+            if event.new is not None and event.name in self._unread:
+                self._unread[event.name].setdefault(event.args, []).append(event)
+                if event.hypotheses:
+                    self.has_labels = True
 
     def assign(self, event: Event) -> Event | None:
         """Set an attribute as an event without an old value says, after everything up to its time was added.
@@ -174,14 +194,14 @@ class AttributeHistory:
         if old == event.new:
             return None
         change = Event(event.name, event.args, event.t_us, old, event.new, event.hypotheses)
-        self._has_labels |= bool(event.hypotheses)
-        self._fluent(event.name, event.args).assign(event.t_us, event.new, event.hypotheses)
+        self.has_labels |= bool(event.hypotheses)
+        self._made(event.name, event.args).assign(event.t_us, event.new, event.hypotheses)
         self._assigned.append(change)
         return change
 
     def value_throughout(self, name: str, args: tuple[str, ...], start_us: int, end_us: int) -> str | None:
         """Give the one value of a fluent in [start, end), None if it has several."""
-        fluent = self._fluents[name].get(args)
+        fluent = self._kept(name, args)
         if fluent is None:
             return self._initial[name]
         return fluent.value_throughout(start_us, end_us, self._initial[name])
@@ -191,7 +211,7 @@ class AttributeHistory:
 
         A value that is stated again is not brought again; the value at the start was brought by the latest change then.
         """
-        fluent = self._fluents[name].get(args)
+        fluent = self._kept(name, args)
         if fluent is None:
             return [(self._initial[name], ())]
         return list(fluent.values_within(start_us, end_us, self._initial[name]))
@@ -203,7 +223,7 @@ class AttributeHistory:
 
         With `of_known` those that made it unknown are left out.
         """
-        if not self._has_labels:
+        if not self.has_labels:
             return ()
         brought = self.values_within(name, args, start_us, end_us)
         found = [labels for value, labels in brought if not (of_known and value == UNKNOWN)]
@@ -211,12 +231,13 @@ class AttributeHistory:
 
     def is_reported(self, name: str, args: tuple[str, ...], t_us: int) -> bool:
         """Say whether a change of a fluent at or before a time is known."""
-        fluent = self._fluents[name].get(args)
+        fluent = self._kept(name, args)
         return fluent is not None and fluent.is_reported_by(t_us)
 
     def matching(self, name: str, places: tuple[int, ...], key: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
         """List the arguments of all kept fluents that have `key` at `places`."""
-        return tuple(self._indexes[name, places].get(key, ()))
+        self._read_all(name)
+        return tuple(self._indexes[name][places].get(key, ()))
 
     def forget_before(self, name: str, t_us: int, unknown_us: int) -> int:
         """Drop what lies before `t_us` of an attribute, and fluents unknown since before `unknown_us` or that.
@@ -225,6 +246,7 @@ class AttributeHistory:
         -------
         The number of its fluents left.
         """
+        self._read_all(name)
         fluents, gone = self._fluents[name], []
         for args, fluent in fluents.items():
             fluent.forget_before(t_us)
@@ -240,28 +262,41 @@ class AttributeHistory:
 
     def state(self) -> list[Any]:
         """Give everything, as plain data and events."""
+        for name in self._unread:
+            self._read_all(name)
         fluents = [
             [name, list(args), fluent.state()] for name, kept in self._fluents.items() for args, fluent in kept.items()
         ]
-        return [fluents, list(self._assigned), self._has_labels]
+        return [fluents, list(self._assigned), self.has_labels]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given, in a history of the same attributes."""
-        fluents, assigned, self._has_labels = state
+        fluents, assigned, self.has_labels = state
         for name, args, kept in fluents:
-            self._fluent(name, tuple(args)).restore(kept)
+            self._made(name, tuple(args)).restore(kept)
         self._assigned = list(assigned)
 
-    def _fluent(self, name: str, args: tuple[str, ...]) -> FluentHistory:
+    def _read_all(self, name: str) -> None:
+        for args in list(self._unread[name]):
+            self._made(name, args)
+
+    def _kept(self, name: str, args: tuple[str, ...]) -> FluentHistory | None:
+        """Give a fluent that was reported, None if it never was."""
+        return self._fluents[name].get(args) or (self._made(name, args) if args in self._unread[name] else None)
+
+    def _made(self, name: str, args: tuple[str, ...]) -> FluentHistory:
+        """Give a fluent, made from its unread changes if there is none."""
         fluent = self._fluents[name].get(args)
         if fluent is None:
             fluent = self._fluents[name][args] = FluentHistory()
+            for change in self._unread[name].pop(args, ()):
+                fluent.append(change, self._initial[name])
             for index, key in self._indexes_of(name, args):
                 index.setdefault(key, {})[args] = None
         return fluent
 
     def _indexes_of(self, name: str, args: tuple[str, ...]) -> Iterator[tuple[_Index, tuple[str, ...]]]:
         """Give the indexes that a fluent stands in, each with its key there."""
-        for (indexed, places), index in self._indexes.items():
-            if indexed == name and all(place < len(args) for place in places):
+        for places, index in self._indexes[name].items():
+            if all(place < len(args) for place in places):
                 yield index, tuple(args[place] for place in places)

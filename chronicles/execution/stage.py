@@ -5,7 +5,7 @@ such an event can still be emitted. So every stage sees all its events in the or
 depend on how the input is cut into steps.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from typing import Any  # states are plain nested data
 
@@ -90,11 +90,14 @@ class Stage:
             self._sweep(now_us)
         return findings
 
-    def remember(self, events: Iterable[Event]) -> None:
+    def remember(self, events: Sequence[Event]) -> None:
         """Take what is to be looked back at from all events that will ever come, in the order of time."""
-        for event in events:
-            for listen in self._listeners.get(event.name, ()):
-                listen(event)
+        self._history.fill(events)
+        for matcher in self._matchers.values():
+            names = matcher.conclusions.names
+            for event in events if names else ():
+                if event.name in names:
+                    matcher.conclusions.append(event)
 
     def expect(self, complete: Completed, t_us: int, clock_us: int) -> None:
         """Take instances whose last event is at `t_us`; all that closed before is concluded."""

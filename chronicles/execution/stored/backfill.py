@@ -6,11 +6,13 @@ events one by one, and the joined instances stand in for those that it would hav
 and orders is the same code.
 """
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from heapq import merge
-from operator import itemgetter
+from itertools import groupby
+from operator import attrgetter, itemgetter
 
 import numpy as np
 
@@ -47,26 +49,34 @@ def recognise_columns(
 
     engine = Engine(chronicles, 0, columns.events)
     found: list[Occurrence] = []
-    for event, complete in _completed(chronicles, columns, most_rows):
-        found += engine.conclude(event, complete)
+    for step, complete in _completed(chronicles, columns, most_rows, engine.names):
+        found += _let_pass(engine, columns.events, step)
+        found += engine.conclude(columns.events[step], complete)
+    found += _let_pass(engine, columns.events, len(columns))
     if until_us is not None:
         found += engine.advance(until_us)
     return [_as_stored(one) for one in found]
 
 
-def _completed(chronicles: ChronicleSet, columns: EventColumns, most_rows: int) -> Iterator[tuple[Event, Completed]]:
-    """Give the events in the order of time, each with the joined instances that it completes."""
+def _completed(
+    chronicles: ChronicleSet, columns: EventColumns, most_rows: int, names: frozenset[str]
+) -> Iterator[tuple[int, Completed]]:
+    """Give the places of events that complete joined instances, each with those, and of events with these names."""
     placed = levels(chronicles.plans)
     plans = [(number, plan) for number, plan in enumerate(chronicles.plans) if placed[plan.name][0] == 0]
     joined = [_joined(number, find_matches(plan, columns, most_rows=most_rows)) for number, plan in plans]
-    queue = merge(*joined, key=itemgetter(0, 1))
-    following = next(queue, None)
-    for step, event in enumerate(columns.events):
-        complete: Completed = []
-        while following is not None and following[0] == step:
-            complete.append((following[1], [following[2]]))
-            following = next(queue, None)
-        yield event, complete
+    named = [(step, -1, None) for step, event in enumerate(columns.events) if event.name in names] if names else []
+    for step, parts in groupby(merge(named, *joined, key=itemgetter(0, 1)), key=itemgetter(0)):
+        yield step, [(number, [instance]) for _, number, instance in parts if instance is not None]
+
+
+def _let_pass(engine: Engine, events: Sequence[Event], stop: int) -> list[Occurrence]:
+    """Let the times of the events before place `stop` pass; only those matter by which something is due."""
+    found: list[Occurrence] = []
+    while stop and engine.due_us <= events[stop - 1].t_us:
+        step = bisect_left(events, engine.due_us, hi=stop, key=attrgetter("t_us"))
+        found += engine.advance(events[step].t_us)
+    return found
 
 
 def _joined(number: int, matches: Matches) -> Iterator[tuple[int, int, Instance]]:

@@ -6,6 +6,7 @@ message or change) that somebody looks at: times, and texts as codes into one li
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -69,9 +70,9 @@ class EventColumns:
         self.texts = [UNKNOWN]
         self._code_of = {UNKNOWN: 0}
         self._tables: dict[Kind, EventTable] = {}
-        self._places: dict[Kind, list[int]] = {}
+        self._places: defaultdict[Kind, list[int]] = defaultdict(list)
         for place, event in enumerate(events):
-            self._places.setdefault((event.name, len(event.args), event.new is not None), []).append(place)
+            self._places[event.name, len(event.args), event.new is not None].append(place)
 
     @classmethod
     def from_events(cls, events: Iterable[Event]) -> EventColumns:

@@ -1,5 +1,8 @@
 """Values of attributes over time."""
 
+from collections.abc import Callable
+from random import Random
+
 from chronicles.events import Event
 from chronicles.execution.history import AttributeHistory
 
@@ -98,3 +101,40 @@ def test_restored_history_equals_the_one_that_gave_its_state() -> None:
     assert restored.state() == kept.state()
     assert restored.matching("p", (), ()) == (("a",), ("b",), ("c",))
     assert restored.values_within("p", ("a",), 0, 20) == kept.values_within("p", ("a",), 0, 20)
+
+
+def test_filled_history_answers_as_one_that_got_its_changes_one_by_one() -> None:
+    random = Random(1)
+    changes = [
+        Event("p", (random.choice("abcdef"),), t_us // 2, *random.sample(["on", "off", "unknown"], 2), labels)
+        for t_us in range(60)
+        for labels in ((), ("h",))[: random.randint(0, 2)]
+    ]
+    things = [(thing,) for thing in "abcdefg"]
+    windows = [(start_us, start_us + length_us) for start_us in range(-1, 31) for length_us in (1, 2, 7)]
+
+    def answers(kept: AttributeHistory) -> list[object]:
+        values = [kept.values_within("p", args, *window) for args in things for window in windows]
+        same = [kept.value_throughout("p", args, *window) for args in things for window in windows]
+        return [values, same, [kept.is_reported("p", args, t_us) for args in things for t_us in range(31)]]
+
+    def matching(kept: AttributeHistory) -> set[tuple[str, ...]]:
+        return set(kept.matching("p", (), ()))
+
+    def left(kept: AttributeHistory) -> int:
+        return kept.forget_before("p", 20, 25)
+
+    def state(kept: AttributeHistory) -> list[object]:
+        fluents, *others = kept.state()
+        return [sorted(fluents), *others]
+
+    asked: list[Callable[[AttributeHistory], object]] = [answers, matching, left, state]
+    for first in asked:  # each once as the first one that looks
+        one_by_one, filled = AttributeHistory(["p"], []), AttributeHistory(["p"], [])
+        for kept in (one_by_one, filled):
+            kept.index_by("p", ())
+        for change in changes:
+            one_by_one.append(change)
+        filled.fill([Event("q", (), 0, "off", "on"), Event("p", ("g",), 0), *changes])
+        for ask in (first, *asked):
+            assert ask(filled) == ask(one_by_one)
