@@ -147,6 +147,11 @@ class AnchoringUnit:
         self._silent_until_us: int | None = 0  # None while the view is lost
         self._trials = LinkTrials(anchorer.settings.trial_us)
 
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Count by cause where the input's word for what is the same was not taken."""
+        return self._anchorer.refused
+
     def update(self, sample: Sample[TrackedObjects]) -> Iterable[Sample[Anchored]]:
         """Link one frame's objects to car symbols; a frame that is sampled again says nothing new."""
         if self._last_us is not None and sample.value.t_us <= self._last_us:

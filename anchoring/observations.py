@@ -26,7 +26,7 @@ class Observations:
     Attributes
     ----------
     t_us : time of the frame, microseconds.
-    ids : n names, all different; a name that is gone never comes back for another object.
+    ids : n names, all different; a name that is gone comes back for the same object or not at all.
     centre_m, velocity_mps : (n, 2), local east/north frame; these and the next are finite.
     heading_rad, length_m, width_m : (n,).
     observed : (n,) False where the tracker saw nothing in this frame and only guesses.
