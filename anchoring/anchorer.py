@@ -20,9 +20,9 @@ from anchoring.linking.classes import CLASS_NAMES
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
 from anchoring.linking.linker import assign, fit_costs, keep_order
-from anchoring.observations import Cars, LinkChange, LongArray, Observations
+from anchoring.observations import Cars, FloatArray, LinkChange, LongArray, Observations
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadNetwork
+from gis.road_network import RoadNetwork, RoadPositions
 
 MOST_AWAY = 10_000  # names that may come back; each is about a kilobyte
 
@@ -130,6 +130,10 @@ class Anchorer:
         cars = self._cars(frame)
         self._drop(merged + ended)
         return cars, (*changes, *relinked, *endings)
+
+    def locate(self, centre_m: FloatArray) -> RoadPositions:
+        """Find where points, (k, 2), are on the roads, as of cars."""
+        return self._roads.locate(centre_m)
 
     def _match(self, observations: Observations) -> list[LinkChange]:
         """Give every vision object a body, and take away the vision objects that are gone."""
