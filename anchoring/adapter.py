@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from typing import Protocol
 
 from anchoring.anchorer import Anchorer
+from anchoring.former import FormerRows
 from anchoring.observations import BoolArray, Cars, FloatArray, Level, LinkChange, Observations
 from dyknow.sample import Sample
 
@@ -52,6 +53,8 @@ class Anchored:
     ----------
     hypotheses : labels of the links on trial below each car, lowest first; cars without such are left out.
     validated, refuted : labels that were carried before and are decided now.
+    former : the cars of earlier times, oldest first, that have got their names only now. They are for the record:
+        relations and monitors look at ``cars`` alone, since what they said of those times is said.
     """
 
     cars: Cars
@@ -59,6 +62,7 @@ class Anchored:
     hypotheses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     validated: tuple[str, ...] = ()
     refuted: tuple[str, ...] = ()
+    former: tuple[Cars, ...] = ()
 
 
 class LinkTrials:
@@ -139,24 +143,35 @@ _RANK: Mapping[Level, int] = {"world": 0, "on_road": 1, "car": 2}
 class AnchoringUnit:
     """Run an anchorer as a computational unit."""
 
-    __slots__ = ("_anchorer", "_last_us", "_silent_until_us", "_trials")
+    __slots__ = ("_anchorer", "_former", "_last_us", "_silent_until_us", "_trials")
 
     def __init__(self, anchorer: Anchorer) -> None:
         self._anchorer = anchorer
         self._last_us: int | None = None
         self._silent_until_us: int | None = 0  # None while the view is lost
         self._trials = LinkTrials(anchorer.settings.trial_us)
+        self._former = FormerRows(anchorer.settings, anchorer.locate)
+
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Count by cause where the input's word for what is the same was not taken."""
+        return self._anchorer.refused
 
     def update(self, sample: Sample[TrackedObjects]) -> Iterable[Sample[Anchored]]:
         """Link one frame's objects to car symbols; a frame that is sampled again says nothing new."""
         if self._last_us is not None and sample.value.t_us <= self._last_us:
             return ()
         self._last_us = sample.value.t_us
-        cars, link_changes = self._anchorer.observe(_observations(sample.value))
+        seen = _observations(sample.value)
+        cars, link_changes = self._anchorer.observe(seen)
+        former: tuple[Cars, ...] = ()
         if self._is_silent(cars.t_us, is_lost=sample.value.is_lost):
             cars = cars.without_any()
+            self._former.forget()
+        else:
+            former = self._former.take(seen, cars, link_changes)
         validated, refuted = self._trials.judge(cars.t_us, link_changes)
-        anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted)
+        anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted, former)
         return (Sample(sample.available_us, sample.valid_us, anchored),)
 
     def _is_silent(self, t_us: int, *, is_lost: bool) -> bool:

@@ -5,7 +5,10 @@ let the conditions of all links progress, take over what was seen, and look for 
 objects. Work on arrays, except for the few bodies whose conditions wait for something.
 """
 
+import math
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,9 +20,21 @@ from anchoring.linking.classes import CLASS_NAMES
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
 from anchoring.linking.linker import assign, fit_costs, keep_order
-from anchoring.observations import Cars, LinkChange, LongArray, Observations
+from anchoring.observations import Cars, FloatArray, LinkChange, LongArray, Observations
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadNetwork
+from gis.road_network import RoadNetwork, RoadPositions
+
+MOST_AWAY = 10_000  # names that may come back; each is about a kilobyte
+
+
+@dataclass(frozen=True, slots=True)
+class Away:
+    """Keep what a vision object was linked to when it went, and when and where it was seen last."""
+
+    chain: Chain
+    seen_us: int
+    x_m: float
+    y_m: float
 
 
 class Anchorer:
@@ -31,6 +46,13 @@ class Anchorer:
     settings : numbers.
     linkages : the levels and their conditions, lowest first, the car last; None for the usual ones. The first must be
         of level "world", the last of level "car".
+    trusts_ids : whether the names of vision objects are somebody's word for what is the same: one that comes back is
+        then the same car, however long it was away, unless the way was too far. Our own tracker never says so.
+
+    Attributes
+    ----------
+    refused : how often what the input says of a name was not believed, by cause: jumps of a vision object that is a
+        car, and returns.
 
     Examples
     --------
@@ -58,6 +80,7 @@ class Anchorer:
         settings: AnchoringSettings | None = None,
         *,
         linkages: Sequence[Linkage] | None = None,
+        trusts_ids: bool = False,
     ) -> None:
         self.settings = AnchoringSettings() if settings is None else settings
         self._roads = RoadMap(network, self.settings)
@@ -71,6 +94,9 @@ class Anchorer:
         self._named = dict.fromkeys(levels, 0)
         self._last_t_us: int | None = None
         self._columns: dict[str, int] = {}  # of every vision object that is followed
+        self._trusts_ids = trusts_ids
+        self._away: dict[str, Away] = {}  # by the vision object, oldest first; empty unless names are trusted
+        self.refused: Counter[str] = Counter()
 
     def observe(self, observations: Observations) -> tuple[Cars, tuple[LinkChange, ...]]:
         """Take the vision objects of one frame.
@@ -105,6 +131,10 @@ class Anchorer:
         self._drop(merged + ended)
         return cars, (*changes, *relinked, *endings)
 
+    def locate(self, centre_m: FloatArray) -> RoadPositions:
+        """Find where points, (k, 2), are on the roads, as of cars."""
+        return self._roads.locate(centre_m)
+
     def _match(self, observations: Observations) -> list[LinkChange]:
         """Give every vision object a body, and take away the vision objects that are gone."""
         present = set(observations.ids)
@@ -117,8 +147,13 @@ class Anchorer:
             del self._columns[vision_id]
             if bodies.is_established[column]:
                 changes.append(bodies.chains[column].lose(observations.t_us, "the vision object is gone"))
+                if self._trusts_ids:
+                    x_m, y_m = bodies.states[NOW, X : Y + 1, column].tolist()
+                    self._away[vision_id] = Away(bodies.chains[column], int(bodies.states_us[NOW, column]), x_m, y_m)
             else:
                 dropped.append(column)
+        while len(self._away) > MOST_AWAY:
+            del self._away[next(iter(self._away))]
         self._drop(dropped)
         self._add([k for k, vision_id in enumerate(observations.ids) if vision_id not in self._columns], observations)
         return changes
@@ -177,7 +212,9 @@ class Anchorer:
         chain = bodies.chains[column]
         del self._columns[chain.vision_id]
         chain.vision_id = ""
-        if not has_jumped:
+        if has_jumped:
+            self.refused["jumps refused"] += 1
+        else:
             bodies.go_back(column)
         self._roads.predict_again(bodies, frame, column)
 
@@ -194,12 +231,13 @@ class Anchorer:
         """Look for lost world objects among the unlinked vision objects; return the columns that were merged."""
         bodies = self._bodies
         bodies.is_contested[:] = False
-        new = (~bodies.is_established & frame.is_seen).nonzero()[0]
-        lost = (bodies.is_established & ~frame.is_seen).nonzero()[0]
+        merged, changes = self._take_back(frame) if self._away else (list[int](), list[LinkChange]())
+        is_new = ~bodies.is_established & frame.is_seen
+        is_new[merged] = False
+        new, lost = is_new.nonzero()[0], (bodies.is_established & ~frame.is_seen).nonzero()[0]
         if not len(new):
-            return [], []
+            return merged, changes
         pairs = dict(self._pairs(frame, new, lost)) if len(lost) else {}
-        merged, changes = list[int](), list[LinkChange]()
         for column in new.tolist():
             chain = bodies.chains[column]
             if column not in pairs:
@@ -211,7 +249,32 @@ class Anchorer:
                 chain.proposal = Proposal(world.upper, world.linkage.reestablish())
             state = self._states.of(int(bodies.codes[column]) | Fluent.FITS)
             if chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE:
-                changes += self._merge(frame, column, target)
+                elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
+                changes += self._merge(frame, column, target, f"fits the prediction after {elapsed_us} us")
+                merged.append(column)
+        return merged, changes
+
+    def _take_back(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
+        """Give names that have come back what they were linked to; return the columns that were merged."""
+        bodies, reason = self._bodies, "its name has come back"
+        merged, changes = list[int](), list[LinkChange]()
+        for column in (~bodies.is_established & frame.is_seen).nonzero()[0].tolist():
+            vision_id = bodies.chains[column].vision_id
+            away = self._away.pop(vision_id, None)
+            if away is None:
+                continue
+            chain, way_m = away.chain, math.dist((away.x_m, away.y_m), frame.state[X : Y + 1, column])
+            if way_m > self.settings.return_mps * (frame.t_us - away.seen_us) * 1e-6:
+                self.refused["returns refused"] += 1
+            elif chain not in bodies.chains:
+                bodies.chains[column] = chain
+                changes += chain.revive(frame.t_us, vision_id, reason)
+                self._note(column)
+            else:
+                if chain.vision_id:  # another one was taken for it
+                    del self._columns[chain.vision_id]
+                    changes.append(chain.lose(frame.t_us, f"{vision_id} has come back", "refuted"))
+                changes += self._merge(frame, column, bodies.chains.index(chain), reason)
                 merged.append(column)
         return merged, changes
 
@@ -230,15 +293,14 @@ class Anchorer:
         kept = keep_order(clear, seen_looks, lost_looks, same_lane_m=settings.same_lane_m)
         return [(int(new[one]), int(lost[two])) for one, two in kept]
 
-    def _merge(self, frame: Frame, column: int, target: int) -> list[LinkChange]:
+    def _merge(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:
         """Make the vision object of one body that of another."""
         bodies, changes = self._bodies, list[LinkChange]()
         chain, vision_id = bodies.chains[target], bodies.chains[column].vision_id
         if chain.vision_id:
             del self._columns[chain.vision_id]
             changes.append(chain.lose(frame.t_us, f"{vision_id} is seen where {chain.vision_id} is only guessed"))
-        elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
-        changes.append(chain.adopt(frame.t_us, vision_id, f"fits the prediction after {elapsed_us} us"))
+        changes.append(chain.adopt(frame.t_us, vision_id, reason))
         bodies.move_over(column, target, frame.t_us)
         bodies.waits[target] = True
         frame.is_seen[target] = True

@@ -26,8 +26,8 @@ class Observations:
     Attributes
     ----------
     t_us : time of the frame, microseconds.
-    ids : n names, all different; a name that is gone never comes back for another object.
-    centre_m, velocity_mps : (n, 2), local east/north frame.
+    ids : n names, all different; a name that is gone comes back for the same object or not at all.
+    centre_m, velocity_mps : (n, 2), local east/north frame; these and the next are finite.
     heading_rad, length_m, width_m : (n,).
     observed : (n,) False where the tracker saw nothing in this frame and only guesses.
     clipped : (n,) True where the object touches the edge of the view, so that its size and centre are wrong.
@@ -36,7 +36,7 @@ class Observations:
     Raises
     ------
     AnchoringError
-        If an array has another length than ``ids``, or a name comes twice.
+        If an array has another length than ``ids``, a name comes twice, or a number is not finite.
     """
 
     t_us: int
@@ -63,6 +63,12 @@ class Observations:
         for row in rows:
             if row.shape != (count,):
                 raise AnchoringError(f"{where}: every array must have {count} entries, got {row.shape!r}")
+        for name in ("centre_m", "velocity_mps", "heading_rad", "length_m", "width_m"):
+            values = getattr(self, name)
+            if not np.isfinite(values).all():
+                first = int((~np.isfinite(values)).nonzero()[0][0])
+                came = values[first].tolist()
+                raise AnchoringError(f"{where}: {name} of {self.ids[first]!r}: expected finite numbers, got {came!r}")
 
 
 @dataclass(frozen=True, slots=True)

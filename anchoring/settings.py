@@ -52,6 +52,9 @@ class AnchoringSettings:
     trial_us : how long a link is a hypothesis: the longest that the usual maintain conditions take to find fault with
         it from its first moment on (off the road, no vehicle's size or speed); jumps and exchanged tracks show sooner.
     settle_us : how long nothing is said after a lost view: as long as it takes a vision object to become a car at all.
+    name_back_us : how far the name of a car is dated back to rows of its vision object; what took longer to become a
+        car has done something else before, such as parking.
+    return_mps : a name that is trusted and comes back is the same car unless it came faster: 250 km/h, on no road here.
     """
 
     establish_us: int = 400_000
@@ -105,6 +108,8 @@ class AnchoringSettings:
     lateral_s: float = 0.5
     trial_us: int = 2_000_000
     settle_us: int = 400_000
+    name_back_us: int = 2_000_000
+    return_mps: float = 70.0
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""

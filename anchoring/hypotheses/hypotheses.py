@@ -168,9 +168,9 @@ class Chain:
             elif not link.is_linked and verdict is Verdict.FALSE:
                 link.condition = link.linkage.establish()
 
-    def lose(self, t_us: int, reason: str) -> LinkChange:
+    def lose(self, t_us: int, reason: str, kind: LinkKind = "lost") -> LinkChange:
         """Take the vision object away from the world object."""
-        change = self.change(t_us, "lost", self.world, reason)
+        change = self.change(t_us, kind, self.world, reason)
         self.world.part()
         self.vision_id = ""
         return change
@@ -180,6 +180,14 @@ class Chain:
         self.vision_id = vision_id
         self.world.join()
         return self.change(t_us, "reestablished", self.world, reason)
+
+    def revive(self, t_us: int, vision_id: str, reason: str) -> Iterator[LinkChange]:
+        """Link every upper object again that was linked when all of them ended, lowest first."""
+        yield self.adopt(t_us, vision_id, reason)
+        for link in self.links[1:]:
+            if link.is_linked:
+                link.join()
+                yield self.change(t_us, "reestablished", link, reason)
 
     def end(self, t_us: int, reason: str) -> Iterator[LinkChange]:
         """End every upper object, highest first."""

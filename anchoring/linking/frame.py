@@ -124,12 +124,14 @@ class RoadMap:
         state[X : Y + 1] = centre_m
         return state, turn_rad
 
-    def _locate(self, frame: Frame, columns: LongArray | slice) -> None:
-        centre_m = frame.state[X : Y + 1, columns].T
+    def locate(self, centre_m: FloatArray) -> RoadPositions:
+        """Find where points, (k, 2), are on the roads."""
         if self._network is None:
-            at = nowhere(len(centre_m))
-        else:
-            at = self._network.locate(centre_m, tolerance_m=self._settings.road_tolerance_m)
+            return nowhere(len(centre_m))
+        return self._network.locate(centre_m, tolerance_m=self._settings.road_tolerance_m)
+
+    def _locate(self, frame: Frame, columns: LongArray | slice) -> None:
+        at = self.locate(frame.state[X : Y + 1, columns].T)
         for row, values in (ALONG, at.along_m), (ACROSS, at.across_m), (TANGENT, at.tangent_rad):
             frame.state[row, columns] = values
         for row, place in enumerate((at.road, at.lane, at.junction)):

@@ -10,7 +10,7 @@ from typing import TypeVar
 from msgspec.structs import astuple
 
 from anchoring.adapter import LinkTrials
-from anchoring.observations import LinkChange
+from anchoring.observations import Level, LinkChange
 from anchoring.settings import AnchoringSettings
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
@@ -108,17 +108,36 @@ def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple
     trials = LinkTrials(AnchoringSettings().trial_us)
     links = _by_frame(log.links(run_id), "t_us")
     changes = _by_frame(log.relations(run_id), "decided_us")
+    linked: dict[tuple[Level, str], str] = {}
     frames = groupby(log.states(run_id), key=attrgetter("t_us"))
     cars_us, cars = next(frames, (None, iter(())))
     for _, t_us in log.frames(run_id):
-        _, refuted = trials.judge(t_us, (LinkChange(*astuple(one)) for one in links.get(t_us, ())))
+        here_links = links.get(t_us, [])
+        _link(linked, here_links)
+        _, refuted = trials.judge(t_us, (LinkChange(*astuple(one)) for one in here_links))
         decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
         past = states.take_relations(t_us, decided, refuted)
         here: tuple[CarState, ...] = ()
         if cars_us == t_us:
-            here = tuple(cars)
+            # What was dated back was not known in the run when the monitors looked at its time.
+            here = tuple(one for one in cars if not one.linked or one.vision_id == _vision_id(linked, one.car))
             cars_us, cars = next(frames, (None, iter(())))
         yield t_us, past + states.take_cars(t_us, here, dict(trials.hypotheses()))
+
+
+def _link(linked: dict[tuple[Level, str], str], changes: Iterable[LinkRecord]) -> None:
+    """Keep what is linked below each upper object at the moment."""
+    for change in changes:
+        if change.kind in ("established", "reestablished"):
+            linked[change.level, change.upper] = change.lower
+        else:
+            linked.pop((change.level, change.upper), None)
+
+
+def _vision_id(linked: Mapping[tuple[Level, str], str], car: str) -> str:
+    """Follow the links of a car down to its vision object; "" if one is broken. Without roads there are two."""
+    below = linked.get(("car", car), "")
+    return linked.get(("world", linked.get(("on_road", below), below)), "")
 
 
 def _by_frame(rows: Iterable[_Row], time: str) -> dict[int, list[_Row]]:

@@ -200,7 +200,8 @@ def _host_code(
         registry.source(feed.source, output="Frame")
         registry.unit("vision", inputs=("Frame",), output=OBJECTS)(partial(VisionUnit, feed.vision))
     registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(
-        lambda: AnchoringUnit(Anchorer(network, settings.anchoring))
+        # Names that come with a file are somebody's word for what is the same; our own tracker's are never used again.
+        lambda: AnchoringUnit(Anchorer(network, settings.anchoring, trusts_ids=feed.vision is None))
     )
     registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(
         lambda: RelationUnit(_observer(network, settings.relations, watched))

@@ -132,7 +132,8 @@ class Recorder:
     def _record_cars(self, sample: Sample[Anchored]) -> None:
         cars = sample.value.cars
         self._history.remember(cars)
-        self._writer.append_states(self._rows.of(cars))
+        for one in (*sample.value.former, cars):
+            self._writer.append_states(self._rows.of(one))
         self._writer.append_links(
             msgspec.convert(change, LinkRecord, from_attributes=True) for change in sample.value.link_changes
         )

@@ -459,6 +459,16 @@ def test_observations_refuse_arrays_of_another_length_and_double_ids() -> None:
         replace(one, clipped=np.zeros(3, dtype=np.bool_))
 
 
+@pytest.mark.parametrize("name", ["centre_m", "velocity_mps", "heading_rad", "length_m", "width_m"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_observations_refuse_what_is_not_finite_with_its_name_and_field(name: str, value: float) -> None:
+    good = observations(7, {"v1": Seen(0.0), "v2": Seen(9.0)})
+    numbers = getattr(good, name).copy()
+    numbers[1, ...] = value
+    with pytest.raises(AnchoringError, match=f"at 7 us: {name} of 'v2': expected finite numbers, got .*{value}"):
+        replace(good, **{name: numbers})
+
+
 def test_settings_refuse_what_cannot_be_meant() -> None:
     with pytest.raises(AnchoringError, match="jump_m must be a number >= 0, got -1"):
         AnchoringSettings(jump_m=-1.0)

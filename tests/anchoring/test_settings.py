@@ -290,10 +290,32 @@ def given_after_a_lost_view(settings: AnchoringSettings) -> Told:
     return tuple(counts)
 
 
+def given_back(settings: AnchoringSettings) -> Told:
+    """List the rows that a car gets from before it came to the road, where it had been driving beside it for 4 s."""
+    unit, times_us = AnchoringUnit(Anchorer(straight_road(), replace(settings, jump_m=20.0))), list[int]()
+    for number in range(70):
+        seen = observations(number * FRAME_US, {"v": east(number, y_m=-1.75 if number >= 60 else -9.0)})
+        arrays = (seen.centre_m, seen.velocity_mps, seen.heading_rad, seen.length_m, seen.width_m)
+        now = VisionObjects(seen.t_us, seen.ids, *arrays, seen.observed, seen.clipped)
+        (sample,) = unit.update(Sample(seen.t_us, seen.t_us, now))
+        times_us += [then.t_us for then in sample.value.former]
+    return tuple(times_us)
+
+
+def returned(settings: AnchoringSettings) -> Told:
+    """Let a name that is trusted come back after 4 s, 200 m further on: 50 m/s, as a motorcycle may."""
+    anchorer = Anchorer(straight_road(), settings, trusts_ids=True)
+    frames = [{"v": east(k, x_m=160.0 if k >= 62 else 0.0)} if k < 12 or k >= 62 else {} for k in range(70)]
+    for number, seen in enumerate(frames):
+        cars, _ = anchorer.observe(observations(number * FRAME_US, seen))
+    return (len(cars.ids), *anchorer.refused.values())
+
+
 def outcome(name: str) -> Callable[[AnchoringSettings], Told]:
     """Choose what is told to show what a number does."""
-    if name == "settle_us":
-        return given_after_a_lost_view
+    special = {"settle_us": given_after_a_lost_view, "name_back_us": given_back, "return_mps": returned}
+    if name in special:
+        return special[name]
     if name in CLAIMED:
         return lambda settings: told(settings, CLAIMED[name], has_road=True)
     return lambda settings: told_of_drawn(settings, *NOTICED_IN[name])

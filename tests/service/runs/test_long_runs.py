@@ -83,6 +83,7 @@ def fed(pipeline: Pipeline, numbers: range) -> None:
 
 def test_thousands_of_cars_that_left_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # What is bounded by a large number is bounded by a small one here.
+    monkeypatch.setattr("anchoring.anchorer.MOST_AWAY", 64)
     monkeypatch.setattr("chronicles.execution.live.eager._RECENT", 64)
     monkeypatch.setattr("chronicles.execution.live.revision.DECIDED_KEPT", 64)
     (tmp_path / "a.chronicle").write_text(CHRONICLE)

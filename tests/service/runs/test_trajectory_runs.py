@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
+from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.store.log import open_log
 from tests.service.tracks import write_tracks
 
@@ -76,3 +77,32 @@ def test_the_same_bytes_give_the_same_run_whichever_way_they_come(tmp_path: Path
     writer.join()
     with open_log(str(tmp_path / "a.db")) as one, open_log(str(tmp_path / "b.db")) as other:
         assert one.run().id == other.run().id
+
+
+def test_dating_names_back_adds_rows_of_cars_and_changes_nothing_else(tmp_path: Path) -> None:
+    folder = Path(__file__).parents[2] / "golden" / "junction_tracks"
+    site = (folder / "site.toml").read_text().replace('"network', f'"{folder}/network')
+    logs = []
+    for text in ("", "[anchoring]\nname_back_us = 0\n"):
+        (tmp_path / f"site{len(text)}.toml").write_text(f"{site}\n{text}")
+        log = str(tmp_path / f"{len(text)}.db")
+        assert (
+            run(
+                ["process", str(folder / "tracks.csv"), "--site", str(tmp_path / f"site{len(text)}.toml"), "--log", log]
+            )
+            == 0
+        )
+        logs.append(log)
+    with open_log(logs[0]) as dated, open_log(logs[1]) as plain:
+        one, other = dated.run().id, plain.run().id
+        states, fewer = list(dated.states(one)), list(plain.states(other))
+        assert set(map(repr, fewer)) < set(map(repr, states))
+        assert len(states) - len(fewer) > 100
+        assert list(dated.relations(one)) == list(plain.relations(other))
+        assert list(dated.links(one)) == list(plain.links(other))
+        texts = [[decode_event(text) for text in iterate_events(log, EventFilter())] for log in (dated, plain)]
+        told = [[(e.type, e.roles, e.start_us, e.end_us, e.recognised_us, e.place) for e in found] for found in texts]
+        assert told[0] == told[1]
+        assert len(told[0]) > 20
+        first_us = {car.car: car.first_us for car in dated.cars(one)}
+        assert first_us == {car: min(s.t_us for s in states if s.car == car) for car in first_us}

@@ -1,0 +1,103 @@
+"""Where was a car before it had its name? In the rows of its vision object until then.
+
+A vision object is watched for a while before it counts as a car, or is taken for a lost one. What was seen of it
+meanwhile is known to be of that car once it is linked, and is told then: as cars of earlier times, for the record.
+Nothing that was told before changes, and what was concluded from it is not looked at again.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from typing import cast
+
+import numpy as np
+
+from anchoring.observations import Cars, FloatArray, LinkChange, Observations
+from anchoring.settings import AnchoringSettings
+from gis.road_network import RoadPositions
+
+
+class FormerRows:
+    """Remember what was seen lately, and tell it of a car when it gets a vision object that had none.
+
+    Parameters
+    ----------
+    settings : how far names are dated back, and how far a car may have come from one row to the next.
+    locate : finds where points, (k, 2), are on the roads.
+    """
+
+    __slots__ = ("_back_us", "_frames", "_least_m", "_locate", "_most_mps", "_told_us", "_unnamed_us")
+
+    def __init__(self, settings: AnchoringSettings, locate: Callable[[FloatArray], RoadPositions]) -> None:
+        self._back_us = settings.name_back_us
+        self._least_m, self._most_mps = settings.jump_m, settings.return_mps
+        self._locate = locate
+        self._frames: deque[Observations] = deque()
+        self._told_us: dict[str, int] = {}  # of cars: when each was given out last
+        self._unnamed_us: dict[str, int | None] = {}  # of vision objects: since when; None for one that has a car
+
+    def forget(self) -> None:
+        """Forget what was seen: the camera did not know where it looked."""
+        self._frames.clear()
+
+    def take(self, seen: Observations, cars: Cars, changes: Iterable[LinkChange]) -> tuple[Cars, ...]:
+        """Take a frame; return the cars of earlier ones that got their names in it, oldest first.
+
+        Parameters
+        ----------
+        seen, cars, changes : of the frame: what went into anchoring and what came out.
+        """
+        t_us, back_us = seen.t_us, seen.t_us - self._back_us
+        while self._frames and self._frames[0].t_us < back_us:
+            self._frames.popleft()
+        refuted = {change.lower for change in changes if change.kind == "refuted" and change.level == "world"}
+        before = self._unnamed_us
+        self._unnamed_us = {one: t_us if one in refuted else before.get(one, t_us) for one in seen.ids}
+        named = [k for k in cars.linked.nonzero()[0].tolist() if self._unnamed_us[cars.vision_ids[k]] is not None]
+        since_us = {k: self._first_us(cars.ids[k], cars.vision_ids[k]) for k in named}
+        former = tuple(self._former(cars, since_us)) if since_us else ()
+        self._unnamed_us |= dict.fromkeys([cars.vision_ids[k] for k in named])
+        self._told_us = {car: at_us for car, at_us in self._told_us.items() if at_us >= back_us}
+        self._told_us |= dict.fromkeys(cars.ids, t_us)
+        self._frames.append(seen)
+        return former
+
+    def _first_us(self, car: str, vision_id: str) -> int:
+        """Tell from when on a vision object had no name and the car no row."""
+        return max(cast(int, self._unnamed_us[vision_id]), self._told_us.get(car, -1) + 1)
+
+    def _former(self, cars: Cars, since_us: dict[int, int]) -> Iterator[Cars]:
+        row_of = [{name: row for row, name in enumerate(then.ids) if then.observed[row]} for then in self._frames]
+        rows: list[dict[int, int]] = [{} for _ in self._frames]
+        for k, first_us in since_us.items():
+            after_us, after_m = cars.t_us, cars.centre_m[k]
+            for place in reversed(range(len(rows))):
+                then, row = self._frames[place], row_of[place].get(cars.vision_ids[k])
+                if row is None:
+                    continue
+                way_m = math.dist(then.centre_m[row], after_m)
+                if then.t_us < first_us or way_m > self._least_m + self._most_mps * (after_us - then.t_us) * 1e-6:
+                    break
+                rows[place][k] = row
+                after_us, after_m = then.t_us, then.centre_m[row]
+        for then, named in zip(self._frames, rows, strict=True):
+            if named:
+                yield self._cars_then(then, list(named.values()), cars, list(named))
+
+    def _cars_then(self, then: Observations, rows: list[int], cars: Cars, named: list[int]) -> Cars:
+        """Lay out rows of an earlier frame as cars; sizes and classes are those of now, which rest on more."""
+        velocity_mps, centre_m = then.velocity_mps[rows], then.centre_m[rows]
+        return Cars(
+            t_us=then.t_us,
+            ids=tuple([cars.ids[k] for k in named]),
+            centre_m=centre_m,
+            speed_mps=np.hypot(*velocity_mps.T),
+            velocity_mps=velocity_mps,
+            heading_rad=then.heading_rad[rows],
+            length_m=cars.length_m[named],
+            width_m=cars.width_m[named],
+            classes=tuple([cars.classes[k] for k in named]),
+            linked=np.ones(len(rows), np.bool_),
+            vision_ids=tuple([cars.vision_ids[k] for k in named]),
+            positions=self._locate(centre_m),
+        )
