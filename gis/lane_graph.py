@@ -28,13 +28,16 @@ from gis.polyline import FloatArray, GeometryArray, IndexArray, IntArray
 from gis.road_network import RoadNetwork, RoadPositions
 
 # Ways through junctions are looked up by points this far apart; the place on them is exact.
-_SAMPLE_M = 1.0
+_SAMPLE_M = 2.0
 # One radian between the headings counts as so many metres.
 _HEADING_M = 5.0
 # A vehicle is on a way through a junction that passes as near, heading counted in: about half a lane and 20 degrees.
-_REACH_M = 2.5
-# So many ways lie on top of each other where they part and meet; each has up to five samples in reach.
-_WAYS, _NEAREST = 4, 20
+_REACH_M = 2.2
+# So many ways lie on top of each other where they part and meet; each has up to three samples in reach.
+_WAYS, _NEAREST = 3, 9
+_IS_BEFORE = np.tri(_NEAREST, k=-1, dtype=np.bool_)
+# Up to here looking up every way on which two places may be is quicker than asking first for which pairs it is needed.
+_FEW_PAIRS = 100
 # Vertices of a change of lanes.
 _CHANGE_STEPS = 12
 
@@ -139,21 +142,22 @@ class LaneGraph:
         self._s_per_m = 1.0 / np.array(
             [*(lane.speed_limit_mps for lane in lanes), *(way.speed_limit_mps for way in ways)]
         )
-        # Lanes that are driven as one have one number.
+        # Lanes that are driven as one have one number; the last is for no lane.
         edges = list(dict.fromkeys(lane.id if keep_lanes else lane.edge for lane in lanes))
         number = {edge: place for place, edge in enumerate(edges)}
         of_lanes = [number[lane.id if keep_lanes else lane.edge] for lane in lanes]
-        self._edge = np.array([*of_lanes, *range(len(edges), len(edges) + len(ways))])
-        self._direction = np.array([lane.direction for lane in lanes])
+        self._edge = np.array([*of_lanes, *range(len(edges), len(edges) + len(ways)), -1])
+        self._is_forward = np.array([lane.direction > 0 for lane in lanes])
         self._opposite = _opposite_lanes(network)
         self.graph = self._build_graph()
         # Points along the ways through junctions, in a tree over place and heading.
-        self._sampled: IndexArray = np.zeros(0, dtype=np.int64)
+        self._sampled: IntArray = np.zeros(0, dtype=np.int32)
         self._tree: KDTree | None = None
         if ways:
             counts = 1 + np.ceil(self.length_m[self._ways :] / _SAMPLE_M).astype(np.int64)
             samples = [Route((), line_m).points(np.linspace(0, 1, n)) for line_m, n in zip(ways_m, counts, strict=True)]
-            self._sampled = np.arange(self._ways, len(self.lines_m)).repeat(counts)
+            numbers = np.arange(self._ways, len(self.lines_m), dtype=np.int32)
+            self._sampled = np.append(numbers.repeat(counts), np.int32(-1))
             self._tree = KDTree(np.vstack([_with_heading(*one) for one in samples]))
 
     def project(self, points_m: FloatArray, heading_rad: FloatArray, at: RoadPositions) -> LanePlaces:
@@ -169,21 +173,22 @@ class LaneGraph:
         On a road: the lane; who drives against it is on the nearest lane of the other direction, or nowhere. Elsewhere:
         the ways through a junction that pass near by in about this direction, or none.
         """
-        lane = np.full((len(points_m), _WAYS), -1, dtype=np.int32)
-        along_m = np.zeros(lane.shape)
-        on_road = (at.lane >= 0).nonzero()[0]
-        off_road = ((at.lane < 0) & np.isfinite(points_m.sum(axis=1) + heading_rad)).nonzero()[0]
-        there = at.lane.take(on_road)
-        is_forward = np.cos(heading_rad.take(on_road) - at.tangent_rad.take(on_road)) >= 0.0
-        is_right = is_forward == (self._direction.take(there) > 0)
-        lane[on_road, 0] = np.where(is_right, there, self._opposite.take(there))
+        lane = at.lane.reshape(-1, 1)
+        is_forward = np.cos(heading_rad - at.tangent_rad) >= 0.0
+        against = ((lane[:, 0] >= 0) & (is_forward != self._is_forward.take(lane[:, 0]))).nonzero()[0]
+        if len(against):
+            lane = lane.copy()
+            lane[against, 0] = self._opposite.take(lane[against, 0])
+        off_road = ((at.lane < 0) & np.isfinite(points_m[:, 0] + points_m[:, 1] + heading_rad)).nonzero()[0]
         if len(off_road) and self._tree is not None:
+            lane = lane.repeat(_WAYS, axis=1)
+            lane[:, 1:] = -1
             lane[off_road] = self._ways_at(self._tree, points_m.take(off_road, axis=0), heading_rad.take(off_road))
-        row, column = (lane >= 0).nonzero()
-        lines, points = self._lines.take(lane[row, column]), shapely.points(points_m.take(row, axis=0))
-        along_m[row, column] = shapely.line_locate_point(lines, points)
-        columns = max(1, int((lane >= 0).any(axis=0).sum()))
-        return LanePlaces(lane[:, :columns], along_m[:, :columns])
+        known = (lane.ravel() >= 0).nonzero()[0]
+        points = shapely.points(points_m.take(known // lane.shape[1], axis=0))
+        along_m = np.zeros(lane.shape)
+        along_m.put(known, shapely.line_locate_point(self._lines.take(lane.take(known)), points))
+        return LanePlaces(lane, along_m)
 
     def distances_m(self, starts: LanePlaces, ends: LanePlaces) -> FloatArray:
         """Measure the shortest way from each start to each end.
@@ -207,10 +212,39 @@ class LaneGraph:
         )
         return times_s
 
-    def gaps_m(self, starts: LanePlaces, ends: LanePlaces) -> FloatArray:
-        """Measure the shortest way from each start to the end in the same row, (n,) as in `distances_m`."""
-        ways_m: FloatArray = self._pairwise(starts, ends).min(axis=(1, 2))
-        return ways_m
+    def gaps_m(self, places: LanePlaces, pairs: IndexArray) -> FloatArray:
+        """Measure the shortest way between pairs of places, there and back.
+
+        Parameters
+        ----------
+        places : (n,). pairs : (2, pairs) rows.
+
+        Returns
+        -------
+        (2, pairs) as in `distances_m`, from the first to the second and from the second to the first.
+        """
+        if places.lane.shape[1] == 1 or pairs.shape[1] <= _FEW_PAIRS:
+            return self._there_and_back(places.lane, places.along_m, pairs)
+        gaps_m = self._there_and_back(places.lane[:, :1], places.along_m[:, :1], pairs)
+        several = np.flatnonzero((places.lane[:, 1] >= 0).take(pairs).any(axis=0))
+        gaps_m[:, several] = self._there_and_back(places.lane, places.along_m, pairs.take(several, axis=1))
+        return gaps_m
+
+    def _there_and_back(self, lane: IntArray, along_m: FloatArray, pairs: IndexArray) -> FloatArray:
+        one, other = lane.take(pairs, axis=0)
+        one, other = one[:, :, None], other[:, None, :]
+        from_m, to_m = along_m.take(pairs, axis=0)
+        ahead_m = to_m[:, None, :] - from_m[:, :, None]
+        is_shared = self._edge.take(one) == self._edge.take(other)
+        # Flat indices are quicker than pairs; whatever has a -1 in it leads to the last row or column, for no lane.
+        sums, stride = self._lengths_m, len(self._lengths_m)
+        found = np.array((sums.take(one * stride + other) + ahead_m, sums.take(other * stride + one) - ahead_m))
+        if is_shared.any():
+            is_shared &= one >= 0
+            np.copyto(found[0], ahead_m, where=is_shared & (ahead_m >= 0.0))
+            np.copyto(found[1], -ahead_m, where=is_shared & (ahead_m <= 0.0))
+        gaps_m: FloatArray = found.min(axis=(2, 3))
+        return gaps_m
 
     def exits_within(self, starts: LanePlaces, reach_m: float) -> list[dict[int, float]]:
         """List where each vehicle can come out of a junction: the lane, and how far it is to its start, if in reach."""
@@ -237,7 +271,7 @@ class LaneGraph:
 
     def route(self, start: LanePlaces, end: LanePlaces) -> Route | None:
         """Draw the shortest way from one place to another, (1,) each; None if there is none."""
-        ways_m = self._pairwise(start, end)[0]
+        ways_m = self._between(*_each_with_each(start, end), self._lengths_m, np.ones(1))[0, 0]
         row, column = np.unravel_index(ways_m.argmin(), ways_m.shape)
         if not math.isfinite(ways_m[row, column]):
             return None
@@ -291,11 +325,6 @@ class LaneGraph:
             sums[lane, lane] = min(rounds, default=np.inf)
         return sums
 
-    def _pairwise(self, starts: LanePlaces, ends: LanePlaces) -> FloatArray:
-        one = LanePlaces(starts.lane[:, :, None], starts.along_m[:, :, None])
-        other = LanePlaces(ends.lane[:, None, :], ends.along_m[:, None, :])
-        return self._between(one, other, self._lengths_m, np.ones(1))
-
     def _between(self, starts: LanePlaces, ends: LanePlaces, sums: FloatArray, rate: FloatArray) -> FloatArray:
         """Look up all ways between places, whose arrays are broadcast against each other.
 
@@ -304,7 +333,7 @@ class LaneGraph:
         start, end = starts.lane, ends.lane
         rate_of_start, rate_of_end = (rate.take(lane, mode="clip") for lane in (start, end))
         ahead_m = ends.along_m - starts.along_m
-        is_ahead = (self._edge.take(start) == self._edge.take(end)) & (start >= 0) & (end >= 0) & (ahead_m >= 0.0)
+        is_ahead = (self._edge.take(start) == self._edge.take(end)) & (start >= 0) & (ahead_m >= 0.0)
         onward: FloatArray = sums[start, end] - starts.along_m * rate_of_start + ends.along_m * rate_of_end
         return np.where(is_ahead, ahead_m * rate_of_start, onward)
 
@@ -335,11 +364,11 @@ class LaneGraph:
     def _ways_at(self, tree: KDTree, points_m: FloatArray, heading_rad: FloatArray) -> IntArray:
         """List the nearest ways through junctions, (n, _WAYS)."""
         _, sample = tree.query(_with_heading(points_m, heading_rad), _NEAREST, distance_upper_bound=_REACH_M)
-        lane = np.append(self._sampled, -1).take(sample)
-        is_again = (lane[:, :, None] == lane[:, None, :]) & np.tri(_NEAREST, k=-1, dtype=np.bool_)
-        lane[is_again.any(axis=2)] = -1
+        lane = self._sampled.take(sample)
+        is_again = ((lane[:, :, None] == lane[:, None, :]) & _IS_BEFORE).any(axis=2)
+        lane[is_again] = -1
         order = (lane < 0).argsort(axis=1, kind="stable")[:, :_WAYS]
-        return np.take_along_axis(lane, order, axis=1).astype(np.int32)
+        return lane.take(order + _NEAREST * np.arange(len(lane))[:, None])
 
 
 def _each_with_each(starts: LanePlaces, ends: LanePlaces) -> tuple[LanePlaces, LanePlaces]:

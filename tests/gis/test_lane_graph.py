@@ -42,6 +42,10 @@ def project(graph: LaneGraph, network: RoadNetwork, points_m: FloatArray, headin
     return graph.project(points_m, np.array(heading_rad, dtype=np.float64), network.locate(points_m))
 
 
+def way_m(graph: LaneGraph, start: LanePlaces, end: LanePlaces) -> float:
+    return float(graph.distances_m(start, end)[0, 0])
+
+
 def walk(network: RoadNetwork, start: tuple[int, float], *, keep_lanes: bool) -> dict[int, tuple[float, float]]:
     """Walk on from a place over all connections until nothing gets shorter; metres and seconds to each lane's start."""
     ids = [lane.id for lane in network.lanes]
@@ -100,7 +104,23 @@ def test_distances_and_times_are_those_of_a_walk_over_all_connections(case: tupl
                 way_m, time_s = least.get(other, (np.inf, np.inf))
                 expected = way_m + at_m, time_s + at_m / speeds[other]
             assert (found_m[row, column], found_s[row, column]) == pytest.approx(expected), (lane, other)
-    assert graph.gaps_m(starts, ends.take(range(12))).tolist() == np.diagonal(found_m).tolist()
+
+
+@for_each("name", ["junction", "roundabout", "urban_grid"])
+def test_gaps_of_pairs_are_their_distances_there_and_back(name: str) -> None:
+    network, rng = read_sumo_net(FILES[name]), np.random.default_rng(1)
+    lines = [shapely.LineString(line_m) for line_m in LaneGraph(network).lines_m]
+    samples = [Route((), np.array(rng.choice(lines).coords)).points([share]) for share in rng.random(60)]
+    points_m = np.vstack([*(at_m for at_m, _ in samples), [[900.0, 900.0]]])
+    for graph in (LaneGraph(network), LaneGraph(network, keep_lanes=True)):
+        places = project(graph, network, points_m, [*(rad[0] for _, rad in samples), 0.0])
+        assert places.lane.shape == (61, 3)
+        pairs = rng.integers(0, 61, (2, 400))
+        there_m, back_m = graph.gaps_m(places, pairs)
+        distances_m = graph.distances_m(places, places)
+        assert there_m.tolist() == pytest.approx(distances_m[pairs[0], pairs[1]].tolist())
+        assert back_m.tolist() == pytest.approx(distances_m[pairs[1], pairs[0]].tolist())
+        assert graph.gaps_m(places.take([0, 1]), np.zeros((2, 0), dtype=np.int64)).shape == (2, 0)
 
 
 @contextmanager
@@ -151,11 +171,11 @@ def test_who_is_next_ahead_in_sumo_is_as_far_ahead_here(name: str) -> None:
                 leader, gap_m = libsumo.vehicle.getLeader(one, 50.0) or ("", 0.0)
                 # In a junction SUMO counts as leaders those whose way is crossed, too.
                 if leader and libsumo.vehicle.getLaneID(leader) in network.lane_index:
-                    way_m = gap_m + libsumo.vehicle.getMinGap(one) + libsumo.vehicle.getLength(leader)
+                    leader_m = gap_m + libsumo.vehicle.getMinGap(one) + libsumo.vehicle.getLength(leader)
                     # Over another way on from here there may be a nearer one.
-                    assert ids[ahead[row]] == leader or ahead_m[row] < way_m or way_m > 60.0
-                    gaps_m = graph.gaps_m(places.take([row]), places.take([ids.index(leader)]))
-                    assert gaps_m[0] == pytest.approx(way_m, abs=0.5)
+                    assert ids[ahead[row]] == leader or ahead_m[row] < leader_m or leader_m > 60.0
+                    there = places.take([ids.index(leader)])
+                    assert way_m(graph, places.take([row]), there) == pytest.approx(leader_m, abs=0.5)
                     compared += 1
     assert compared > 100
 
@@ -165,18 +185,18 @@ def test_route_leads_from_place_to_place_in_steps_along_the_lanes(name: str) -> 
     graph = graph_of(name, keep_lanes=True)
     starts, ends = scattered(graph, 40, 3), scattered(graph, 40, 4)
     lines = [shapely.LineString(line_m) for line_m in graph.lines_m]
-    for row, way_m in enumerate(graph.gaps_m(starts, ends).tolist()):
+    for row, length_m in enumerate(np.diagonal(graph.distances_m(starts, ends)).tolist()):
         start, end = starts.take([row]), ends.take([row])
         route = graph.route(start, end)
-        if not np.isfinite(way_m):
+        if not np.isfinite(length_m):
             assert route is None
             continue
         assert route is not None
-        assert shapely.LineString(route.line_m).length == pytest.approx(way_m, rel=0.01, abs=0.5)
+        assert shapely.LineString(route.line_m).length == pytest.approx(length_m, rel=0.01, abs=0.5)
         for place, point_m in ((start, route.line_m[0]), (end, route.line_m[-1])):
             there = lines[int(place.lane[0, 0])].interpolate(float(place.along_m[0, 0]))
             assert point_m.tolist() == pytest.approx([there.x, there.y])
-        points_m, heading_rad = route.points(np.linspace(0.0, 1.0, 1 + round(way_m)))
+        points_m, heading_rad = route.points(np.linspace(0.0, 1.0, 1 + round(length_m)))
         steps_m = np.diff(points_m, axis=0)
         assert np.hypot(*steps_m.T).max(initial=0.0) < 1.3
         turned_rad = np.angle(np.exp(1j * (np.arctan2(*steps_m.T[::-1]) - heading_rad[:-1])))
@@ -208,8 +228,8 @@ def test_a_way_leads_round_and_back_to_a_place_behind() -> None:
         place for place, lane in enumerate(read_sumo_net(FILES["roundabout"]).lanes) if lane.id == "ring_west_south_0"
     )
     ahead, behind = LanePlaces.of([ring], [9.0]), LanePlaces.of([ring], [4.0])
-    assert graph.gaps_m(behind, ahead).tolist() == [5.0]
-    assert graph.gaps_m(ahead, behind)[0] == pytest.approx(2 * np.pi * 20 - 5.0, rel=0.05)
+    assert way_m(graph, behind, ahead) == 5.0
+    assert way_m(graph, ahead, behind) == pytest.approx(2 * np.pi * 20 - 5.0, rel=0.05)
     route = graph.route(ahead, behind)
     assert route is not None
     assert len(route.lanes) == 9
@@ -289,7 +309,7 @@ def test_connection_without_a_line_is_a_straight_way() -> None:
     ]
     ways = [Connection("a", "b", "x", None, 5.0), Connection("b", "c", "y", None, 5.0)]
     graph = LaneGraph(RoadNetwork(lanes, connections=ways))
-    assert graph.gaps_m(LanePlaces.of([0], [30.0]), LanePlaces.of([2], [5.0])).tolist() == [65.0]
+    assert way_m(graph, LanePlaces.of([0], [30.0]), LanePlaces.of([2], [5.0])) == 65.0
 
 
 def test_connection_to_a_lane_that_is_not_there_is_an_error() -> None:
