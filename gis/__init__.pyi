@@ -3,6 +3,7 @@ from .camera import GroundCamera as GroundCamera
 from .errors import GisError as GisError
 from .frames import LocalFrame as LocalFrame
 from .geojson import read_geojson as read_geojson
-from .lanes import Lane as Lane
+from .lane_graph import LaneGraph as LaneGraph, LanePlaces as LanePlaces
+from .lanes import Connection as Connection, Lane as Lane
 from .road_network import RoadNetwork as RoadNetwork, RoadPositions as RoadPositions
 from .sumo_net import read_sumo_net as read_sumo_net

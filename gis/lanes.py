@@ -1,8 +1,9 @@
 """What is a road network made of?
 
 A *lane* is a strip along a centre line. A *road* is one physical road: the two opposite edges that share a border,
-with all their lanes, or one one-way edge. A *junction* is an area where roads meet. All lines are in the local
-east/north frame, in metres.
+with all their lanes, or one one-way edge. A *junction* is an area where roads meet, and a *connection* a way over it
+that the map allows, from the end of one lane to the start of another one. All lines are in the local east/north frame,
+in metres.
 """
 
 import math
@@ -93,6 +94,38 @@ class Junction:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "outline_m", as_ring(self.outline_m, where=f"junction {self.id!r}"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Connection:
+    """One way on from a lane to another one, checked and read-only.
+
+    Attributes
+    ----------
+    from_lane, to_lane : ids.
+    junction : id of the junction that it leads over; a network need not have an area of that name.
+    via_m : (n, 2) centre line in driving direction of the lanes inside the junction; None where the map has none: the
+        way is then straight.
+    speed_limit_mps : on the way, finite, > 0.
+
+    Raises
+    ------
+    GisError
+        If a value is out of range.
+    """
+
+    from_lane: str
+    to_lane: str
+    junction: str
+    via_m: FloatArray | None
+    speed_limit_mps: float
+
+    def __post_init__(self) -> None:
+        where = f"connection {self.from_lane!r} to {self.to_lane!r}"
+        if not (math.isfinite(self.speed_limit_mps) and self.speed_limit_mps > 0):
+            raise GisError(f"{where}: speed_limit_mps must be > 0 m/s, got {self.speed_limit_mps!r}")
+        if self.via_m is not None:
+            object.__setattr__(self, "via_m", as_polyline(self.via_m, where=where))
 
 
 def edge_name(road: str, direction: int) -> str:

@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from gis.errors import GisError
-from gis.lanes import Junction, Lane, Road, roads_of
+from gis.lanes import Connection, Junction, Lane, Road, roads_of
 from gis.polyline import MITRE_LIMIT, FloatArray, GeometryArray, IndexArray, IntArray, ReferenceLines, counter_clockwise
 
 __all__ = ["Junction", "Lane", "Road", "RoadNetwork", "RoadPositions"]
@@ -53,11 +53,13 @@ class RoadNetwork:
     lanes : at least one.
     roads : as written by `gis.lanes.roads_of`, which is used when they are left out.
     junctions : may be none.
+    connections : the ways on that the map allows; none where it says nothing of them.
 
     Raises
     ------
     GisError
-        If there is no lane, an id comes twice, or lanes and roads do not name each other.
+        If there is no lane, an id comes twice, lanes and roads do not name each other, or a connection names a lane
+        that is not there.
 
     Examples
     --------
@@ -70,14 +72,19 @@ class RoadNetwork:
     """
 
     def __init__(
-        self, lanes: Sequence[Lane], roads: Sequence[Road] | None = None, junctions: Sequence[Junction] = ()
+        self,
+        lanes: Sequence[Lane],
+        roads: Sequence[Road] | None = None,
+        junctions: Sequence[Junction] = (),
+        connections: Sequence[Connection] = (),
     ) -> None:
         if not lanes:
             raise GisError("road network: expected at least one lane, got none")
         self.lanes = tuple(lanes)
         self.roads = roads_of(lanes) if roads is None else tuple(roads)
         self.junctions = tuple(junctions)
-        _index_by_id("lane", [lane.id for lane in self.lanes])
+        self.connections = tuple(connections)
+        self.lane_index = _index_by_id("lane", [lane.id for lane in self.lanes])
         self._road_index = _index_by_id("road", [road.id for road in self.roads])
         _index_by_id("junction", [junction.id for junction in self.junctions])
         self._check_membership()
@@ -133,6 +140,10 @@ class RoadNetwork:
             road_id, lane_id = min(named ^ owned)
             expected = "lane.road and road.lanes to name each other"
             raise GisError(f"road {road_id!r}, lane {lane_id!r}: expected {expected}, got only one of the two")
+        for connection in self.connections:
+            for lane_id in (connection.from_lane, connection.to_lane):
+                if lane_id not in self.lane_index:
+                    raise GisError(f"connection: expected two lanes of the network, got {lane_id!r}")
 
     def _build_index(self) -> None:
         self._centre_lines: GeometryArray = np.array([shapely.LineString(lane.centre_line_m) for lane in self.lanes])

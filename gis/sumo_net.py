@@ -1,7 +1,8 @@
 """Which lanes, roads and junctions does a SUMO network file describe?
 
 Reads `.net.xml` (or `.net.xml.gz`) as netconvert writes it, without SUMO. Coordinates are taken as they stand in the
-file. Lanes inside junctions (edges with a `function`) and lanes without motor traffic (pavements, rails) are no roads.
+file. Lanes inside junctions (edges with a `function`) and lanes without motor traffic (pavements, rails) are no roads;
+those of the former that a connection leads over make its line.
 
 Two opposite edges become one road if a lane of one names a lane of the other as its `neigh`, or if they join the same
 two nodes and their nearest lanes lie side by side. The road carries the id of the edge that comes first in
@@ -11,7 +12,7 @@ SUMO writes `-E1` for the way back of `E1`.
 
 import gzip
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -19,7 +20,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gis.errors import GisError
-from gis.lanes import Junction, Lane, border_gap
+from gis.lanes import Connection, Junction, Lane, border_gap
 from gis.polyline import FloatArray
 from gis.road_network import RoadNetwork
 
@@ -53,7 +54,7 @@ def read_sumo_net(path: str | Path) -> RoadNetwork:
 
     Returns
     -------
-    Lanes, roads and junctions in the order of the file.
+    Lanes, roads, junctions and connections in the order of the file.
 
     Raises
     ------
@@ -75,7 +76,7 @@ def _network(root: ElementTree.Element) -> RoadNetwork:
     road_of = _pair_edges(edges)
     lanes = [_lane_on_road(lane, edge, road_of[edge.id]) for edge in edges for lane in edge.lanes]
     junctions = [junction for element in root.iter("junction") if (junction := _read_junction(element))]
-    return RoadNetwork(lanes, junctions=junctions)
+    return RoadNetwork(lanes, junctions=junctions, connections=list(_connections(root, edges)))
 
 
 def _parse(path: Path) -> ElementTree.Element:
@@ -126,6 +127,43 @@ def _read_junction(element: ElementTree.Element) -> Junction | None:
     return Junction(_attribute(element, "id"), outline_m)
 
 
+def _connections(root: ElementTree.Element, edges: Sequence[_Edge]) -> Iterator[Connection]:
+    """Read the ways from lane to lane; those that lead on inside a junction are part of them."""
+    lanes = {lane.id: lane for edge in edges for lane in edge.lanes}
+    node_of = {edge.id: edge.to_node for edge in edges}
+    inner_lanes = {_attribute(lane, "id"): lane for edge in root.iter("edge") for lane in edge.iter("lane")}
+    elements = {_lane_end(element, "from"): element for element in root.iter("connection")}
+    for element in root.iter("connection"):
+        start, end = _lane_end(element, "from"), _lane_end(element, "to")
+        if start in lanes and end in lanes:
+            vias = [inner_lanes[via] for via in _vias(element, elements, inner_lanes)]
+            via_m = np.vstack([_shape(via) for via in vias]) if vias else None
+            speed_mps = min((_number(via, "speed") for via in vias), default=lanes[end].speed_limit_mps)
+            yield Connection(start, end, node_of[lanes[start].edge], via_m, speed_mps)
+
+
+def _lane_end(connection: ElementTree.Element, end: str) -> str:
+    """Name a lane of a connection; by the format its name is that of the edge, a low line and the index."""
+    return f"{_attribute(connection, end)}_{_attribute(connection, end + 'Lane')}"
+
+
+def _vias(
+    connection: ElementTree.Element,
+    elements: Mapping[str, ElementTree.Element],
+    inner_lanes: Mapping[str, ElementTree.Element],
+) -> list[str]:
+    """List the lanes inside the junction that a connection leads over: each names the next one."""
+    vias: list[str] = []
+    via = connection.get("via")
+    while via is not None and via not in vias:
+        if via not in inner_lanes:
+            where = f"connection {_lane_end(connection, 'from')!r} to {_lane_end(connection, 'to')!r}"
+            raise GisError(f"{where}: expected 'via' to name a lane, got {via!r}")
+        vias.append(via)
+        via = elements[via].get("via") if via in elements else None
+    return vias
+
+
 def _pair_edges(edges: Sequence[_Edge]) -> dict[str, str]:
     """Map each edge to the id of its road."""
     road_of: dict[str, str] = {}
@@ -169,7 +207,8 @@ def _lane_on_road(lane: Lane, edge: _Edge, road: str) -> Lane:
 def _attribute(element: ElementTree.Element, name: str) -> str:
     value = element.get(name)
     if value is None:
-        raise GisError(f"{element.tag} {element.get('id')!r}: expected the attribute {name!r}, got none")
+        known_as = element.get("id", element.get("from"))  # connections have no id
+        raise GisError(f"{element.tag} {known_as!r}: expected the attribute {name!r}, got none")
     return value
 
 

@@ -1,8 +1,9 @@
 """Which way does a car turn that comes from one road, crosses a junction and leaves on another road?
 
-A road meets a junction where one end of its reference line lies in or near the junction's outline. The turn is the
-angle between the direction in which the first road arrives and that in which the second one leaves, taken over the last
-stretch before the junction, whatever way the car takes across. Whether the turn is allowed is not asked.
+The ways are those that the map's connections allow. A map without any is guessed: a road meets a junction where one end
+of its reference line lies in or near the junction's outline, and from every way in there is one to every way out. The
+turn is the angle between the direction in which the first road arrives and that in which the second one leaves, taken
+over the last stretch before the junction, whatever way the car takes across.
 """
 
 import math
@@ -47,7 +48,7 @@ class _Arm:
 
 
 def turns(network: RoadNetwork) -> tuple[Turn, ...]:
-    """List the turns at all junctions, by the order of junctions and roads in the network.
+    """List the turns at all junctions, in the order of the connections, or else of junctions and roads.
 
     Examples
     --------
@@ -59,6 +60,8 @@ def turns(network: RoadNetwork) -> tuple[Turn, ...]:
     >>> turns(RoadNetwork([west, north], junctions=[crossing]))
     (Turn(from_road='west', junction='x', to_road='north', direction='left'),)
     """
+    if network.connections:
+        return tuple(_allowed_turns(network))
     directions: dict[str, set[int]] = {}
     for lane in network.lanes:
         directions.setdefault(lane.road, set()).add(lane.direction)
@@ -68,6 +71,21 @@ def turns(network: RoadNetwork) -> tuple[Turn, ...]:
         arms = [arm for road in network.roads for arm in _arms(road, area, directions[road.id])]
         found += _turns_between(arms, junction.id)
     return tuple(found)
+
+
+def _allowed_turns(network: RoadNetwork) -> Iterator[Turn]:
+    lanes = {lane.id: lane for lane in network.lanes}
+    line_m = {road.id: road.reference_line_m for road in network.roads}
+    junctions = {junction.id for junction in network.junctions}
+    ways = {
+        (one.junction, lanes[one.from_lane].road, lanes[one.to_lane].road): one
+        for one in network.connections
+        if one.junction in junctions
+    }
+    for (junction, from_road, to_road), one in ways.items():
+        back_rad = _direction(line_m[from_road][:: -lanes[one.from_lane].direction])
+        out_rad = _direction(line_m[to_road][:: lanes[one.to_lane].direction])
+        yield Turn(from_road, junction, to_road, _turn(back_rad, out_rad, same_road=from_road == to_road))
 
 
 def _arms(road: Road, area: shapely.Geometry, directions: set[int]) -> Iterator[_Arm]:
@@ -89,13 +107,15 @@ def _turns_between(arms: Sequence[_Arm], junction: str) -> Iterator[Turn]:
             key = arm.road, other.road
             if arm.has_way_in and other.has_way_out and key not in told:
                 told.add(key)
-                yield Turn(arm.road, junction, other.road, _turn(arm, other))
+                turn = _turn(arm.out_rad, other.out_rad, same_road=arm.road == other.road)
+                yield Turn(arm.road, junction, other.road, turn)
 
 
-def _turn(arm: _Arm, other: _Arm) -> TurnDirection:
-    if arm.road == other.road:
+def _turn(back_rad: float, out_rad: float, *, same_road: bool) -> TurnDirection:
+    """Name a turn by the directions of the two roads, both away from the junction."""
+    if same_road:
         return "uturn"
-    left_rad = math.remainder(other.out_rad - (arm.out_rad + math.pi), math.tau)
+    left_rad = math.remainder(out_rad - (back_rad + math.pi), math.tau)
     if abs(left_rad) <= _STRAIGHT_RAD:
         return "straight"
     if abs(left_rad) >= _BACK_RAD:

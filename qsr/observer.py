@@ -4,13 +4,15 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from gis.lane_graph import LaneGraph
 from gis.turns import Turn
 from qsr.changes.crossings import RelationChange, rearranged
 from qsr.changes.object_relations import Quantity, check_places, object_relations
 from qsr.changes.pair_kinds import FacingCars, NearCars, ObjectsNow
 from qsr.errors import QsrError
 from qsr.measuring.footprints import OBSERVED, Footprints, LongArray, object_table
-from qsr.relations import RANK
+from qsr.measuring.routes import Routes
+from qsr.relations import NEAR_IN_TIME_RELATIONS, NEAR_RELATIONS, RANK, asked_for
 from qsr.settings import RelationSettings
 
 
@@ -30,6 +32,8 @@ class RelationObserver:
     lanes : name of each lane that ``Footprints.lane`` counts, and its direction: +1 if it is driven along its road's
         reference line, -1 if against it. Without lanes there are no relations to lanes.
     turns : what a way from one road over a junction to another one is; told once, with the first frame.
+    graph : of the lanes that ``Footprints.lane`` counts; with it, cars that are not on one road are measured along the
+        route between them.
 
     Raises
     ------
@@ -54,6 +58,7 @@ class RelationObserver:
     """
 
     __slots__ = (
+        "_graph",
         "_ids",
         "_last_t_us",
         "_next_serial",
@@ -76,6 +81,7 @@ class RelationObserver:
         only: Collection[str] | None = None,
         lanes: Sequence[tuple[str, int]] = (),
         turns: Sequence[Turn] = (),
+        graph: LaneGraph | None = None,
     ) -> None:
         settings = RelationSettings() if settings is None else settings
         names = frozenset(RANK if only is None else only)
@@ -85,6 +91,8 @@ class RelationObserver:
         self._objects = object_relations(settings, names, roads=road_ids, junctions=junction_ids, lanes=lanes)
         self._place_counts = len(road_ids), len(junction_ids), len(lanes)
         self._widest_m = settings.widest_m
+        # Places on the graph are found in every frame, so only for who asks for pairs.
+        self._graph = graph if asked_for((*NEAR_RELATIONS, *NEAR_IN_TIME_RELATIONS), names) else None
         self._turns = turns if "turn" in names else ()
         self._last_t_us: int | None = None
         self._ids: tuple[str, ...] = ()  # as in the last frame
@@ -125,7 +133,8 @@ class RelationObserver:
         order, ids = self._order, self._sorted_ids
         table = object_table(footprints, widest_m=self._widest_m).take(order, axis=1)
         observed = None if footprints.observed.all() else table[OBSERVED] > 0
-        now = ObjectsNow(t_us, ids, self._serials, table, observed)
+        routes = None if self._graph is None else Routes.of(self._graph, footprints, order)
+        now = ObjectsNow(t_us, ids, self._serials, table, observed, routes)
         for pairs in self._pairs:
             changes += pairs.update(now)
         for relation, quantity in zip(self._objects, quantities, strict=True):

@@ -61,7 +61,7 @@ class Relation:
     meaning: str
 
 
-_TRAVEL = "along the common road in the direction of travel; else the mean heading of the two"
+_TRAVEL = "along the common road in the direction of travel; else the route between the two, else their mean heading"
 _REFERENCE = "along the common road in the reference object's direction of travel; else its body"
 
 RELATIONS: tuple[Relation, ...] = (
@@ -71,7 +71,7 @@ RELATIONS: tuple[Relation, ...] = (
     Relation("close", 2, "close", "free space", "the bodies are less than close_m apart"),
     Relation("left", 2, "", _REFERENCE, "a is to the left of b by more than half the sum of widths"),
     Relation("right", 2, "", _REFERENCE, "a is to the right of b by more than half the sum of widths"),
-    Relation("same_direction", 2, "same_direction", "road, else free space", "both travel the same way"),
+    Relation("same_direction", 2, "same_direction", "road or route, else free space", "both travel the same way"),
     Relation("on", 2, "", "map", "the centre of the car is on the road"),
     Relation("in_crossing", 2, "", "map", "the centre of the car is in the junction"),
     Relation("moving", 1, "", "ground", "the car is faster than moving_mps"),

@@ -37,7 +37,8 @@ class RelationSettings:
     place_dwell_us : a car is on another road, or in another lane or junction, when it has been there for this long; so
         with its direction against road and lane. By reason: it takes the place of the margin of a distance.
     far_along : on one road, but this many times as far along it as in the plane (or as the near radius), two cars are
-        on a ring or a hairpin, where free space is meant; by reason.
+        on a ring or a hairpin, where free space is meant; and on a ring of several roads a car is behind another one if
+        the way back is this many times as long as the way there. By reason.
     widest_m : bodies count as no wider than this where it matters whether they overlap sideways; tracks often begin too
         wide. Directive 96/53/EC, the widest vehicle allowed.
     following_s : a car follows the next one in its path at a smaller time gap (bumper to bumper, over its own speed);

@@ -15,6 +15,7 @@ from qsr.measuring.conflicts import oncoming_values
 from qsr.measuring.footprints import HALF_LENGTH, BoolArray, FloatArray, LongArray, X, Y
 from qsr.measuring.pairs import NearPairs, NearSet, facing_pairs, near_in_time, pairs_within
 from qsr.measuring.road_relations import switch_margins, switch_values
+from qsr.measuring.routes import Routes
 from qsr.relations import (
     FACING_RELATIONS,
     NEAR_IN_TIME_RELATIONS,
@@ -37,6 +38,7 @@ class ObjectsNow:
     serials : (n,) a number per object, rising, and never used for another object.
     table : (13, n) as made by `qsr.measuring.footprints.object_table`.
     observed : (n,) which objects are seen in this frame; None if all are.
+    routes : the ways between them; None where the map says nothing of them.
     """
 
     t_us: int
@@ -44,6 +46,7 @@ class ObjectsNow:
     serials: LongArray
     table: FloatArray
     observed: BoolArray | None
+    routes: Routes | None = None
 
     def may_enter(self, pairs: LongArray, is_near: BoolArray) -> BoolArray:
         """Tell which of the near pairs, (2, pairs), may come in with this frame.
@@ -80,7 +83,7 @@ class NearCars:
         settings = self._settings
         pairs, distance_m, is_near = near_in_time(now.table, settings)
         in_time = self._in_time.find(now, pairs, is_near)
-        values = switch_values(now.table, in_time.columns, settings, rows=self._rows)
+        values = switch_values(now.table, in_time.columns, settings, rows=self._rows, routes=now.routes)
         changes = self._in_time.update(now, in_time, values)
         if self._near is not None:
             rows = (distance_m <= settings.leave_radius_m).nonzero()[0]
@@ -94,7 +97,8 @@ class NearCars:
         settings, table = self._settings, now.table
         pairs, distance_m = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], settings.leave_radius_m)
         near = kept.find(now, pairs, distance_m <= settings.enter_radius_m)
-        return kept.update(now, near, switch_values(table, near.columns, settings, rows=self._near_rows))
+        values = switch_values(table, near.columns, settings, rows=self._near_rows, routes=now.routes)
+        return kept.update(now, near, values)
 
 
 class FacingCars:

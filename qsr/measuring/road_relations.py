@@ -1,7 +1,8 @@
 """How far along, sideways and apart are the two objects of every pair?
 
 Two objects on one road are measured along that road: the gap follows its bends and is continuous in the oncoming lane.
-Elsewhere the pair is measured along the mean of the two headings, so that "a behind b" and "b ahead of a" are one fact.
+Elsewhere, if the map says how one comes to where the other is, the pair is measured along that route, else along the
+mean of the two headings, so that "a behind b" and "b ahead of a" are one fact.
 Left and right are of the reference object: across its road in its direction of travel, else across its body.
 """
 
@@ -23,6 +24,7 @@ from qsr.measuring.footprints import (
     LongArray,
 )
 from qsr.measuring.free_space import FreeSpace
+from qsr.measuring.routes import Routes
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 
@@ -42,7 +44,12 @@ class _Measures:
 
 
 def switch_values(
-    table: FloatArray, columns: LongArray, settings: RelationSettings, *, rows: int = len(Switch)
+    table: FloatArray,
+    columns: LongArray,
+    settings: RelationSettings,
+    *,
+    rows: int = len(Switch),
+    routes: Routes | None = None,
 ) -> FloatArray:
     """Measure the quantity of every switch of every pair.
 
@@ -52,6 +59,7 @@ def switch_values(
     columns : (2, pairs), of a and of b.
     settings : thresholds.
     rows : how many switches are asked for, from the first on.
+    routes : the ways between the columns of the table; None where the map says nothing of them.
 
     Returns
     -------
@@ -61,6 +69,8 @@ def switch_values(
     ends = table.take(columns, axis=1)
     free = FreeSpace.of(ends)
     measures = _measure(ends, free, settings)
+    if routes is not None:
+        _measure_along_routes(routes, columns, settings, measures)
     values = np.empty((len(Switch), columns.shape[1]))
     _fill_positions(values, ends, free, measures, settings)
     if rows > Switch.IN_PATH:
@@ -148,3 +158,18 @@ def _measure_along_road(ends: FloatArray, settings: RelationSettings, measures: 
     np.copyto(measures.lateral, np.abs(across[0]), where=on_one_road)
     np.copyto(measures.direction, travel[0] * travel[1] - settings.road_alignment, where=on_one_road)
     measures.left = np.where(on_one_road, np.where(travel >= 0, across, -across), measures.left)
+
+
+def _measure_along_routes(routes: Routes, columns: LongArray, settings: RelationSettings, measures: _Measures) -> None:
+    """Replace the measures of pairs that are not on one road, but of which one may come to where the other is.
+
+    Left and right stay those of the bodies.
+    """
+    asked = (~measures.on_one_road).nonzero()[0]
+    to_b_m, to_a_m = routes.ways_m(columns.take(asked, axis=1))
+    # On a ring each is ahead of the other: only who is much nearer this way round than that is behind.
+    leads = settings.far_along * np.minimum(to_b_m, to_a_m) < np.maximum(to_b_m, to_a_m)
+    found = asked[leads]
+    measures.gap[found] = np.where(to_b_m < to_a_m, -to_b_m, to_a_m)[leads]
+    measures.lateral[found] = routes.aside_m(columns.take(found, axis=1), settings.widest_m)
+    measures.direction[found] = 1.0 - math.cos(settings.heading_limit_rad)

@@ -26,6 +26,7 @@ from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
 from dyknow.node import Node
 from dyknow.registry import Registry
 from dyknow.sample import Sample
+from gis.lane_graph import LaneGraph
 from gis.road_network import RoadNetwork
 from gis.turns import turns
 from qsr.adapter import RelationUnit
@@ -227,4 +228,5 @@ def _observer(network: RoadNetwork | None, settings: RelationSettings, only: Seq
         only=only,
         lanes=[(lane.id, lane.direction) for lane in network.lanes],
         turns=turns(network) if "turn" in only else (),
+        graph=LaneGraph(network, keep_lanes=True) if network.connections else None,
     )

@@ -59,6 +59,36 @@ def test_lanes_inside_junctions_and_dead_ends_are_left_out(tmp_path: Path) -> No
     assert network.junctions == ()
 
 
+def test_connections_lead_over_the_lanes_inside_the_junction() -> None:
+    ways = {(one.from_lane, one.to_lane): one for one in read_sumo_net(CROSSING_NET).connections}
+    assert len(ways) == 16
+    left = ways["nc_1", "ce_1"]  # over :c_3_0 and :c_16_0, which share a point
+    assert left.junction == "c"
+    assert left.speed_limit_mps == 9.23
+    assert left.via_m is not None
+    assert left.via_m[[0, 1, -1]].tolist() == [[-1.65, 11.17], [-0.89, 5.9], [11.27, -0.72]]
+    assert len(left.via_m) == 6
+
+
+def test_connection_without_lanes_inside_the_junction_has_the_speed_of_the_lane_after_it(tmp_path: Path) -> None:
+    way = (
+        '<connection from="we" to="ew" fromLane="0" toLane="0"/><connection from="we" to="x" fromLane="0" toLane="0"/>'
+    )
+    (back,) = read(tmp_path, TWO_WAY_NET.replace("</net>", f"{way}</net>")).connections
+    assert (back.from_lane, back.to_lane, back.junction) == ("we_0", "ew_0", "e")
+    assert (back.via_m, back.speed_limit_mps) == (None, 25.0)
+
+
+def test_lanes_inside_a_junction_that_lead_round_in_a_circle_end(tmp_path: Path) -> None:
+    ways = (
+        '<connection from="we" to="ew" fromLane="0" toLane="0" via=":e_0_0"/>'
+        '<connection from=":e_0" to="ew" fromLane="0" toLane="0" via=":e_0_0"/>'
+    )
+    (back,) = read(tmp_path, TWO_WAY_NET.replace("</net>", f"{ways}</net>")).connections
+    assert back.via_m is not None
+    assert back.via_m.tolist() == [[100.0, -1.75], [102.0, 0.0], [100.0, 1.75]]
+
+
 def test_lanes_without_motor_traffic_are_left_out(tmp_path: Path) -> None:
     pavement = '<lane id="we_p" index="1" allow="pedestrian" speed="2" length="100" width="2" shape="0,-5 100,-5"/>'
     closed = '<lane id="we_c" index="2" disallow="all" speed="2" length="100" width="2" shape="0,-7 100,-7"/>'
@@ -107,10 +137,30 @@ def test_heights_in_shapes_are_ignored_and_gzip_is_read(tmp_path: Path) -> None:
             TWO_WAY_NET.replace("0,-1.75 100,-1.75", "5,5"),
             "lane 'we_0': expected a line of at least 2 different points, got [[5.0, 5.0]]",
         ),
+        (
+            TWO_WAY_NET.replace("</net>", '<connection from="we" to="ew" fromLane="0" toLane="0" via="no"/></net>'),
+            "connection 'we_0' to 'ew_0': expected 'via' to name a lane, got 'no'",
+        ),
+        (
+            TWO_WAY_NET.replace("</net>", '<connection from="we" to="ew" toLane="0"/></net>'),
+            "connection 'we': expected the attribute 'fromLane', got none",
+        ),
         (TWO_WAY_NET.replace('width="3.5"', 'width="0"'), "lane 'we_0': width_m must be > 0 metres, got 0.0"),
         (TWO_WAY_NET.replace('"we_0"', '"ew_0"'), "road network: expected every lane id once, got 'ew_0' twice"),
     ],
-    ids=["broken", "other root", "empty", "no from", "no number", "no points", "one point", "no width", "twice"],
+    ids=[
+        "broken",
+        "other root",
+        "empty",
+        "no from",
+        "no number",
+        "no points",
+        "one point",
+        "no via",
+        "no lane",
+        "no width",
+        "twice",
+    ],
 )
 def test_a_file_that_is_no_sumo_net_is_an_error(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(GisError) as caught:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gis.lanes import Junction, Lane
+from gis.lanes import Connection, Junction, Lane
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
 from gis.turns import turns
@@ -64,11 +64,30 @@ def test_stub_at_the_end_of_a_road_does_not_set_its_direction() -> None:
     assert directions(lanes)["west", "east"] == "straight"
 
 
-def test_crossing_made_by_netconvert_has_all_sixteen_ways() -> None:
-    found = {(turn.from_road, turn.to_road): turn.direction for turn in turns(read_sumo_net(CROSSING_NET))}
+def test_turns_are_the_ways_that_the_map_allows() -> None:
+    network = read_sumo_net(CROSSING_NET)  # made with no-turnarounds
+    found = {(turn.from_road, turn.to_road): turn.direction for turn in turns(network)}
     ring = ["cn", "cw", "cs", "ce"]  # counter-clockwise
-    way = {0: "uturn", 1: "right", 2: "straight", 3: "left"}
-    assert found == {(ring[i], ring[j]): way[(j - i) % 4] for i in range(4) for j in range(4)}
+    way = {1: "right", 2: "straight", 3: "left"}
+    assert found == {(ring[i], ring[j]): way[(j - i) % 4] for i in range(4) for j in range(4) if i != j}
+    assert {turn.junction for turn in turns(network)} == {"c"}
+
+
+def test_turns_of_a_map_without_connections_are_guessed_and_differ_in_u_turns_only() -> None:
+    network = read_sumo_net(CROSSING_NET)
+    guessed = turns(RoadNetwork(network.lanes, network.roads, network.junctions))
+    assert set(turns(network)) == {turn for turn in guessed if turn.direction != "uturn"}
+
+
+def test_way_over_a_junction_without_an_area_is_no_turn() -> None:
+    network = read_sumo_net(CROSSING_NET)
+    assert turns(RoadNetwork(network.lanes, network.roads, connections=network.connections)) == ()
+
+
+def test_way_back_onto_the_same_road_is_a_u_turn_if_the_map_allows_it() -> None:
+    back = Connection("south in", "south out", "x", None, 5.0)
+    network = RoadNetwork(arm("south", -math.pi / 2), junctions=[CROSSING], connections=[back])
+    assert [(turn.from_road, turn.to_road, turn.direction) for turn in turns(network)] == [("south", "south", "uturn")]
 
 
 def test_network_without_junctions_has_no_turns() -> None:

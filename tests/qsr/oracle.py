@@ -4,6 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from gis.lane_graph import LaneGraph, LanePlaces
+from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
 from qsr.measuring.footprints import Footprints
 from qsr.settings import RelationSettings
@@ -161,7 +165,20 @@ def conflict_quantities(a: Body, b: Body, settings: RelationSettings) -> dict[st
     return {"ttc": settings.conflict_ttc_s - ttc, "braking": braking - settings.conflict_braking_mps2}
 
 
-def quantities(a: Body, b: Body, settings: RelationSettings) -> dict[str, float]:
+def ways_m(a: Body, b: Body, graph: LaneGraph) -> tuple[float, float]:
+    """Metres from a to where b is, and from b to where a is."""
+    place_a, place_b = (place_of(body, graph) for body in (a, b))
+    return float(graph.distances_m(place_a, place_b)[0, 0]), float(graph.distances_m(place_b, place_a)[0, 0])
+
+
+def place_of(body: Body, graph: LaneGraph) -> LanePlaces:
+    along, across, tangent = np.array([[body.along], [body.across], [body.tangent]])
+    road, lane, junction = np.array([[body.road], [body.lane], [body.junction]], dtype=np.int32)
+    at = RoadPositions(road, along, across, lane, junction, tangent)
+    return graph.project(np.array([[body.x, body.y]]), np.array([body.heading]), at)
+
+
+def quantities(a: Body, b: Body, settings: RelationSettings, graph: LaneGraph | None) -> dict[str, float]:
     """What is compared with thresholds for the ordered pair (a, b), but for what depends on other cars."""
     dx, dy = a.x - b.x, a.y - b.y
     delta = turn(a.heading - b.heading)
@@ -179,6 +196,13 @@ def quantities(a: Body, b: Body, settings: RelationSettings) -> dict[str, float]
         lateral = abs(dy * mean_x - dx * mean_y) / norm
         left = dy * math.cos(b.heading) - dx * math.sin(b.heading)
         direction = math.cos(delta) - math.cos(settings.heading_limit_rad)
+        if graph is not None:
+            to_b, to_a = ways_m(a, b, graph)
+            if settings.far_along * min(to_b, to_a) < max(to_b, to_a):
+                gap = -to_b if to_b < to_a else to_a
+                astray = [body for body in (a, b) if body.lane >= 0 and place_of(body, graph).lane[0, 0] != body.lane]
+                lateral = settings.widest_m if astray else 0.0
+                direction = 1.0 - math.cos(settings.heading_limit_rad)
     h, half_widths = (a.length + b.length) / 2, (a.width + b.width) / 2
     return {
         "past_rear": gap + h,
@@ -253,8 +277,10 @@ class Oracle:
         junction_ids: list[str],
         settings: RelationSettings,
         lanes: list[tuple[str, int]] | None = None,
+        graph: LaneGraph | None = None,
     ) -> None:
         self.settings = settings
+        self.graph = graph
         self.lanes = lanes or []
         self.place_ids = {"on": road_ids, "in_crossing": junction_ids, "in_lane": [name for name, _ in self.lanes]}
         self.pairs: dict[tuple[str, str], Pair] = {}
@@ -340,7 +366,7 @@ class Oracle:
             a, b = (bodies[name] for name in pair)
             is_seen = a.observed or b.observed
             if is_close_enough(a, b, settings, was_near=pair in pairs) and (is_seen or pair in pairs):
-                measured[pair] = quantities(a, b, settings)
+                measured[pair] = quantities(a, b, settings, self.graph)
             elif pair in pairs:
                 changes += self.end_pair(t_us, pair, pairs)
         for pair, values in measured.items():
