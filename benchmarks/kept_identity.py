@@ -1,4 +1,4 @@
-"""How well does a car keep its symbol while nobody sees it? Follow lost tracks with anchoring, and count.
+"""How well does a car keep its symbol while nobody sees it? Give lost tracks to anchoring, and count.
 
 An *absence* is a time in which a vehicle that had a car is not seen, between two *stretches* in which it is; there are
 no others in these tracks than gaps, hidden places and the edge of the view. It is *right* if the symbol at the end of
@@ -9,7 +9,8 @@ else *new*. A stretch after an absence that is shorter than `SHORTEST_US` and ha
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,8 +47,8 @@ class WrongLink:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Followed:
-    """Hold what was said of tracks.
+class NamedRows:
+    """Hold the names that were given to rows of tracks.
 
     Attributes
     ----------
@@ -83,7 +84,7 @@ class Returns:
         return self.right + self.wrong + self.new
 
 
-def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: AnchoringSettings | None = None) -> Followed:
+def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: AnchoringSettings | None = None) -> NamedRows:
     """Let anchoring follow tracks; it sees nothing of the truth.
 
     Parameters
@@ -106,7 +107,7 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
     rows = list(zip(tracks.rows.t_us.tolist(), tracks.ids, strict=True))
     vehicle_of = dict(zip(rows, tracks.rows.vehicles, strict=True))
     links, wrong = _judge_links(said, vehicle_of)
-    return Followed(
+    return NamedRows(
         t_us=tracks.rows.t_us,
         vehicles=tracks.rows.vehicles,
         ids=tracks.ids,
@@ -117,34 +118,57 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
     )
 
 
-def _judge_links(said: Sequence[Anchored], vehicle_of: dict[tuple[int, str], str]) -> tuple[int, tuple[WrongLink, ...]]:
-    """Count the links that found a lost car again, and list the wrong ones with what became of them."""
-    of_world: dict[str, str] = {}  # whose car a world object has been last
+def _judge_links(
+    said: Sequence[Anchored], vehicle_of: Mapping[tuple[int, str], str]
+) -> tuple[int, tuple[WrongLink, ...]]:
+    """Count the links that found a lost car again, and list the wrong ones with what became of them.
+
+    A link that was validated and is refuted later is not validated.
+    """
+    last_of: dict[str, str] = {}  # whose car a world object has been last
     links = 0
     wrong: dict[str, tuple[int, str]] = {}  # by the label's beginning, which names the two that are linked
     validated: set[str] = set()
+    rows = _VehiclesByTrack(vehicle_of)
     for one in said:
         for change in (change for change in one.link_changes if change.level == "world"):
-            vehicle = vehicle_of.get((change.t_us, change.lower))
+            vehicle = rows.vehicle_at(change.lower, change.t_us)
             if change.kind == "reestablished":
                 links += 1
-                if of_world[change.upper] != vehicle:
+                if last_of[change.upper] != vehicle:
                     wrong[f"{change.lower}->{change.upper}"] = change.t_us, change.lower
-            if change.kind in ("established", "reestablished") and vehicle is not None:
-                of_world[change.upper] = vehicle
-        validated.update(label.partition("#")[0] for label in one.validated)
+            # What is refuted goes back to the vehicle that it was linked to, whatever its track did since.
+            if change.kind in ("established", "reestablished", "lost"):
+                last_of[change.upper] = vehicle
+        validated |= {label.partition("#")[0] for label in one.validated}
+        validated -= {label.partition("#")[0] for label in one.refuted}
     return links, tuple(WrongLink(*link, is_validated=pair in validated) for pair, link in wrong.items())
 
 
-def count_returns(followed: Followed) -> Returns:
+class _VehiclesByTrack:
+    """Know which vehicle a track was on; after exchanged names it is on another one."""
+
+    def __init__(self, vehicle_of: Mapping[tuple[int, str], str]) -> None:
+        self._rows: dict[str, list[tuple[int, str]]] = {}
+        for (t_us, track), vehicle in sorted(vehicle_of.items()):
+            self._rows.setdefault(track, []).append((t_us, vehicle))
+
+    def vehicle_at(self, track: str, t_us: int) -> str:
+        """Return the vehicle of the track's last row until then; "" for no track."""
+        rows = self._rows.get(track, [])
+        place = bisect_right(rows, t_us, key=lambda row: row[0])
+        return rows[place - 1][1] if place else ""
+
+
+def count_returns(named: NamedRows) -> Returns:
     """Count what became of the symbols of vehicles that were not seen for a while."""
-    bearers = _first_bearers(followed)
+    bearers = _first_bearers(named)
     returns = Returns()
-    for vehicle, rows in _rows_of(followed.vehicles).items():
-        stretches = np.split(rows, np.flatnonzero(np.diff(followed.t_us[rows]) > STEP_US) + 1)
-        symbols = [_last_symbol(followed, one) for one in stretches]
+    for vehicle, rows in _rows_of(named.vehicles).items():
+        stretches = np.split(rows, np.flatnonzero(np.diff(named.t_us[rows]) > STEP_US) + 1)
+        symbols = [_last_symbol(named, one) for one in stretches]
         for before, after, stretch in zip(symbols, symbols[1:], stretches[1:], strict=False):
-            start_us, end_us = followed.t_us[stretch[[0, -1]]].tolist()
+            start_us, end_us = named.t_us[stretch[[0, -1]]].tolist()
             if before != NO_CAR and (after != NO_CAR or end_us - start_us >= SHORTEST_US):
                 others = (since_us for other, since_us in bearers.get(after, {}).items() if other != vehicle)
                 returns += _judge(before, after, is_anothers=any(since_us < start_us for since_us in others))
@@ -157,14 +181,14 @@ def _judge(before: str, after: str, *, is_anothers: bool) -> Returns:
     return Returns(wrong=1) if is_anothers else Returns(new=1)
 
 
-def _last_symbol(followed: Followed, rows: IntArray) -> str:
-    return next((followed.symbols[row] for row in rows[::-1].tolist() if followed.symbols[row]), NO_CAR)
+def _last_symbol(named: NamedRows, rows: IntArray) -> str:
+    return next((named.symbols[row] for row in rows[::-1].tolist() if named.symbols[row]), NO_CAR)
 
 
-def _first_bearers(followed: Followed) -> dict[str, dict[str, int]]:
+def _first_bearers(named: NamedRows) -> dict[str, dict[str, int]]:
     """Tell of each symbol which vehicles have had it, and since when."""
     bearers: dict[str, dict[str, int]] = {}
-    for t_us, vehicle, symbol in zip(followed.t_us.tolist(), followed.vehicles, followed.symbols, strict=True):
+    for t_us, vehicle, symbol in zip(named.t_us.tolist(), named.vehicles, named.symbols, strict=True):
         if symbol != NO_CAR:
             bearers.setdefault(symbol, {}).setdefault(vehicle, t_us)
     return bearers
@@ -177,33 +201,33 @@ def _rows_of(names: Sequence[str]) -> dict[str, IntArray]:
     return {name: np.array(places, np.int64) for name, places in rows.items()}
 
 
-def revise(followed: Followed) -> tuple[str, ...]:
+def revise(named: NamedRows) -> tuple[str, ...]:
     """Give every row the symbol that its track has at its end: names dated back, and revised.
 
     With exchanged names a track is of two vehicles, and this gives one of them the symbol of the other.
     """
-    symbols = np.array(followed.symbols, dtype=object)
-    for rows in _rows_of(followed.ids).values():
-        symbols[rows] = _last_symbol(followed, rows)
+    symbols = np.array(named.symbols, dtype=object)
+    for rows in _rows_of(named.ids).values():
+        symbols[rows] = _last_symbol(named, rows)
     return tuple(symbols.tolist())
 
 
-def idf1(scenes: Sequence[tuple[Followed, Sequence[str]]]) -> float:
+def idf1(scenes: Sequence[tuple[NamedRows, Sequence[str]]]) -> float:
     """Score the symbols of the rows of several scenes as if they were one long one.
 
     Parameters
     ----------
-    scenes : what was followed, and the symbol of each of its rows.
+    scenes : their rows, and the symbol of each of them.
     """
-    true_names = [f"{place}/{name}" for place, (followed, _) in enumerate(scenes) for name in followed.vehicles]
+    true_names = [f"{place}/{name}" for place, (named, _) in enumerate(scenes) for name in named.vehicles]
     found_names = [f"{place}/{name}" if name else "" for place, (_, names) in enumerate(scenes) for name in names]
     # All times apart, so that scenes do not lie over each other.
-    t_us = np.concatenate([followed.t_us + place * 10**12 for place, (followed, _) in enumerate(scenes)])
+    t_us = np.concatenate([named.t_us + place * 10**12 for place, (named, _) in enumerate(scenes)])
     frame = np.unique(t_us, return_inverse=True)[1].astype(np.int64)
-    named = np.flatnonzero([bool(name) for name in found_names])
+    is_named = np.flatnonzero([bool(name) for name in found_names])
     true = TrackRows(frame, _numbered(true_names))
-    found = TrackRows(frame[named], _numbered([found_names[row] for row in named.tolist()]))
-    return score_tracks(true, found, Pairs(named, np.arange(len(named)), np.ones(len(named)))).idf1
+    found = TrackRows(frame[is_named], _numbered([found_names[row] for row in is_named.tolist()]))
+    return score_tracks(true, found, Pairs(is_named, np.arange(len(is_named)), np.ones(len(is_named)))).idf1
 
 
 def _numbered(names: Sequence[str]) -> IntArray:
