@@ -209,14 +209,14 @@ def test_strip_lies_across_the_road_and_all_overtakes_of_good_tracks_are_told(tm
     assert not plain.overtakes.wrong
 
 
-ROW = Row("rural", "gap 4", Returns(right=6, wrong=1, new=1), 0.9, 0.95, 7, 2, 1, 0.5, 2.0)
+ROW = Row("rural", "gap 4", Returns(right=6, wrong=1, new=1), 0.9, 0.95, 7, 2, 1, 0.5)
 
 
 def test_row_says_counts_shares_and_intervals() -> None:
     cells = [cell.strip() for cell in row_text(ROW).split("|")[1:-1]]
     assert cells[:5] == ["rural", "gap 4", "6", "1", "1"]
     assert cells[5:7] == ["0.750 [0.409 to 0.929]", "0.125 [0.022 to 0.471]"]
-    assert cells[7:] == ["0.900", "0.950", "7", "2", "1", "0.50", "2.0"]
+    assert cells[7:] == ["0.900", "0.950", "7", "2", "1", "0.50"]
     assert wrong_link_text([ROW, ROW]).endswith("4, validated in the end: 2, 0.500 [0.150 to 0.850]")
     event = RecognisedEvent("e1", "overtake", {}, 0, 1)
     score = Evaluation("overtake", (), (), (event,), ())
