@@ -8,15 +8,13 @@ import argparse
 import itertools
 import tempfile
 from collections.abc import Iterator, Sequence
-from importlib.resources import as_file, files
 from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
+from benchmarks.recognised_tracks import score_recognition
 from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
 from data_gen.trajectories import TrackFaults
-from service.runs.processing import RunRequest, process
 from service.scoring.evaluate import Evaluation
-from service.scoring.evaluate_log import evaluate_log
 from service.scoring.proportions import wilson_interval
 
 SEEDS = (1, 2, 3, 4, 5)
@@ -64,13 +62,9 @@ def _scene(seed: int, seconds: int, folder: Path) -> TrackScene:
 
 
 def _score(scene: TrackScene, faults: TrackFaults) -> Evaluation:
-    file, log = scene.folder / "tracks.csv", scene.folder / "log.db"
+    file = scene.folder / "tracks.csv"
     write_scenario_tracks(scene, file, faults)
-    log.unlink(missing_ok=True)
-    with as_file(files("chronicles.library") / f"{EVENT_TYPE}.chronicle") as chronicle:
-        site = scene.folder / "site.toml"
-        process(RunRequest(input=file, site=site, log_url=str(log), chronicle_files=(chronicle,)))
-    return evaluate_log(str(log), scene.folder, event_type=EVENT_TYPE)
+    return score_recognition(scene, file, EVENT_TYPE)
 
 
 def _line(score: Evaluation) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from service.scoring.evaluate import Evaluation
+from service.scoring.proportions import wilson_interval
 
 
 def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
@@ -25,3 +26,15 @@ def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
         unjudged=tuple(event for one in evaluations for event in one.unjudged),
         has_truth=any(one.has_truth for one in evaluations),
     )
+
+
+def share_text(part: int, whole: int) -> str:
+    """Write a share with Wilson's interval; "-" where there is nothing to have a part of.
+
+    Examples
+    --------
+    >>> share_text(3, 4), share_text(0, 0)
+    ('0.750 [0.301 to 0.954]', '-')
+    """
+    low, high = wilson_interval(part, whole)
+    return f"{part / whole:.3f} [{low:.3f} to {high:.3f}]" if whole else "-"

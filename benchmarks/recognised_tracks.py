@@ -1,0 +1,24 @@
+"""Which events of one type does the product tell of a file of tracks, and are they those of the scene's truth?"""
+
+from importlib.resources import as_file, files
+from pathlib import Path
+
+from data_gen.track_scene import TrackScene
+from service.runs.processing import RunRequest, process
+from service.scoring.evaluate import Evaluation
+from service.scoring.evaluate_log import evaluate_log
+
+
+def score_recognition(scene: TrackScene, file: Path, event_type: str) -> Evaluation:
+    """Run everything after vision, with the one shipped chronicle, and score what it tells.
+
+    Parameters
+    ----------
+    scene : whose truth it is. file : the tracks; a log beside it is written anew. event_type : names the chronicle too.
+    """
+    log = file.with_suffix(".db")
+    log.unlink(missing_ok=True)
+    with as_file(files("chronicles.library") / f"{event_type}.chronicle") as chronicle:
+        site = scene.folder / "site.toml"
+        process(RunRequest(input=file, site=site, log_url=str(log), chronicle_files=(chronicle,)))
+    return evaluate_log(str(log), scene.folder, event_type=event_type)
