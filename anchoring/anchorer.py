@@ -15,12 +15,15 @@ import numpy as np
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
 from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, default_linkages
-from anchoring.linking.bodies import HEADING, NOW, VX, VY, Bodies, X, Y, looks_of
+from anchoring.linking.births import Outline
+from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import CLASS_NAMES
+from anchoring.linking.evidence import NewCars, weigh
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
-from anchoring.linking.linker import assign, fit_costs, keep_order
-from anchoring.observations import Cars, FloatArray, LinkChange, LongArray, Observations
+from anchoring.linking.linker import choose
+from anchoring.linking.ways import Looks
+from anchoring.observations import BoolArray, Cars, FloatArray, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork, RoadPositions
 
@@ -35,6 +38,10 @@ class Away:
     seen_us: int
     x_m: float
     y_m: float
+
+
+# Cars as they are everywhere: mean and spread of lengths and widths before any is seen here.
+_USUAL_SIZES_M = np.array([[3.7, 3.7, 4.5, 5.3, 5.3], [1.5, 1.5, 1.8, 2.1, 2.1]])
 
 
 class Anchorer:
@@ -69,7 +76,7 @@ class Anchorer:
     400000 established v1 w1
     400000 established w1 car1
     800000 lost v1 w1
-    1700000 reestablished v2 w1
+    1500000 reestablished v2 w1
     >>> cars.ids, cars.vision_ids, cars.linked.tolist()
     (('car1',), ('v2',), [True])
     """
@@ -90,6 +97,7 @@ class Anchorer:
         if len(levels) < 2 or levels[0] != "world" or levels[-1] != "car":
             raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
         self._bodies = Bodies(self.settings)
+        self._outline = Outline()
         self._states = StateTable()
         self._named = dict.fromkeys(levels, 0)
         self._last_t_us: int | None = None
@@ -215,12 +223,13 @@ class Anchorer:
         if has_jumped:
             self.refused["jumps refused"] += 1
         else:
-            bodies.go_back(column)
+            bodies.go_back(column, snapshot=OLD)
         self._roads.predict_again(bodies, frame, column)
 
     def _accept(self, frame: Frame) -> None:
         """Take over what was seen."""
         bodies, seen = self._bodies, frame.is_seen.nonzero()[0]
+        self._outline.widen(frame.state[X : Y + 1, frame.is_seen & bodies.is_established])
         clipped = frame.clipped[seen]
         bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
         bodies.take_snapshots(frame.t_us)
@@ -228,33 +237,34 @@ class Anchorer:
         bodies.measure_sizes(frame.t_us, whole, frame.length_m[whole], frame.width_m[whole])
 
     def _relink(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
-        """Look for lost world objects among the unlinked vision objects; return the columns that were merged."""
+        """Look for lost world objects among what began lately; return the columns that were merged."""
         bodies = self._bodies
         bodies.is_contested[:] = False
-        merged, changes = self._take_back(frame) if self._away else (list[int](), list[LinkChange]())
+        merged, changes = self._return_named(frame) if self._away else (list[int](), list[LinkChange]())
         is_new = ~bodies.is_established & frame.is_seen
         is_new[merged] = False
-        new, lost = is_new.nonzero()[0], (bodies.is_established & ~frame.is_seen).nonzero()[0]
-        if not len(new):
+        if not is_new.any():
             return merged, changes
-        pairs = dict(self._pairs(frame, new, lost)) if len(lost) else {}
-        for column in new.tolist():
-            chain = bodies.chains[column]
+        pairs = self._pairs(frame, is_new)
+        for column in is_new.nonzero()[0].tolist():
             if column not in pairs:
-                chain.proposal = None
+                bodies.chains[column].proposal = None
+        for column in [one for one in pairs if bodies.is_returned[one]]:
+            del pairs[column]  # in the next frame its vision object starts anew, and finds the other one
+            changes.append(self._take_back(frame, column, "it is another car that was lost"))
+        for column, target in pairs.items():
+            if not bodies.is_established[column] and not self._agrees(frame, column, target):
                 continue
-            target = pairs[column]
-            world = bodies.chains[target].world
-            if chain.proposal is None or chain.proposal.world != world.upper:
-                chain.proposal = Proposal(world.upper, world.linkage.reestablish())
-            state = self._states.of(int(bodies.codes[column]) | Fluent.FITS)
-            if chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE:
-                elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
-                changes += self._merge(frame, column, target, f"fits the prediction after {elapsed_us} us")
-                merged.append(column)
+            if bodies.is_returned[target] and frame.is_seen[target]:
+                changes.append(self._take_back(frame, target, "another one explains it better"))
+            if bodies.is_established[column]:
+                changes += self._withdraw(frame, column)
+            elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
+            changes += self._merge(frame, column, target, f"likelier by far than all else after {elapsed_us} us")
+            merged.append(column)
         return merged, changes
 
-    def _take_back(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
+    def _return_named(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
         """Give names that have come back what they were linked to; return the columns that were merged."""
         bodies, reason = self._bodies, "its name has come back"
         merged, changes = list[int](), list[LinkChange]()
@@ -273,25 +283,68 @@ class Anchorer:
             else:
                 if chain.vision_id:  # another one was taken for it
                     del self._columns[chain.vision_id]
-                    changes.append(chain.lose(frame.t_us, f"{vision_id} has come back", "refuted"))
-                changes += self._merge(frame, column, bodies.chains.index(chain), reason)
+                    changes.append(chain.lose(frame.t_us, f"{vision_id} has come back", kind="refuted"))
+                target = bodies.chains.index(chain)
+                changes += self._merge(frame, column, target, reason)
+                bodies.is_returned[target] = False  # a name is not weighed against evidence
                 merged.append(column)
         return merged, changes
 
-    def _pairs(self, frame: Frame, new: LongArray, lost: LongArray) -> list[tuple[int, int]]:
+    def _agrees(self, frame: Frame, column: int, target: int) -> bool:
+        """Let the condition of a return see that a new vision object fits a lost world object."""
+        chain, world = self._bodies.chains[column], self._bodies.chains[target].world
+        if chain.proposal is None or chain.proposal.world != world.upper:
+            chain.proposal = Proposal(world.upper, world.linkage.reestablish())
+        state = self._states.of(int(self._bodies.codes[column]) | Fluent.FITS)
+        return chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE
+
+    def _take_back(self, frame: Frame, column: int, reason: str) -> LinkChange:
+        """Refute the link of a lost car to a vision object that began lately: the car is as lost as before."""
+        bodies = self._bodies
+        chain = bodies.chains[column]
+        del self._columns[chain.vision_id]
+        change = chain.lose(frame.t_us, reason, kind="refuted")
+        bodies.go_back(column, snapshot=END)
+        bodies.is_returned[column] = False
+        self._roads.predict_again(bodies, frame, column)
+        return change
+
+    def _withdraw(self, frame: Frame, column: int) -> list[LinkChange]:
+        """Refute that a vision object that began lately is a car of its own."""
+        chain, vision_id = self._bodies.chains[column], self._bodies.chains[column].vision_id
+        refuted = chain.lose(frame.t_us, "it is a car that was lost", kind="refuted")
+        chain.vision_id = vision_id
+        return [refuted, *chain.end(frame.t_us, "it never was a car of its own")]
+
+    def _pairs(self, frame: Frame, is_new: BoolArray) -> dict[int, int]:
+        """Find which vision objects that began lately are lost world objects: columns of the one and the other."""
         bodies, settings = self._bodies, self.settings
-        seen_looks = looks_of(frame.state[:, new], frame.places[0, new], frame.length_m[new])
-        lost_looks = looks_of(frame.state[:, lost], frame.places[0, lost], bodies.length_m[lost])
-        last_seen_us = bodies.states_us[NOW, lost]
-        has_length = ~frame.clipped[new]
-        elapsed_s = (frame.t_us - last_seen_us) * 1e-6
-        costs = fit_costs(seen_looks, lost_looks, elapsed_s, has_length=has_length, settings=settings)
-        # What was there together with the car cannot be the car.
-        costs[bodies.linked_us[new][:, None] < last_seen_us - settings.overlap_us] = np.inf
-        bodies.is_contested[new] = np.isfinite(costs).any(axis=1)
-        clear = assign(costs, unmatched=settings.unmatched_cost, margin=settings.margin_cost)
-        kept = keep_order(clear, seen_looks, lost_looks, same_lane_m=settings.same_lane_m)
-        return [(int(new[one]), int(lost[two])) for one, two in kept]
+        is_open = frame.is_seen & (frame.t_us - bodies.states_us[START] <= settings.open_us)
+        starts = (is_open | is_new).nonzero()[0]
+        returned = (is_open & bodies.is_returned).nonzero()[0]
+        lost = (bodies.is_established & ~frame.is_seen).nonzero()[0]
+        if not len(lost) + len(returned):
+            return {}
+        ends = np.concatenate([lost, returned])
+        before = np.repeat((NOW, END), (len(lost), len(returned)))
+        begun, gone = bodies.looks(starts, START), bodies.looks(ends, before)
+        new = self._new_cars(begun, bodies.was_clipped[START, starts])
+        evidence = weigh(begun, gone, new, self._roads.routes(begun, gone), settings)
+        bodies.is_contested[starts[evidence.starts[evidence.ratios > 0.0]]] = True
+        chosen, margins = choose(evidence)
+        clear = chosen[margins >= settings.margin_nats]
+        pairs = zip(starts[evidence.starts[clear]].tolist(), ends[evidence.ends[clear]].tolist(), strict=True)
+        return {column: target for column, target in pairs if column != target}
+
+    def _new_cars(self, begun: Looks, clipped: BoolArray) -> NewCars:
+        """Tell what is expected of cars that are new where something began, and of the size that is usual here."""
+        bodies, settings = self._bodies, self.settings
+        back_m = settings.edge_m * np.stack([np.cos(begun.heading_rad), np.sin(begun.heading_rad)])
+        inside = self._outline.holds(begun.centre_m.T - back_m, slack_m=settings.outline_slack_m)
+        births_per_m = np.where(clipped | ~inside, settings.edge_births_per_m, settings.births_per_m)
+        known_m = np.stack([bodies.length_m, bodies.width_m])[:, bodies.is_established & bodies.is_measured()]
+        sizes_m = np.concatenate([_USUAL_SIZES_M, known_m], axis=1)
+        return NewCars(births_per_m, sizes_m.mean(axis=1), sizes_m.std(axis=1))
 
     def _merge(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:
         """Make the vision object of one body that of another."""

@@ -17,7 +17,6 @@ class AnchoringSettings:
     ----------
     establish_us : how long a vision object must be seen, on the road and plausible before it becomes a car; shadows and
         pieces of vehicles live for some frames.
-    reestablish_us : how long a vision object must fit a lost car before it is taken for it: three frames at 25 Hz.
     contested_us : how much longer a vision object waits if it fits a lost car, but not clearly.
     predict_us : how long a car that is not seen is given out as predicted; at 25 m/s its place is then off by metres.
     survive_us : how long its symbol waits for it, at least ``predict_us``; a bridge of 20 m hides a slow car that long.
@@ -26,8 +25,8 @@ class AnchoringSettings:
     road_tolerance_m : how far outside the lanes still is on the road; maps are a metre off.
     jump_m, jump_growth_mps2 : a vision object further from where it was expected is another thing; grows with time.
     swap_us : how long a turn, a change of speed or of size beyond all reason is tolerated as noise (size: five times).
-    swap_m, swap_cost : a body so far from where it was expected is compared with others, and refuted if it fits another
-        one better by so much.
+    swap_m : a body so far from where it was expected is compared with others, and refuted if another one explains it
+        better by ``margin_nats``.
     slip_us : a track slips on to another vehicle when that one's own track is lost, not longer after than this.
     turn_rad : nobody turns further within a second, above ``turn_mps``.
     acceleration_mps2, speed_slack_mps : nobody changes speed faster: full braking, and noise of a speed.
@@ -39,13 +38,27 @@ class AnchoringSettings:
         can be relied on, and then once a period.
     class_sigmas : a size this many standard deviations off (both together) belongs to no class.
     least_length_m, most_length_m, least_width_m, most_width_m : of a vehicle; 25.25 m is the longest truck.
-    along_m, along_mps, along_mps2 : arrival window along the road, growing with the time since a car was last seen.
-    across_m, across_mps, across_limit_m : the same across the road, up to a limit: the next lane but one.
-    same_lane_m : two cars with less between them sideways are in one lane and keep their order.
-    fit_heading_rad, fit_speed_mps, fit_acceleration_mps2 : largest differences between a lost car and what is seen.
-    fit_slow_mps : below this speed a heading says little.
-    fit_length_m, fit_length_share : the same for lengths; the second of the length.
-    unmatched_cost, margin_cost : a link may not cost more, and must be cheaper than the next best choice by so much.
+    way_m, pace_mps : how badly the way and the change of speed between two ends of tracks are measured, a standard
+        deviation.
+    calm_mps, lively_mps : how much the speed of a car wanders in a second: of one that drives on, and of one that
+        brakes for others or drives off. Half of the lost ones are taken for either.
+    side_m, side_mps, side_share, side_limit_m : how far to the side it has gone, a standard deviation: measured badly,
+        a second, a metre of the way, and at most, which is a lane.
+    turn_slack_rad, sideways_mps2 : nobody turns further than this and what tyres hold at the mean speed.
+    stop_share, junction_stop_share : of the cars that nobody sees for a while some stop, on one road and between two.
+    change_share : of those that go from road to road some change lanes at it.
+    haste_mps, haste_share : nobody drives faster meanwhile than the fastest of this and its speeds, times a share.
+    backwards_m : how far back a place may be measured.
+    same_lane_m, pass_nats : who went into one place first comes out of it first, in one lane; another order is less
+        likely by so much (e^2 is 7 to 1).
+    same_length_m, same_width_m : how much two tracks of one car differ in size, a standard deviation.
+    odd_share, other_share : of the sizes some are measured badly altogether, and of new cars some are of any size.
+    edge_births_per_m, births_per_m : how many new cars begin in a metre of road at the edge of the view and elsewhere,
+        for each lost one that begins again.
+    edge_m : how wide that edge is, and how far apart cars go into one hidden place.
+    outline_slack_m : how far outside of all that was seen is still inside.
+    margin_nats : a link must be so much likelier than every other choice (e^1.5 is 4 to 1).
+    open_us : how long after a track began its link may be given up for a better one.
     overlap_us : a vision object may be older by this than the last sight of the car that it is.
     leaving_mps : a slower car at the edge of the view may be waiting there.
     lateral_s : a change of lane that has begun goes on for about this long while nobody sees it.
@@ -58,10 +71,9 @@ class AnchoringSettings:
     """
 
     establish_us: int = 400_000
-    reestablish_us: int = 120_000
     contested_us: int = 400_000
     predict_us: int = 1_000_000
-    survive_us: int = 3_000_000
+    survive_us: int = 30_000_000
     edge_loss_us: int = 200_000
     off_road_us: int = 2_000_000
     odd_size_us: int = 2_000_000
@@ -70,7 +82,6 @@ class AnchoringSettings:
     jump_growth_mps2: float = 5.0
     swap_us: int = 200_000
     swap_m: float = 2.5
-    swap_cost: float = 0.75
     slip_us: int = 600_000
     turn_rad: float = math.radians(100.0)
     turn_mps: float = 3.0
@@ -88,21 +99,35 @@ class AnchoringSettings:
     most_length_m: float = 26.0
     least_width_m: float = 0.3
     most_width_m: float = 4.5
-    along_m: float = 2.5
-    along_mps: float = 1.0
-    along_mps2: float = 1.0
-    across_m: float = 1.5
-    across_mps: float = 1.0
-    across_limit_m: float = 4.5
+    way_m: float = 1.0
+    pace_mps: float = 0.6
+    calm_mps: float = 0.5
+    lively_mps: float = 2.0
+    side_m: float = 0.5
+    side_mps: float = 0.4
+    side_share: float = 0.1
+    side_limit_m: float = 2.2
+    stop_share: float = 0.05
+    junction_stop_share: float = 0.15
+    change_share: float = 0.1
+    haste_mps: float = 14.0
+    haste_share: float = 1.3
+    backwards_m: float = 4.0
     same_lane_m: float = 2.0
-    fit_heading_rad: float = 0.6
-    fit_speed_mps: float = 4.0
-    fit_acceleration_mps2: float = 2.5
-    fit_slow_mps: float = 1.5
-    fit_length_m: float = 1.5
-    fit_length_share: float = 0.25
-    unmatched_cost: float = 3.0
-    margin_cost: float = 0.5
+    pass_nats: float = 2.0
+    turn_slack_rad: float = 0.6
+    sideways_mps2: float = 4.0
+    back_rad: float = math.radians(150.0)
+    same_length_m: float = 0.5
+    same_width_m: float = 0.2
+    odd_share: float = 0.02
+    other_share: float = 0.2
+    edge_births_per_m: float = 0.03
+    births_per_m: float = 0.0005
+    edge_m: float = 15.0
+    outline_slack_m: float = 2.0
+    margin_nats: float = 1.5
+    open_us: int = 4_000_000
     overlap_us: int = 200_000
     leaving_mps: float = 1.0
     lateral_s: float = 0.5

@@ -45,7 +45,7 @@ def default_linkages(settings: AnchoringSettings, *, has_roads: bool) -> tuple[L
         "world",
         "w",
         establish=lambda: AllOf(HeldFor(("visible", "separate"), while_us), HeldFor(("uncontested",), 0)),
-        reestablish=lambda: HeldFor(("visible", "fits"), settings.reestablish_us),
+        reestablish=lambda: HeldFor(("visible", "fits"), 0),
         maintain=lambda: AllOf(
             NotLostLongerThan("no_jump", 0),
             NotLostLongerThan("not_swapped", settings.swap_us // 2),
@@ -168,8 +168,8 @@ class Chain:
             elif not link.is_linked and verdict is Verdict.FALSE:
                 link.condition = link.linkage.establish()
 
-    def lose(self, t_us: int, reason: str, kind: LinkKind = "lost") -> LinkChange:
-        """Take the vision object away from the world object."""
+    def lose(self, t_us: int, reason: str, *, kind: LinkKind = "lost") -> LinkChange:
+        """Take the vision object away from the world object: it is gone, or was another thing all the time."""
         change = self.change(t_us, kind, self.world, reason)
         self.world.part()
         self.vision_id = ""

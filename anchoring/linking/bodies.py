@@ -12,23 +12,24 @@ import numpy as np
 
 from anchoring.hypotheses.hypotheses import Chain
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, classify
-from anchoring.linking.linker import Looks
+from anchoring.linking.ways import Looks
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
 from anchoring.settings import AnchoringSettings
 
 # Rows of a state.
 X, Y, VX, VY, HEADING, ALONG, ACROSS, TANGENT = range(8)
 
-# Snapshots of a body: the newest state, one up to half a second old, and one from half a second to a second old.
-NOW, RECENT, OLD = range(3)
+# Snapshots of a body: the newest state, one up to half a second old, one from half a second to a second old; where its
+# vision object was seen first, and where the one before it was seen last.
+NOW, RECENT, OLD, START, END = range(5)
 
 # The arrays: shape before the bodies, type, and what stands there for a body that is new.
 _COLUMNS: Mapping[str, tuple[tuple[int, ...], type[np.generic], float]] = MappingProxyType(
     {
-        "states": ((3, 8), np.float64, 0),
-        "states_us": ((3,), np.int64, 0),
-        "roads": ((3,), np.int32, -1),
-        "was_clipped": ((3,), np.bool_, True),
+        "states": ((5, 8), np.float64, 0),
+        "states_us": ((5,), np.int64, 0),
+        "roads": ((5,), np.int32, -1),
+        "was_clipped": ((5,), np.bool_, True),
         "linked_us": ((), np.int64, 0),
         "seen_us": ((), np.int64, 0),
         "codes": ((), np.int64, -1),
@@ -38,6 +39,7 @@ _COLUMNS: Mapping[str, tuple[tuple[int, ...], type[np.generic], float]] = Mappin
         "classes": ((), np.int32, UNKNOWN_CLASS),
         "told_classes": ((), np.int32, UNKNOWN_CLASS),
         "is_established": ((), np.bool_, False),
+        "is_returned": ((), np.bool_, False),
         "is_contested": ((), np.bool_, False),
         "waits": ((), np.bool_, True),
         "car_number": ((), np.int64, 0),
@@ -53,10 +55,10 @@ class Bodies:
     Attributes
     ----------
     chains : the links above each body.
-    states : (3, 8, n) snapshot, row of the state.
-    states_us : (3, n) when each was seen.
-    roads : (3, n) index of the road, -1 for none.
-    was_clipped : (3, n).
+    states : (5, 8, n) snapshot, row of the state.
+    states_us : (5, n) when each was seen.
+    roads : (5, n) index of the road, -1 for none.
+    was_clipped : (5, n).
     linked_us : (n,) since when the present vision object is linked, or was first seen.
     seen_us : (n,) when each had a vision object last, right or wrong; ``states_us`` goes back when a link is refuted.
     codes : (n,) the fluents of the last frame, -1 for a body that is new.
@@ -65,6 +67,7 @@ class Bodies:
     told_classes : (n,) the class that the tracker gave last, `UNKNOWN_CLASS` if none: it goes before that of the size.
     is_established : (n,) True for a world object, linked or lost; False for a vision object that may become one.
     waits : (n,) True if a condition of a link wants to see the next state even if it is like the last.
+    is_returned : (n,) True for a world object that was lost and is linked to another vision object by evidence.
     is_contested : (n,) True for a vision object that looks like a lost car, clearly or not.
     car_number : (n,) number of the symbol while every link up to the car holds, else 0.
     """
@@ -82,6 +85,7 @@ class Bodies:
     classes: IntArray
     told_classes: IntArray
     is_established: BoolArray
+    is_returned: BoolArray
     is_contested: BoolArray
     waits: BoolArray
     car_number: LongArray
@@ -117,6 +121,7 @@ class Bodies:
         new = slice(len(self) - count, None)
         self.states[..., new] = state
         self.states_us[:, new] = self.linked_us[new] = self.seen_us[new] = t_us
+        self.states_us[START, new] = -1
         self.length_m[new], self.width_m[new] = size_m
 
     def drop(self, gone: set[int]) -> None:
@@ -134,6 +139,12 @@ class Bodies:
         self.roads[NOW, columns] = road
         self.was_clipped[NOW, columns] = clipped
         self.was_whole[columns] |= ~clipped
+        first = columns[self.states_us[START, columns] < 0]
+        for array in (self.states, self.states_us, self.roads, self.was_clipped):
+            array[START][..., first] = array[NOW][..., first]
+        # The first speeds of a track are not sure yet.
+        young = columns[t_us - self.states_us[START, columns] <= self._settings.settled_us]
+        self.states[START, VX : HEADING + 1, young] = self.states[NOW, VX : HEADING + 1, young]
 
     def take_snapshots(self, t_us: int) -> None:
         """Let the snapshots grow older, twice a second."""
@@ -141,17 +152,20 @@ class Bodies:
             return
         self._snapshot_us = t_us
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[1:] = array[:-1].copy()
+            array[RECENT : OLD + 1] = array[NOW : RECENT + 1].copy()
 
-    def go_back(self, column: int) -> None:
-        """Return a body to its oldest snapshot: what came later belongs to another vehicle."""
+    def go_back(self, column: int, *, snapshot: int) -> None:
+        """Return a body to a snapshot: what came later belongs to another vehicle."""
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[..., column] = array[OLD, ..., column]
+            array[: OLD + 1, ..., column] = array[snapshot, ..., column]
 
     def move_over(self, source: int, target: int, t_us: int) -> None:
         """Give a lost body the state of the vision object it is linked to from now on."""
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[..., target] = array[NOW, ..., source]
+            array[END, ..., target] = array[NOW, ..., target]
+            array[: OLD + 1, ..., target] = array[NOW, ..., source]
+            array[START, ..., target] = array[START, ..., source]
+        self.is_returned[target] = True
         self.linked_us[target] = self.seen_us[target] = t_us
 
     def tell_classes(self, columns: LongArray, words: tuple[str, ...]) -> None:
@@ -186,18 +200,31 @@ class Bodies:
         by_size = classify(median_m[0], median_m[1], settings)
         self.classes[columns] = np.where(told == UNKNOWN_CLASS, by_size, told)
 
+    def looks(self, columns: LongArray, snapshot: int | LongArray) -> Looks:
+        """Lay out what bodies (k,) were like in a snapshot, or in one each (k,), with the sizes known now."""
+        return looks_of(
+            self.states_us[snapshot, columns],
+            self.states[snapshot, :, columns].T,
+            self.roads[snapshot, columns],
+            np.stack([self.length_m[columns], self.width_m[columns]]),
+            is_whole=self.was_whole[columns],
+        )
+
     def is_measured(self) -> BoolArray:
         """Tell which bodies have a size to rely on, (n,)."""
         return self._sample_count >= self._settings.eager_samples
 
 
-def looks_of(state: FloatArray, road: IntArray, length_m: FloatArray) -> Looks:
-    """Lay out states for the linker; (8, k), (k,), (k,)."""
+def looks_of(t_us: LongArray, state: FloatArray, road: IntArray, size_m: FloatArray, *, is_whole: BoolArray) -> Looks:
+    """Lay out states for comparison; (k,), (8, k), (k,), (2, k), (k,)."""
     return Looks(
+        t_us=t_us,
         centre_m=state[X : Y + 1].T,
         velocity_mps=state[VX : VY + 1].T,
         heading_rad=state[HEADING],
-        length_m=length_m,
+        length_m=size_m[0],
+        width_m=size_m[1],
+        is_whole=is_whole,
         road=road,
         along_m=state[ALONG],
         across_m=state[ACROSS],

@@ -13,17 +13,16 @@ from enum import IntFlag
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y, looks_of
+from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import is_plausible_size, is_plausible_speed
+from anchoring.linking.evidence import explained
 from anchoring.linking.frame import Frame, RoadMap
-from anchoring.linking.linker import fit_costs
 from anchoring.observations import BoolArray, LongArray
 from anchoring.settings import AnchoringSettings
 
-# The five comparisons of `fit_costs` cost at most 1 each; a pair that misses a window costs twice as much as all five.
-_UNFIT_COST = 10.0
+# What is as unlikely as this for a body is something else; how much more unlikely tells nothing.
+_LEAST_NATS = -30.0
 
 
 class Fluent(IntFlag):
@@ -108,7 +107,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
         Fluent.SPEED_OK: is_plausible_speed(speed_mps),
         Fluent.NO_JUMP: _no_jump(bodies, frame, settings),
         **_same_motion(bodies, frame, comparable, settings),
-        Fluent.NOT_SWAPPED: ~swapped(bodies, frame, comparable, roads=roads, settings=settings),
+        Fluent.NOT_SWAPPED: ~swapped(bodies, frame, comparable, settings),
         Fluent.SAME_SIZE: _same_size(bodies, frame, settings),
     }
     codes: LongArray = np.array([*values], dtype=np.int64) @ np.array([*values.values()])
@@ -168,9 +167,7 @@ def _separate(frame: Frame, established: BoolArray) -> BoolArray:
     return separate
 
 
-def swapped(
-    bodies: Bodies, frame: Frame, comparable: BoolArray, *, roads: RoadMap, settings: AnchoringSettings
-) -> BoolArray:
+def swapped(bodies: Bodies, frame: Frame, comparable: BoolArray, settings: AnchoringSettings) -> BoolArray:
     """Find the bodies whose vision object fits another body clearly better.
 
     Parameters
@@ -178,8 +175,7 @@ def swapped(
     bodies : as they were before the frame.
     frame : what is seen and predicted now.
     comparable : (n,) bodies that are seen and have a snapshot from before that can be trusted.
-    roads : to predict along.
-    settings : windows, and how far off is far.
+    settings : spreads, and how far off is far.
 
     Returns
     -------
@@ -198,33 +194,10 @@ def swapped(
     if len(suspects) + len(unseen) < 2 or not len(suspects):
         return result
     others = np.concatenate([suspects, unseen])
-    costs = _costs(bodies, frame, (suspects, others), roads=roads, settings=settings)
-    own = costs[np.arange(len(suspects)), np.arange(len(suspects))]
-    exchanged = costs[:, : len(suspects)]
-    gain = own[:, None] + own - exchanged - exchanged.T
-    stolen = own[:, None] - costs[:, len(suspects) :]
-    result[suspects] = (gain > 2 * settings.swap_cost).any(axis=1) | (stolen > settings.swap_cost).any(axis=1)
+    fits = np.maximum(explained(frame.looks(suspects), bodies.looks(others, OLD), settings), _LEAST_NATS)
+    own = fits[np.arange(len(suspects)), np.arange(len(suspects))]
+    exchanged = fits[:, : len(suspects)]
+    gain = exchanged + exchanged.T - own[:, None] - own
+    stolen = fits[:, len(suspects) :] - own[:, None]
+    result[suspects] = (gain > 2 * settings.margin_nats).any(axis=1) | (stolen > settings.margin_nats).any(axis=1)
     return result
-
-
-def _costs(
-    bodies: Bodies,
-    frame: Frame,
-    columns: tuple[LongArray, LongArray],
-    *,
-    roads: RoadMap,
-    settings: AnchoringSettings,
-) -> NDArray[np.float64]:
-    """Compare what is seen of some bodies with what was expected of others a moment ago."""
-    suspects, others = columns
-    expected = roads.predicted(bodies, frame.t_us, snapshot=OLD)[:, others]
-    # Roads are left out: both are close, and the prediction has followed the road.
-    nowhere = np.full(len(others), -1, dtype=np.int32)
-    costs = fit_costs(
-        looks_of(frame.state[:, suspects], nowhere[: len(suspects)], frame.length_m[suspects]),
-        looks_of(expected, nowhere, bodies.length_m[others]),
-        (frame.t_us - bodies.states_us[OLD, others]) * 1e-6,
-        has_length=~frame.clipped[suspects],
-        settings=settings,
-    )
-    return np.minimum(costs, _UNFIT_COST)

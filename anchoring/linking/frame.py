@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y, looks_of
 from anchoring.linking.prediction import predict
+from anchoring.linking.routes import LaneRoutes, no_routes
+from anchoring.linking.ways import Looks, Routes
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork, RoadPositions
@@ -34,6 +36,16 @@ class Frame:
     width_m: FloatArray
     places: IntArray
 
+    def looks(self, columns: LongArray) -> Looks:
+        """Lay out what some bodies look like now, for comparison with others."""
+        return looks_of(
+            np.full(len(columns), self.t_us),
+            self.state[:, columns],
+            self.places[0, columns],
+            np.stack([self.length_m[columns], self.width_m[columns]]),
+            is_whole=~self.clipped[columns],
+        )
+
     def positions(self, columns: LongArray) -> RoadPositions:
         """Lay out the road positions of some bodies."""
         return RoadPositions(
@@ -55,11 +67,12 @@ class RoadMap:
     settings : how far outside the lanes still is on the road, and how long a change of lane goes on.
     """
 
-    __slots__ = ("_lines", "_network", "_settings")
+    __slots__ = ("_lines", "_network", "_routes", "_settings")
 
     def __init__(self, network: RoadNetwork | None, settings: AnchoringSettings) -> None:
         self._network = network
         self._lines = None if network is None else network.reference_lines
+        self._routes = None if network is None else LaneRoutes(network)
         self._settings = settings
 
     @property
@@ -114,6 +127,10 @@ class RoadMap:
         state, turn_rad = self._moved(bodies, t_us, snapshot)
         _turn(state, turn_rad)
         return state
+
+    def routes(self, starts: Looks, ends: Looks) -> Routes:
+        """Make ready to measure the ways along lanes from ends to starts."""
+        return no_routes if self._routes is None else self._routes.between(starts, ends)
 
     def _moved(self, bodies: Bodies, t_us: int, snapshot: int) -> tuple[FloatArray, FloatArray]:
         state = bodies.states[snapshot].copy()

@@ -1,156 +1,127 @@
-"""Which unlinked vision object is which lost car? Predictions compared with what is seen, one to one, or not at all.
+"""Which start of a track is which lost car? One joint choice, and of it only what is clear.
 
-A car may be anywhere in a window around its predicted place, which grows with the time since it was last seen;
-heading, speed and length must fit too. All pairs are decided together, and a pair only counts if every other choice is
-worse by a margin: with two cars equally likely nothing is linked, since a wrong link tells lies about two cars.
+Evidence is given for pairs; a start that is no lost car is a new one, at no gain and no loss. All pairs that hang
+together are decided together, and a pair only counts if every other choice would lose a margin: with two cars equally
+likely nothing is linked, since a wrong link tells lies about two cars.
 """
 
-import itertools
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import bellman_ford, connected_components, dijkstra
 
-from anchoring.observations import BoolArray, FloatArray, IntArray
-from anchoring.settings import AnchoringSettings
+from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
+
+# No margin is told larger: at e^10 to 1 a choice is clear to anybody, and looking farther costs time.
+MOST_MARGIN = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Looks:
-    """Hold what is compared, of n bodies at one time: seen ones, or predicted ones.
+class Evidence:
+    """Hold what speaks for pairs of starts and ends of tracks; entry k of every array belongs to pair k.
 
     Attributes
     ----------
-    centre_m, velocity_mps : (n, 2).
-    heading_rad, length_m : (n,).
-    road : (n,) -1 for none; along_m, across_m, tangent_rad : (n,).
+    starts, ends : (p,) which start and which end; no pair comes twice.
+    ratios : (p,) log likelihood ratio, nats: the start is that lost car, against: a new car has come.
     """
 
-    centre_m: FloatArray
-    velocity_mps: FloatArray
-    heading_rad: FloatArray
-    length_m: FloatArray
-    road: IntArray
-    along_m: FloatArray
-    across_m: FloatArray
-    tangent_rad: FloatArray
+    starts: LongArray
+    ends: LongArray
+    ratios: FloatArray
+
+    def select(self, chosen: BoolArray | LongArray) -> "Evidence":
+        """Take some of the pairs."""
+        return Evidence(self.starts[chosen], self.ends[chosen], self.ratios[chosen])
 
 
-def fit_costs(
-    seen: Looks, lost: Looks, elapsed_s: FloatArray, *, has_length: BoolArray, settings: AnchoringSettings
-) -> FloatArray:
-    """Compare every seen body with every lost one.
-
-    Parameters
-    ----------
-    seen, lost : s and l bodies at the same time; the lost ones as predicted.
-    elapsed_s : (l,) since each lost body was last seen.
-    has_length : (s,) False where the length is not seen in full.
-    settings : windows.
+def choose(evidence: Evidence) -> tuple[LongArray, FloatArray]:
+    """Choose the pairs, one to one, whose ratios sum up to the most.
 
     Returns
     -------
-    (s, l): 0 for a perfect fit, at most 5; inf where one of the windows is missed.
-    """
-    along_m, across_m = _offsets(seen, lost)
-    along_window = settings.along_m + settings.along_mps * elapsed_s + settings.along_mps2 * elapsed_s**2
-    across_window = np.minimum(settings.across_m + settings.across_mps * elapsed_s, settings.across_limit_m)
-    speed_window = settings.fit_speed_mps + settings.fit_acceleration_mps2 * elapsed_s
-    length_window = settings.fit_length_m + settings.fit_length_share * lost.length_m
-    seen_mps, lost_mps = np.hypot(*seen.velocity_mps.T), np.hypot(*lost.velocity_mps.T)
-    turn_rad = np.abs(np.angle(np.exp(1j * (seen.heading_rad[:, None] - lost.heading_rad))))
-    turn_rad[(seen_mps < settings.fit_slow_mps)[:, None] & (lost_mps < settings.fit_slow_mps)] = 0.0
-    length_m = np.where(has_length[:, None], seen.length_m[:, None] - lost.length_m, 0.0)
-    deviations = np.stack(
-        [
-            along_m / along_window,
-            across_m / across_window,
-            turn_rad / settings.fit_heading_rad,
-            (seen_mps[:, None] - lost_mps) / speed_window,
-            length_m / length_window,
-        ]
-    )
-    costs: FloatArray = np.where((np.abs(deviations) <= 1.0).all(axis=0), (deviations**2).sum(axis=0), np.inf)
-    return costs
-
-
-def assign(costs: FloatArray, *, unmatched: float, margin: float) -> list[tuple[int, int]]:
-    """Choose pairs one to one, and only those that are clearly the best.
-
-    Parameters
-    ----------
-    costs : (s, l), inf where a pair is impossible.
-    unmatched : cost of leaving a row without a column; no pair may cost more.
-    margin : a pair is left out unless the best choice of all pairs without it costs at least this much more.
-
-    Returns
-    -------
-    (row, column) pairs in order of the rows.
+    (k,) indices of pairs, and (k,) how much the sum would be less without each, at most `MOST_MARGIN`.
 
     Examples
     --------
-    >>> assign(np.array([[0.1, 2.0], [np.inf, 0.2]]), unmatched=3.0, margin=0.5)
-    [(0, 0), (1, 1)]
-    >>> assign(np.array([[0.1, 0.3]]), unmatched=3.0, margin=0.5)          # either could be it
-    []
+    >>> def chosen(*pairs):
+    ...     starts, ends, ratios = zip(*pairs)
+    ...     return [one.tolist() for one in choose(Evidence(np.array(starts), np.array(ends), np.array(ratios)))]
+    >>> chosen((0, 0, 4.0), (0, 1, 1.0), (1, 1, 3.0))
+    [[0, 2], [4.0, 3.0]]
+    >>> chosen((0, 0, 4.0), (0, 1, 3.5))                      # either could be it
+    [[0], [0.5]]
     """
-    total, pairs = _cheapest(costs, unmatched)
-    clear = []
-    for pair in pairs:
-        without = costs.copy()
-        without[pair] = np.inf
-        if _cheapest(without, unmatched)[0] - total >= margin:
-            clear.append(pair)
-    return clear
+    hopeful = (evidence.ratios > 0.0).nonzero()[0]
+    if not len(hopeful):
+        return hopeful, np.zeros(0)
+    kept = evidence.select(hopeful)
+    (starts, first), (ends, second) = (np.unique(side, return_inverse=True) for side in (kept.starts, kept.ends))
+    count = len(starts)
+    joined = coo_array((np.ones(len(hopeful)), (first, count + second)), shape=(count + len(ends),) * 2)
+    _, group = connected_components(joined, directed=False)
+    chosen, margins = list[LongArray](), list[FloatArray]()
+    for pairs in _groups(group[first]):
+        part = Evidence(first[pairs], second[pairs], kept.ratios[pairs])
+        indices, lost = _choose_joined(part)
+        chosen.append(hopeful[pairs[indices]])
+        margins.append(lost)
+    order = np.argsort(np.concatenate(chosen))
+    return np.concatenate(chosen)[order], np.concatenate(margins)[order]
 
 
-def keep_order(pairs: list[tuple[int, int]], seen: Looks, lost: Looks, *, same_lane_m: float) -> list[tuple[int, int]]:
-    """Leave out pairs by which two cars in one lane would have changed places.
+def _groups(labels: IntArray) -> list[LongArray]:
+    order = np.argsort(labels, kind="stable")
+    return np.split(order, np.diff(labels[order]).nonzero()[0] + 1)
+
+
+def _choose_joined(evidence: Evidence) -> tuple[LongArray, FloatArray]:
+    """Choose among pairs that hang together."""
+    if len(evidence.ratios) == 1:
+        return np.zeros(1, np.int64), np.minimum(evidence.ratios, MOST_MARGIN)
+    (starts, row), (ends, column) = (np.unique(side, return_inverse=True) for side in (evidence.starts, evidence.ends))
+    gains = np.zeros((len(starts), len(ends)))
+    number = np.full(gains.shape, -1)
+    gains[row, column], number[row, column] = evidence.ratios, np.arange(len(row))
+    rows, columns = linear_sum_assignment(gains, maximize=True)
+    is_pair = number[rows, columns] >= 0
+    chosen = number[rows[is_pair], columns[is_pair]]
+    return chosen, _margins(gains, rows[is_pair], columns[is_pair])
+
+
+def _margins(gains: FloatArray, rows: LongArray, columns: LongArray) -> FloatArray:
+    """Measure what the best choice without each chosen pair loses.
+
+    Any other choice differs by cycles of exchanges: a start takes the end of another one, which takes that of a third
+    one, or none. So the loss is the shortest cycle through the pair, in a graph of the chosen pairs and one node for
+    all that stays alone. No cycle is shorter than 0, as the choice is the best one.
 
     Parameters
     ----------
-    pairs : (row of seen, row of lost).
-    seen, lost : as in `fit_costs`.
-    same_lane_m : two cars with less between them sideways are in one lane and keep their order.
+    gains : (s, l) >= 0, 0 where there is no evidence.
+    rows, columns : (k,) the chosen pairs.
     """
-    wrong = set()
-    for one, two in itertools.combinations(pairs, 2):
-        seen_along, seen_across = _offsets(_row(seen, one[0]), _row(seen, two[0]))
-        lost_along, lost_across = _offsets(_row(lost, one[1]), _row(lost, two[1]))
-        in_one_lane = max(abs(seen_across.item()), abs(lost_across.item())) < same_lane_m
-        if in_one_lane and seen_along.item() * lost_along.item() < 0:
-            wrong |= {one, two}
-    return [pair for pair in pairs if pair not in wrong]
+    count = len(rows)
+    own = gains[rows, columns]
+    free_rows, free_columns = np.ones(len(gains), np.bool_), np.ones(gains.shape[1], np.bool_)
+    free_rows[rows] = free_columns[columns] = False
+    # steps[i, k]: what is lost where start i takes the end of start k, which has to leave it.
+    steps = np.full((count + 1, count + 1), np.inf)
+    taken = gains[np.ix_(rows, columns)]
+    steps[:count, :count] = np.where(taken > 0.0, own[:, None] - taken, np.inf)
+    steps[:count, count] = own - np.max(gains[rows][:, free_columns], axis=1, initial=0.0)
+    steps[count, :count] = -np.max(gains[free_rows][:, columns], axis=0, initial=0.0)
+    np.fill_diagonal(steps, np.inf)
+    # Seen from the loss of reaching them, no step is negative and every cycle is as long as before.
+    reached = bellman_ford(_graph(steps), indices=np.array(count))
+    steps = np.maximum(steps + reached[:, None] - reached, 0.0)
+    ways = dijkstra(_graph(steps), indices=np.arange(count), limit=MOST_MARGIN)
+    margins: FloatArray = np.minimum((ways + steps[:, :count].T).min(axis=1), MOST_MARGIN)
+    return margins
 
 
-def _cheapest(costs: FloatArray, unmatched: float) -> tuple[float, list[tuple[int, int]]]:
-    """Solve the assignment in which every row may also stay alone."""
-    rows, columns = costs.shape
-    alone = np.full((rows, rows), np.inf)
-    np.fill_diagonal(alone, unmatched)
-    # The solver takes no matrix without a finite solution, and staying alone is always one.
-    padded = np.concatenate([np.where(costs <= unmatched, costs, np.inf), alone], axis=1)
-    chosen = [(int(row), int(column)) for row, column in zip(*linear_sum_assignment(padded), strict=True)]
-    total = float(sum(padded[pair] for pair in chosen))
-    return total, [(row, column) for row, column in chosen if column < columns]
-
-
-def _offsets(seen: Looks, lost: Looks) -> tuple[FloatArray, FloatArray]:
-    """Measure how far along and across each seen body is from each lost one, (s, l) each.
-
-    Along the road where both are on it, else along the heading of the lost one.
-    """
-    apart_m = seen.centre_m[:, None, :] - lost.centre_m
-    cos, sin = np.cos(lost.heading_rad), np.sin(lost.heading_rad)
-    along_m = apart_m[..., 0] * cos + apart_m[..., 1] * sin
-    across_m = apart_m[..., 1] * cos - apart_m[..., 0] * sin
-    on_one_road = (seen.road[:, None] == lost.road) & (lost.road >= 0)
-    sign = np.where(np.cos(lost.heading_rad - lost.tangent_rad) < 0, -1.0, 1.0)
-    road_along_m = (seen.along_m[:, None] - lost.along_m) * sign
-    road_across_m = (seen.across_m[:, None] - lost.across_m) * sign
-    return np.where(on_one_road, road_along_m, along_m), np.where(on_one_road, road_across_m, across_m)
-
-
-def _row(looks: Looks, row: int) -> Looks:
-    arrays = {field.name: getattr(looks, field.name)[row : row + 1] for field in fields(looks)}
-    return Looks(**arrays)
+def _graph(steps: FloatArray) -> csr_array:
+    source, target = np.isfinite(steps).nonzero()
+    return csr_array((steps[source, target], (source, target)), shape=steps.shape)

@@ -121,8 +121,11 @@ def test_a_name_is_dated_back_by_two_seconds_at_most() -> None:
 
 
 def test_rows_that_were_told_as_predicted_stay_as_they_were_told() -> None:
+    def fast_at_first(k: int) -> Seen:
+        return east(k, heading_rad=math.pi if k < 27 else 0.0)
+
     frames: list[tuple[int, Mapping[str, Seen]]] = [
-        (k * ROW_US, {"v": east(k)} if k < 10 else {"w": east(k)} if k >= 25 else {}) for k in range(40)
+        (k * ROW_US, {"v": east(k)} if k < 10 else {"w": fast_at_first(k)} if k >= 25 else {}) for k in range(40)
     ]
     found = anchored(frames, Anchorer(straight_road()))
     assert {car for _, car, _ in given_rows(found)} == {"car1"}

@@ -15,6 +15,10 @@ S = 1_000_000
 ROW_US = 100_000
 
 
+FORGETFUL = AnchoringSettings(survive_us=3 * S)
+"""Evidence finds nobody who was away for longer; names do."""
+
+
 def east(t_us: int, x_m: float = 0.0) -> Seen:
     """Show a car that keeps to its lane at 10 m/s."""
     return Seen(x_m + 10 * t_us / S, -1.75, 10.0, 0.0)
@@ -42,7 +46,7 @@ def test_a_name_that_comes_back_is_the_same_car_at_once(gap_us: int) -> None:
 
 
 def test_nobody_believes_the_names_of_our_own_tracker() -> None:
-    cars, _ = told(away(2 * S, 6 * S), 8, anchorer=Anchorer(straight_road()))
+    cars, _ = told(away(2 * S, 6 * S), 8, anchorer=Anchorer(straight_road(), FORGETFUL))
     assert {name for now in cars for name in now.ids} == {"car1", "car2"}
 
 
@@ -107,7 +111,7 @@ def test_a_refuted_name_is_not_believed_again() -> None:
 
 
 def test_links_of_a_car_that_comes_back_after_its_end_are_told_and_on_trial_again() -> None:
-    _, changes = told(away(2 * S, 6 * S), 8)
+    _, changes = told(away(2 * S, 6 * S), 8, anchorer=Anchorer(straight_road(), FORGETFUL, trusts_ids=True))
     assert [(one.kind, one.lower, one.upper) for one in changes if one.t_us > 2 * S] == [
         ("ended", "r1", "car1"),
         ("ended", "w1", "r1"),
@@ -141,5 +145,5 @@ def test_what_went_longest_ago_is_forgotten_first(monkeypatch: pytest.MonkeyPatc
         first, second = ({"a": east(t_us)}, {"b": east(t_us, 100.0)})
         return first | second if t_us < 2 * S or t_us >= 8 * S else second if t_us < 2.5 * S else {}
 
-    cars, _ = told(scene, 10)
+    cars, _ = told(scene, 10, anchorer=Anchorer(straight_road(), FORGETFUL, trusts_ids=True))
     assert dict(zip(cars[-1].vision_ids, cars[-1].ids, strict=True)) == {"a": "car3", "b": "car2"}

@@ -1,97 +1,46 @@
-"""The best one-to-one choice against trying every choice."""
+"""The best one-to-one choice, and its margins, against trying every choice."""
 
 import itertools
-import math
 
 import numpy as np
-import pytest
 
-from anchoring.linking.linker import Looks, assign, fit_costs, keep_order
-from anchoring.settings import AnchoringSettings
+from anchoring.linking.linker import MOST_MARGIN, Evidence, choose
 from tests.cases import for_each
 
 
-def best_of_all(costs: np.ndarray, unmatched: float) -> tuple[float, set[tuple[int, int]]]:
-    """Try every way to give each row a column of its own, or none."""
-    rows, columns = costs.shape
-    best: tuple[float, set[tuple[int, int]]] = (math.inf, set())
-    for choice in itertools.product(range(-1, columns), repeat=rows):
-        taken = [column for column in choice if column >= 0]
-        if len(set(taken)) < len(taken):
-            continue
-        total = sum(unmatched if column < 0 else costs[row, column] for row, column in enumerate(choice))
-        if total < best[0]:
-            best = (total, {(row, column) for row, column in enumerate(choice) if column >= 0})
+def best_of_all(gains: np.ndarray) -> tuple[float, set[tuple[int, int]]]:
+    """Try every way to give each start an end of its own, or none; -inf where a pair is impossible."""
+    starts, ends = gains.shape
+    best: tuple[float, set[tuple[int, int]]] = (0.0, set())
+    for choice in itertools.product(range(-1, ends), repeat=starts):
+        taken = {(start, end) for start, end in enumerate(choice) if end >= 0}
+        if len({end for _, end in taken}) == len(taken):
+            best = max(best, (sum(gains[pair] for pair in taken), taken), key=lambda one: one[0])
     return best
 
 
-@for_each("seed", range(60))
-def test_assignment_is_the_best_of_all_and_clear(seed: int) -> None:
+@for_each("seed", range(200))
+def test_choice_is_the_best_of_all_and_margins_are_what_the_next_best_loses(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    costs = rng.uniform(0, 4, (int(rng.integers(1, 5)), int(rng.integers(1, 5))))
-    costs[rng.random(costs.shape) < 0.3] = np.inf
-    total, pairs = best_of_all(costs, 3.0)
-    expected = set()
-    for pair in pairs:
-        without = costs.copy()
-        without[pair] = np.inf
-        if best_of_all(without, 3.0)[0] - total >= 0.5:
-            expected.add(pair)
-    assert set(assign(costs, unmatched=3.0, margin=0.5)) == expected
+    gains = rng.uniform(-1, 6, (int(rng.integers(1, 5)), int(rng.integers(1, 5))))
+    gains[rng.random(gains.shape) < 0.3] = -np.inf
+    starts, ends = np.isfinite(gains).nonzero()
+    evidence = Evidence(starts, ends, gains[starts, ends])
+    chosen, margins = choose(evidence)
+    total, pairs = best_of_all(gains)
+    assert set(zip(starts[chosen].tolist(), ends[chosen].tolist(), strict=True)) == pairs
+    for start, end, margin in zip(starts[chosen], ends[chosen], margins, strict=True):
+        without = gains.copy()
+        without[start, end] = -np.inf
+        assert np.isclose(margin, min(total - best_of_all(without)[0], MOST_MARGIN)), (start, end)
 
 
-def looks(x_m: list[float], y_m: list[float], *, heading_rad: float = 0.0, length_m: float = 4.5) -> Looks:
-    count = len(x_m)
-    none = np.full(count, np.nan)
-    speed = np.array([math.cos(heading_rad), math.sin(heading_rad)]) * 10.0
-    return Looks(
-        centre_m=np.stack([np.array(x_m), np.array(y_m)], axis=1),
-        velocity_mps=np.tile(speed, (count, 1)),
-        heading_rad=np.full(count, heading_rad),
-        length_m=np.full(count, length_m),
-        road=np.full(count, -1, dtype=np.int32),
-        along_m=none,
-        across_m=none,
-        tangent_rad=none,
-    )
+def test_pairs_far_from_each_other_are_chosen_each_for_itself() -> None:
+    evidence = Evidence(np.array([7, 3, 3]), np.array([1, 9, 8]), np.array([2.0, 12.0, 1.0]))
+    chosen, margins = choose(evidence)
+    assert (chosen.tolist(), margins.tolist()) == ([0, 1], [2.0, MOST_MARGIN])
 
 
-def cost(seen: Looks, lost: Looks, elapsed_s: float = 1.0) -> float:
-    settings = AnchoringSettings()
-    return float(
-        fit_costs(seen, lost, np.array([elapsed_s]), has_length=np.ones(1, dtype=bool), settings=settings)[0, 0]
-    )
-
-
-def test_perfect_fit_costs_nothing() -> None:
-    assert cost(looks([3.0], [4.0]), looks([3.0], [4.0])) == 0.0
-
-
-@pytest.mark.parametrize(
-    "seen",
-    [
-        pytest.param(looks([6.0], [0.0]), id="too far along"),
-        pytest.param(looks([0.0], [3.0]), id="too far across"),
-        pytest.param(looks([0.0], [0.0], heading_rad=math.pi), id="oncoming"),
-        pytest.param(looks([0.0], [0.0], length_m=12.0), id="too long"),
-    ],
-)
-def test_what_misses_a_window_is_impossible(seen: Looks) -> None:
-    assert cost(seen, looks([0.0], [0.0])) == math.inf
-
-
-def test_window_along_the_road_grows_with_time() -> None:
-    seen, lost = looks([6.0], [0.0]), looks([0.0], [0.0])
-    assert cost(seen, lost, elapsed_s=1.0) == math.inf
-    assert cost(seen, lost, elapsed_s=2.0) < 1.0
-
-
-def test_cars_in_one_lane_keep_their_order() -> None:
-    seen, lost = looks([0.0, 6.0], [0.0, 0.5]), looks([0.0, 6.0], [0.0, 0.5])
-    assert keep_order([(0, 0), (1, 1)], seen, lost, same_lane_m=2.0) == [(0, 0), (1, 1)]
-    assert keep_order([(0, 1), (1, 0)], seen, lost, same_lane_m=2.0) == []
-
-
-def test_cars_in_two_lanes_may_change_their_order() -> None:
-    seen, lost = looks([0.0, 6.0], [0.0, 3.5]), looks([6.0, 0.0], [0.0, 3.5])
-    assert keep_order([(0, 0), (1, 1)], seen, lost, same_lane_m=2.0) == [(0, 0), (1, 1)]
+def test_nothing_is_chosen_where_nothing_speaks_for_it() -> None:
+    assert [len(one) for one in choose(Evidence(np.array([0]), np.array([0]), np.array([-0.1])))] == [0, 0]
+    assert [len(one) for one in choose(Evidence(*np.zeros((2, 0), int), np.zeros(0)))] == [0, 0]
