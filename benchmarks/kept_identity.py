@@ -53,7 +53,7 @@ class NamedRows:
     Attributes
     ----------
     t_us : (n,) of the rows, ascending. vehicles : n true vehicles. ids : n names of tracks.
-    symbols : n car symbols as given at the time, `NO_CAR` where there was none.
+    symbols : n car symbols as in the log, `NO_CAR` where there is none.
     links : how often a lost car was found again. wrong_links : those to another vehicle's track.
     frame_ms : (f,) processor time of each frame.
     """
@@ -99,9 +99,10 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
         said += [one.value for one in unit.update(Sample(objects.t_us, objects.t_us, objects))]
         frame_ms.append((time.process_time() - start_s) * 1000)
     symbol_of = {
-        (one.cars.t_us, vision_id): car
+        (cars.t_us, vision_id): car
         for one in said
-        for car, vision_id, is_seen in zip(one.cars.ids, one.cars.vision_ids, one.cars.linked.tolist(), strict=True)
+        for cars in (*one.former, one.cars)  # as in the log, which has the rows from before a car had its name
+        for car, vision_id, is_seen in zip(cars.ids, cars.vision_ids, cars.linked.tolist(), strict=True)
         if is_seen
     }
     rows = list(zip(tracks.rows.t_us.tolist(), tracks.ids, strict=True))
