@@ -129,7 +129,7 @@ def test_anchoring_keeps_a_car_over_a_short_gap_and_is_told_nothing_of_the_truth
     found = follow(tracks, None)
     assert count_returns(found) == Returns(right=1)
     assert (found.links, found.wrong_links) == (1, ())
-    assert set(found.symbols) == {"", "car1"}
+    assert set(found.symbols) == {"car1"}  # from its first row on, as in the log
     assert idf1([(found, revise(found))]) == 1.0
     assert len(found.frame_ms) == len(np.unique(tracks.rows.t_us))
 
@@ -202,7 +202,7 @@ def test_strip_lies_across_the_road_and_all_overtakes_of_good_tracks_are_told(tm
     assert (plain.case, hidden.case) == ("plain", "hidden 30")
     assert plain.returns == Returns()
     assert hidden.returns.count > 3
-    assert plain.idf1_told < 0.99 < plain.idf1_revised
+    assert 0.99 < plain.idf1_told <= plain.idf1_revised
     assert hidden.overtakes is None
     assert plain.overtakes is not None
     assert plain.overtakes.right
