@@ -98,6 +98,7 @@ class Anchorer:
             raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
         self._bodies = Bodies(self.settings)
         self._outline = Outline()
+        self._weighed_us = 0
         self._states = StateTable()
         self._named = dict.fromkeys(levels, 0)
         self._last_t_us: int | None = None
@@ -239,12 +240,12 @@ class Anchorer:
     def _relink(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
         """Look for lost world objects among what began lately; return the columns that were merged."""
         bodies = self._bodies
-        bodies.is_contested[:] = False
         merged, changes = self._return_named(frame) if self._away else (list[int](), list[LinkChange]())
         is_new = ~bodies.is_established & frame.is_seen
         is_new[merged] = False
-        if not is_new.any():
+        if not is_new.any() or not self._is_time_to_weigh(frame.t_us, is_new):
             return merged, changes
+        bodies.is_contested[:] = False
         pairs = self._pairs(frame, is_new)
         for column in is_new.nonzero()[0].tolist():
             if column not in pairs:
@@ -290,6 +291,13 @@ class Anchorer:
                 merged.append(column)
         return merged, changes
 
+    def _is_time_to_weigh(self, t_us: int, is_new: BoolArray) -> bool:
+        """Tell whether something begins in this frame, or its speed has become surer since it was weighed."""
+        begins = (self._bodies.states_us[START, is_new] == t_us).any()
+        is_time = bool(begins) or t_us - self._weighed_us >= self.settings.settled_us // 2
+        self._weighed_us = t_us if is_time else self._weighed_us
+        return is_time
+
     def _agrees(self, frame: Frame, column: int, target: int) -> bool:
         """Let the condition of a return see that a new vision object fits a lost world object."""
         chain, world = self._bodies.chains[column], self._bodies.chains[target].world
@@ -314,6 +322,7 @@ class Anchorer:
         chain, vision_id = self._bodies.chains[column], self._bodies.chains[column].vision_id
         refuted = chain.lose(frame.t_us, "it is a car that was lost", kind="refuted")
         chain.vision_id = vision_id
+        self._bodies.car_number[column] = 0
         return [refuted, *chain.end(frame.t_us, "it never was a car of its own")]
 
     def _pairs(self, frame: Frame, is_new: BoolArray) -> dict[int, int]:
