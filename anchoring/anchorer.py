@@ -17,7 +17,7 @@ from anchoring.hypotheses.conditions import Verdict
 from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, default_linkages
 from anchoring.linking.births import Outline
 from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y
-from anchoring.linking.classes import CLASS_NAMES
+from anchoring.linking.classes import CAR, CLASS_NAMES
 from anchoring.linking.evidence import NewCars, weigh
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
@@ -40,8 +40,10 @@ class Away:
     y_m: float
 
 
-# Cars as they are everywhere: mean and spread of lengths and widths before any is seen here.
-_USUAL_SIZES_M = np.array([[3.7, 3.7, 4.5, 5.3, 5.3], [1.5, 1.5, 1.8, 2.1, 2.1]])
+# Sizes of five cars that are as usual anywhere, (2, 5): what is known before any is seen here.
+_USUAL_SIZES_M = np.array(
+    [[mean_m + off * spread_m for off in (-1, -1, 0, 1, 1)] for mean_m, spread_m in (CAR.length_m, CAR.width_m)]
+)
 
 
 class Anchorer:
@@ -340,6 +342,7 @@ class Anchorer:
         new = self._new_cars(begun, bodies.was_clipped[START, starts])
         evidence = weigh(begun, gone, new, self._roads.routes(begun, gone), settings)
         bodies.is_contested[starts[evidence.starts[evidence.ratios > 0.0]]] = True
+        bodies.is_contested &= is_new
         chosen, margins = choose(evidence)
         clear = chosen[margins >= settings.margin_nats]
         pairs = zip(starts[evidence.starts[clear]].tolist(), ends[evidence.ends[clear]].tolist(), strict=True)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
+from typing import Self
 
 import networkx as nx
 import numpy as np
@@ -38,6 +39,8 @@ _WAYS, _NEAREST = 3, 9
 _IS_BEFORE = np.tri(_NEAREST, k=-1, dtype=np.bool_)
 # Up to here looking up every way on which two places may be is quicker than asking first for which pairs it is needed.
 _FEW_PAIRS = 100
+# The distances between all of so many lanes take 32 MB; those of a whole city would take gigabytes.
+_MOST_LANES = 2000
 # Vertices of a change of lanes.
 _CHANGE_STEPS = 12
 
@@ -159,6 +162,12 @@ class LaneGraph:
             numbers = np.arange(self._ways, len(self.lines_m), dtype=np.int32)
             self._sampled = np.append(numbers.repeat(counts), np.int32(-1))
             self._tree = KDTree(np.vstack([_with_heading(*one) for one in samples]))
+
+    @classmethod
+    def of(cls, network: RoadNetwork, *, keep_lanes: bool = False) -> Self | None:
+        """Make the graph of a map that has connections, and not too many lanes; None of any other one."""
+        count = len(network.lanes) + len(network.connections)
+        return cls(network, keep_lanes=keep_lanes) if network.connections and count <= _MOST_LANES else None
 
     def project(self, points_m: FloatArray, heading_rad: FloatArray, at: RoadPositions) -> LanePlaces:
         """Find the places of vehicles.

@@ -28,8 +28,9 @@ class ObjectClass:
 
 
 # Spreads hold what tracking adds to the spread of real bodies. Trucks and buses overlap in length: width decides.
+CAR = ObjectClass("car", "vehicle", (4.5, 0.8), (1.8, 0.3), 70.0)
 CLASSES: tuple[ObjectClass, ...] = (
-    ObjectClass("car", "vehicle", (4.5, 0.8), (1.8, 0.3), 70.0),
+    CAR,
     ObjectClass("truck", "vehicle", (10.0, 4.0), (2.4, 0.4), 45.0),
     ObjectClass("bus", "vehicle", (12.0, 0.8), (2.6, 0.2), 45.0),
     ObjectClass("motorcycle", "vehicle", (2.1, 0.4), (0.8, 0.25), 80.0),

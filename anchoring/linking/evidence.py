@@ -124,6 +124,7 @@ def _drove(start: Looks, end: Looks, way: Ways, gap_s: FloatArray, settings: Anc
     off_m = way.length_m - (start_mps + end_mps) / 2 * gap_s
 
     def wandered(wander_mps: float) -> FloatArray:
+        """Weigh both with a speed that changes by so much in a second, a standard deviation."""
         spread_m = np.hypot(settings.way_m, wander_mps * np.sqrt(gap_s**3 / 12))
         spread_mps = np.hypot(settings.pace_mps, wander_mps * np.sqrt(gap_s))
         return _normal(off_m, spread_m) + _normal(start_mps - end_mps, spread_mps)

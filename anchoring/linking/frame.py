@@ -6,7 +6,7 @@ import numpy as np
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y, looks_of
 from anchoring.linking.prediction import predict
-from anchoring.linking.routes import LaneRoutes, no_routes
+from anchoring.linking.routes import LaneRoutes
 from anchoring.linking.ways import Looks, Routes
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
@@ -72,7 +72,7 @@ class RoadMap:
     def __init__(self, network: RoadNetwork | None, settings: AnchoringSettings) -> None:
         self._network = network
         self._lines = None if network is None else network.reference_lines
-        self._routes = None if network is None else LaneRoutes(network)
+        self._routes = LaneRoutes(network)
         self._settings = settings
 
     @property
@@ -90,7 +90,7 @@ class RoadMap:
         columns : (k,) column of the body of each vision object.
         """
         t_us = observations.t_us
-        state, turn_rad = self._moved(bodies, t_us, NOW)
+        state, turn_rad = self._moved(bodies, t_us)
         frame = Frame(
             t_us=t_us,
             is_seen=np.zeros(len(bodies), dtype=np.bool_),
@@ -116,27 +116,22 @@ class RoadMap:
 
     def predict_again(self, bodies: Bodies, frame: Frame, column: int) -> None:
         """Replace what was seen of a body by a prediction, since it was seen of another vehicle."""
-        state = self.predicted(bodies, frame.t_us, snapshot=NOW)
+        state, turn_rad = self._moved(bodies, frame.t_us)
+        _turn(state, turn_rad)
         frame.is_seen[column] = False
         frame.state[:, column] = state[:, column]
         frame.length_m[column], frame.width_m[column] = bodies.length_m[column], bodies.width_m[column]
         self._locate(frame, np.array([column]))
 
-    def predicted(self, bodies: Bodies, t_us: int, *, snapshot: int) -> FloatArray:
-        """Predict the states of all bodies from one of their snapshots, (8, n)."""
-        state, turn_rad = self._moved(bodies, t_us, snapshot)
-        _turn(state, turn_rad)
-        return state
-
     def routes(self, starts: Looks, ends: Looks) -> Routes:
         """Make ready to measure the ways along lanes from ends to starts."""
-        return no_routes if self._routes is None else self._routes.between(starts, ends)
+        return self._routes.between(starts, ends)
 
-    def _moved(self, bodies: Bodies, t_us: int, snapshot: int) -> tuple[FloatArray, FloatArray]:
-        state = bodies.states[snapshot].copy()
-        elapsed_s = (t_us - bodies.states_us[snapshot]) * 1e-6
+    def _moved(self, bodies: Bodies, t_us: int) -> tuple[FloatArray, FloatArray]:
+        state = bodies.states[NOW].copy()
+        elapsed_s = (t_us - bodies.states_us[NOW]) * 1e-6
         centre_m, turn_rad = predict(
-            state, bodies.roads[snapshot], elapsed_s, self._lines, lateral_s=self._settings.lateral_s
+            state, bodies.roads[NOW], elapsed_s, self._lines, lateral_s=self._settings.lateral_s
         )
         state[X : Y + 1] = centre_m
         return state, turn_rad

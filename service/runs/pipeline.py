@@ -228,5 +228,5 @@ def _observer(network: RoadNetwork | None, settings: RelationSettings, only: Seq
         only=only,
         lanes=[(lane.id, lane.direction) for lane in network.lanes],
         turns=turns(network) if "turn" in only else (),
-        graph=LaneGraph(network, keep_lanes=True) if network.connections else None,
+        graph=LaneGraph.of(network, keep_lanes=True),
     )

@@ -296,6 +296,14 @@ def test_network_without_connections_has_distances_on_its_edges_only() -> None:
     assert graph.exits_within(places, 100.0) == [{}, {}, {}]
 
 
+def test_no_graph_is_made_without_connections_or_of_a_whole_city(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert LaneGraph.of(two_way_along(np.array([[0.0, 0.0], [100.0, 0.0]]))) is None
+    network = read_sumo_net(CROSSING_NET)
+    assert LaneGraph.of(network) is not None
+    monkeypatch.setattr("gis.lane_graph._MOST_LANES", len(network.lanes) + len(network.connections) - 1)
+    assert LaneGraph.of(network) is None
+
+
 def test_no_places_have_no_distances() -> None:
     graph = graph_of("crossing")
     assert graph.distances_m(LanePlaces.of([], []), scattered(graph, 3, 1)).shape == (0, 3)

@@ -89,11 +89,12 @@ def _frames(network: RoadNetwork, cars: Mapping[str, Knots], seed: int | None) -
         present = [name for name, path in paths.items() if path.start_us <= t_us <= path.end_us]
         states = np.array([paths[name].state(t_us) for name in present]).reshape(len(present), 4)
         states += sigma * rng.normal(0.0, [0.1, 0.1, 0.01, 0.2], states.shape)
-        frames.append(_footprints(network, t_us, present, states))
+        frames.append(footprints_at(network, t_us, present, states))
     return frames
 
 
-def _footprints(network: RoadNetwork, t_us: int, ids: Sequence[str], states: FloatArray) -> Footprints:
+def footprints_at(network: RoadNetwork, t_us: int, ids: Sequence[str], states: FloatArray) -> Footprints:
+    """Lay out cars of one size; states are (n, 4): x, y, heading and speed."""
     at = network.locate(states[:, :2])
     return Footprints(
         t_us=t_us,

@@ -15,6 +15,7 @@ from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 from tests.gis.support import CROSSING_NET
 from tests.qsr.oracle import Oracle
+from tests.qsr.scenes import footprints_at
 
 NETWORKS = Path(__file__).parents[2] / "data_gen" / "scenarios" / "networks"
 CROSSING = read_sumo_net(CROSSING_NET)
@@ -39,28 +40,8 @@ def drive(network: RoadNetwork, start: str, end: str, *, from_m: float, speed_mp
 
 
 def frames_of(network: RoadNetwork, drives: Drives) -> list[Footprints]:
-    frames = []
-    for place, rows in enumerate(zip(*drives.values(), strict=True)):
-        states = np.array(rows)
-        at = network.locate(states[:, :2])
-        frames.append(
-            Footprints(
-                t_us=place * 100_000,
-                ids=tuple(drives),
-                centre_m=states[:, :2],
-                heading_rad=states[:, 2],
-                speed_mps=states[:, 3],
-                length_m=np.full(len(drives), 4.5),
-                width_m=np.full(len(drives), 1.8),
-                road=at.road,
-                along_m=at.along_m,
-                across_m=at.across_m,
-                tangent_rad=at.tangent_rad,
-                junction=at.junction,
-                lane=at.lane,
-            )
-        )
-    return frames
+    rows = zip(*drives.values(), strict=True)
+    return [footprints_at(network, place * 100_000, tuple(drives), np.array(row)) for place, row in enumerate(rows)]
 
 
 def observer_of(

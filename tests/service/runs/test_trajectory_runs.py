@@ -97,7 +97,7 @@ def test_dating_names_back_adds_rows_of_cars_and_changes_nothing_else(tmp_path: 
         one, other = dated.run().id, plain.run().id
         states, fewer = list(dated.states(one)), list(plain.states(other))
         assert set(map(repr, fewer)) < set(map(repr, states))
-        assert len(states) - len(fewer) > 50
+        assert len(states) - len(fewer) >= 100
         assert list(dated.relations(one)) == list(plain.relations(other))
         assert list(dated.links(one)) == list(plain.links(other))
         texts = [[decode_event(text) for text in iterate_events(log, EventFilter())] for log in (dated, plain)]
