@@ -54,10 +54,21 @@ class Cars(Protocol):
 
 
 class HasCars(Protocol):
-    """Describe a sample value that carries cars, and the hypotheses by which they are the cars they are."""
+    """Describe a sample value that carries cars, those that are hidden, and the hypotheses by which they are who they are.
+
+    See `RelationObserver.observe` for ``hidden`` and ``filled``, and `FrameRelations` for the others.
+    """
 
     @property
     def cars(self) -> Cars: ...  # noqa: D102
+    @property
+    def hidden(self) -> Mapping[str, int]: ...  # noqa: D102
+    @property
+    def filled(self) -> tuple[Cars, ...]: ...  # noqa: D102
+    @property
+    def absences(self) -> Mapping[str, str]: ...  # noqa: D102
+    @property
+    def opened(self) -> tuple[tuple[str, int], ...]: ...  # noqa: D102
     @property
     def hypotheses(self) -> Mapping[str, tuple[str, ...]]: ...  # noqa: D102
     @property
@@ -75,24 +86,32 @@ class FrameRelations:
     changes : empty most of the time: an empty answer still tells the subscribers how far time has come.
     hypotheses : labels of the open hypotheses about each object; objects without such are left out.
     validated, refuted : labels of hypotheses that are decided now.
+    absences : labels of the hypotheses that an object that is hidden does not come back.
+    opened : labels of hypotheses, each with the time from which on changes may still come or be taken back by it.
     """
 
     changes: tuple[RelationChange, ...]
     hypotheses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     validated: tuple[str, ...] = ()
     refuted: tuple[str, ...] = ()
+    absences: Mapping[str, str] = field(default_factory=dict)
+    opened: tuple[tuple[str, int], ...] = ()
 
     def hypotheses_of(self, change: RelationChange) -> tuple[str, ...]:
-        """Give the open hypotheses that a change rests on: those about its arguments when it was decided.
+        """Give the open hypotheses that a change rests on, when it was decided.
+
+        They are those about its arguments, and that those do not come back because of whom it is unknown.
 
         Examples
         --------
-        >>> change = RelationChange("behind", ("a", "b"), 0, 40_000, None, True)
-        >>> FrameRelations((change,), {"b": ("v2->b#7",), "c": ("v3->c#8",)}).hypotheses_of(change)
-        ('v2->b#7',)
+        >>> change = RelationChange("behind", ("a", "b"), 0, 40_000, True, None, absent=("a",))
+        >>> frame = FrameRelations((change,), {"b": ("v2->b#7",), "c": ("v3->c#8",)}, absences={"a": "a lost#9"})
+        >>> frame.hypotheses_of(change)
+        ('v2->b#7', 'a lost#9')
         """
         known = self.hypotheses
-        return tuple(label for one in change.args for label in known.get(one, ())) if known else ()
+        links = tuple(label for one in change.args for label in known.get(one, ())) if known else ()
+        return (*links, *(self.absences[one] for one in change.absent))
 
 
 class RelationUnit:
@@ -110,8 +129,11 @@ class RelationUnit:
         if self._last_us is not None and value.cars.t_us <= self._last_us:
             return ()
         self._last_us = value.cars.t_us
-        changes = tuple(self._observer.observe(_footprints(value.cars)))
-        relations = FrameRelations(changes, value.hypotheses, value.validated, value.refuted)
+        filled = [_footprints(cars) for cars in value.filled]
+        changes = tuple(self._observer.observe(_footprints(value.cars), hidden=value.hidden, filled=filled))
+        relations = FrameRelations(
+            changes, value.hypotheses, value.validated, value.refuted, value.absences, value.opened
+        )
         return (Sample(sample.available_us, sample.valid_us, relations),)
 
     def finish(self) -> Iterable[Sample[FrameRelations]]:

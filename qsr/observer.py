@@ -1,27 +1,34 @@
 """Which relations have changed among all objects and places, frame by frame?"""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from gis.lane_graph import LaneGraph
 from gis.turns import Turn
 from qsr.changes.crossings import RelationChange, rearranged
+from qsr.changes.hidden_time import HiddenTime
 from qsr.changes.object_relations import Quantity, check_places, object_relations
 from qsr.changes.pair_kinds import FacingCars, NearCars, ObjectsNow
+from qsr.changes.pair_observer import Doubt, Gone
 from qsr.errors import QsrError
 from qsr.measuring.footprints import OBSERVED, Footprints, LongArray, object_table
 from qsr.measuring.routes import Routes
 from qsr.relations import NEAR_IN_TIME_RELATIONS, NEAR_RELATIONS, RANK, asked_for
 from qsr.settings import RelationSettings
 
+NOBODY: Mapping[str, Any] = MappingProxyType({})
+
 
 class RelationObserver:
     """Turn footprints, frame after frame, into relation changes.
 
-    Nothing changes between two objects unseen: their relations are decided in frames in which at least one of the two
-    is seen. Until then they stay as they were; only that one is gone, or that they are too far apart, is told at once.
-    A relation of a single object goes by its prediction, but nobody begins with one.
+    What nobody sees changes nothing: relations are decided in frames in which all of their objects are seen. Until then
+    they stay as they were, for as long as an object is given as not observed or as hidden. When it comes back, what
+    happened meanwhile is told, and dated there; if it never does, unknown is told from the moment of the loss.
 
     Parameters
     ----------
@@ -59,6 +66,7 @@ class RelationObserver:
 
     __slots__ = (
         "_graph",
+        "_hidden_time",
         "_ids",
         "_last_t_us",
         "_next_serial",
@@ -101,13 +109,20 @@ class RelationObserver:
         self._serials: LongArray = np.zeros(0, dtype=np.int64)
         self._sorted_ids: list[str] = []
         self._order: LongArray = self._serials
+        self._hidden_time = HiddenTime()
 
-    def observe(self, footprints: Footprints) -> list[RelationChange]:
+    def observe(
+        self, footprints: Footprints, *, hidden: Mapping[str, int] = NOBODY, filled: Sequence[Footprints] = ()
+    ) -> list[RelationChange]:
         """Take one frame and return the changes it decides.
 
         Parameters
         ----------
         footprints : of a frame later than the last one.
+        hidden : objects that are not in the frame but may come back, and when each was not seen for the first time. Of
+            these unknown is told at once, from that time on, but what it was before is kept.
+        filled : where objects of this frame that were hidden, or not observed, were at earlier frames, in order of
+            time. What was told unknown of them counts as not told.
 
         Returns
         -------
@@ -124,31 +139,60 @@ class RelationObserver:
             raise QsrError(f"relation observer: expected a frame after {self._last_t_us} us, got one at {t_us!r} us")
         self._last_t_us = t_us
         self._check_places(footprints)
-        footprints = self._without_strangers(footprints)
-        quantities = [relation.measure(footprints) for relation in self._objects]
         changes = [_stated(turn, t_us) for turn in self._turns]
         self._turns = ()
+        for then, returned in self._hidden_time.moments(filled):
+            found = self._update(then, self._measure(then), returned)
+            changes += [replace(change, decided_us=t_us) for change in found]
+        footprints = self._hidden_time.complete(footprints, hidden)
+        quantities, gone = self._measure(footprints), dict[str, Gone]()
         if footprints.ids != self._ids:
-            changes += self._rearrange(footprints, quantities)
-        order, ids = self._order, self._sorted_ids
-        table = object_table(footprints, widest_m=self._widest_m).take(order, axis=1)
-        observed = None if footprints.observed.all() else table[OBSERVED] > 0
-        routes = None if self._graph is None else Routes.of(self._graph, footprints, order)
-        now = ObjectsNow(t_us, ids, self._serials, table, observed, routes)
-        for pairs in self._pairs:
-            changes += pairs.update(now)
-        for relation, quantity in zip(self._objects, quantities, strict=True):
-            changes += relation.tracker.update(t_us, quantity.take(order), ids)
+            gone = self._hidden_time.gone(footprints, hidden)
+            changes += self._rearrange(footprints, quantities, gone)
+        changes += self._update(footprints, quantities, gone=gone)
+        doubt = self._hidden_time.doubt(footprints, hidden, self._order.tolist())
+        if doubt is not None:
+            changes += self._doubt(doubt, t_us)
         changes.sort(key=_rank)
         return changes
 
-    def _without_strangers(self, footprints: Footprints) -> Footprints:
-        """Leave out who is only predicted and was not there in the last frame: nobody begins with a guess."""
-        if footprints.observed.all():
-            return footprints
-        known = set(self._ids)
-        rows = [k for k, one in enumerate(footprints.ids) if footprints.observed[k] or one in known]
-        return footprints if len(rows) == len(footprints.ids) else footprints.select(rows)
+    def _measure(self, footprints: Footprints) -> list[Quantity]:
+        return [relation.measure(footprints) for relation in self._objects]
+
+    def _update(
+        self,
+        footprints: Footprints,
+        quantities: Sequence[Quantity],
+        returned: Collection[str] = (),
+        gone: Mapping[str, Gone] = NOBODY,
+    ) -> list[RelationChange]:
+        """Let all relations see a frame; one that was seen before shows only those who have ``returned``."""
+        order, ids, t_us = self._order, self._sorted_ids, footprints.t_us
+        table = object_table(footprints, widest_m=self._widest_m).take(order, axis=1)
+        now = ObjectsNow(
+            t_us,
+            ids,
+            self._serials,
+            table,
+            observed=None if footprints.observed.all() and not returned else table[OBSERVED] > 0,
+            returned=np.array([one in returned for one in ids]) if returned else None,
+            routes=None if self._graph is None else Routes.of(self._graph, footprints, order),
+            gone=gone,
+        )
+        changes = [change for pairs in self._pairs for change in pairs.update(now)]
+        for relation, quantity in zip(self._objects, quantities, strict=True):
+            changes += relation.tracker.update(t_us, quantity.take(order), ids, now.measured)
+        return changes
+
+    def _doubt(self, doubt: Doubt, t_us: int) -> list[RelationChange]:
+        """Tell unknown of those who are hidden what has not been told yet."""
+        changes = [change for pairs in self._pairs for change in pairs.doubt(t_us, doubt)]
+        for column in doubt.is_new.nonzero()[0].tolist():
+            one, since_us = self._sorted_ids[column], int(doubt.since_us[column])
+            for relation in self._objects:
+                told = relation.tracker.unknown(one, column, since_us, t_us)
+                changes += [replace(change, absent=(one,)) for change in told]
+        return changes
 
     def _check_places(self, footprints: Footprints) -> None:
         roads, junctions, lanes = self._place_counts
@@ -157,15 +201,17 @@ class RelationObserver:
         if lanes:
             check_places("in_lane", footprints.lane, lanes, footprints.t_us)
 
-    def _rearrange(self, footprints: Footprints, quantities: Sequence[Quantity]) -> list[RelationChange]:
+    def _rearrange(
+        self, footprints: Footprints, quantities: Sequence[Quantity], gone: Mapping[str, Gone]
+    ) -> list[RelationChange]:
         """Take over another set, or another order, of objects."""
         t_us, changes = footprints.t_us, list[RelationChange]()
-        present = set(footprints.ids)
         old_column = {object_id: column for column, object_id in enumerate(self._sorted_ids)}
-        for object_id, column in old_column.items():
-            if object_id not in present:
-                for relation in self._objects:
-                    changes += relation.tracker.forget(object_id, column, t_us)
+        for object_id, lost in gone.items():
+            for relation in self._objects:
+                if not lost.is_told:
+                    changes += relation.tracker.unknown(object_id, old_column[object_id], lost.since_us, t_us)
+                relation.tracker.forget(object_id)
         columns = np.array([old_column.get(object_id, -1) for object_id in footprints.ids], dtype=np.int64)
         fresh = np.flatnonzero(columns < 0)
         serials = rearranged(self._serials, columns)

@@ -32,6 +32,7 @@ class RelationChange:
     decided_us : the frame that decided it.
     old, new : values before and after: a truth value, or a word of relations that have more than two values. None where
         unknown: the object, or the pair, was not or is no longer looked at.
+    absent : those because of whom nothing is known for the time being; empty for what is known to have changed.
     """
 
     name: str
@@ -40,6 +41,7 @@ class RelationChange:
     decided_us: int
     old: Value
     new: Value
+    absent: tuple[str, ...] = ()
 
 
 def rearranged(array: NDArray[Cell], columns: LongArray, fresh: IntArray | int = 0) -> NDArray[Cell]:
@@ -193,13 +195,22 @@ class Dwell:
         self._candidate = rearranged(self._candidate, columns, states)
         self._since_us = rearranged(self._since_us, columns, t_us)
 
-    def update(self, t_us: int, states: IntArray) -> list[tuple[int, int, int, int]]:
-        """Take the state of every object; list who has settled in a new one: object, before, now, since when."""
+    def update(self, t_us: int, states: IntArray, measured: BoolArray | None = None) -> list[tuple[int, int, int, int]]:
+        """Take the state of every object; list who has settled in a new one: object, before, now, since when.
+
+        Parameters
+        ----------
+        measured : (objects,) False where the state is not known: such an object stays as it is. None if all are known.
+        """
         moved = states != self._candidate
+        if measured is not None:
+            moved &= measured
         if moved.any():
-            self._candidate = states.astype(np.int64)
+            self._candidate = np.where(moved, states, self._candidate)
             self._since_us = np.where(moved, t_us, self._since_us)
         settled = (self._candidate != self.current) & (t_us - self._since_us >= self._dwell_us)
+        if measured is not None:
+            settled &= measured
         if not settled.any():
             return []
         columns = np.flatnonzero(settled)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from qsr.changes.crossings import Dwell, RelationChange, SwitchBank, Value, rearranged
 from qsr.errors import QsrError
-from qsr.measuring.footprints import FloatArray, Footprints, IntArray, LongArray
+from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, IntArray, LongArray
 from qsr.settings import RelationSettings
 
 # (n,) numbers, whole or not: each tracker is given what was measured for it.
@@ -25,16 +25,25 @@ Quantity = NDArray[Any]
 class ObjectTracker(Protocol):
     """Describe what follows one relation of every object."""
 
-    def forget(self, object_id: str, column: int, t_us: int) -> list[RelationChange]:
-        """Make an object that has disappeared unknown; to be called before `keep`."""
+    def unknown(self, object_id: str, column: int, since_us: int, t_us: int) -> list[RelationChange]:
+        """Tell that nothing is known of an object since a time; what is kept of it stays."""
+        ...
+
+    def forget(self, object_id: str) -> None:
+        """Forget an object that is gone; to be called before `keep`."""
         ...
 
     def keep(self, columns: LongArray, quantity: Quantity, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`."""
         ...
 
-    def update(self, t_us: int, quantity: Quantity, ids: Sequence[str]) -> list[RelationChange]:
-        """Take one frame, objects as at the last `keep`, and return the changes."""
+    def update(
+        self, t_us: int, quantity: Quantity, ids: Sequence[str], measured: BoolArray | None
+    ) -> list[RelationChange]:
+        """Take one frame, objects as at the last `keep`, and return the changes.
+
+        Those that are not ``measured``, (n,), stay as they are; None if all are.
+        """
         ...
 
 
@@ -112,13 +121,16 @@ class PlaceTracker:
         # Object -> place -> (is it there, time of the last change).
         self._at: dict[str, dict[int, tuple[bool, int]]] = {}
 
-    def forget(self, object_id: str, column: int, t_us: int) -> list[RelationChange]:
-        """Make every place of an object that has disappeared unknown."""
-        places = self._at.pop(object_id, {})
+    def unknown(self, object_id: str, column: int, since_us: int, t_us: int) -> list[RelationChange]:
+        """Tell every place of an object unknown."""
         return [
-            RelationChange(self._relation, (object_id, self._place_ids[place]), t_us, t_us, is_there, None)
-            for place, (is_there, _) in places.items()
+            RelationChange(self._relation, (object_id, self._place_ids[place]), since_us, t_us, is_there, None)
+            for place, (is_there, _) in self._at.get(object_id, {}).items()
         ]
+
+    def forget(self, object_id: str) -> None:
+        """Forget an object that is gone; to be called before `keep`."""
+        self._at.pop(object_id, None)
 
     def keep(self, columns: LongArray, places: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`; fresh ones start at their place, -1 for none."""
@@ -130,10 +142,12 @@ class PlaceTracker:
             changes.append(RelationChange(self._relation, (object_id, self._place_ids[place]), t_us, t_us, None, True))
         return changes
 
-    def update(self, t_us: int, places: IntArray, ids: Sequence[str]) -> list[RelationChange]:
+    def update(
+        self, t_us: int, places: IntArray, ids: Sequence[str], measured: BoolArray | None = None
+    ) -> list[RelationChange]:
         """Take the place of every object, -1 for none, and return the changes."""
         changes = []
-        for column, left, entered, at_us in self._dwell.update(t_us, places):
+        for column, left, entered, at_us in self._dwell.update(t_us, places, measured):
             if left >= 0:
                 changes.append(self._change(ids[column], left, at_us, t_us, is_there=False))
             if entered >= 0:
@@ -194,11 +208,14 @@ class TravelTracker:
         self._dwell = Dwell(dwell_us=dwell_us, backdate_us=backdate_us)
         self._changed_us: dict[str, int] = {}
 
-    def forget(self, object_id: str, column: int, t_us: int) -> list[RelationChange]:
-        """Make an object that has disappeared unknown; to be called before `keep`."""
-        self._changed_us.pop(object_id, None)
+    def unknown(self, object_id: str, column: int, since_us: int, t_us: int) -> list[RelationChange]:
+        """Tell that nothing is known of an object since a time; what is kept of it stays."""
         old = _VALUES[int(self._dwell.current[column])]
-        return [] if old is None else [RelationChange(self._relation, (object_id,), t_us, t_us, old, None)]
+        return [] if old is None else [RelationChange(self._relation, (object_id,), since_us, t_us, old, None)]
+
+    def forget(self, object_id: str) -> None:
+        """Forget an object that is gone; to be called before `keep`."""
+        self._changed_us.pop(object_id, None)
 
     def keep(self, columns: LongArray, states: IntArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`; fresh ones start with what is known of them."""
@@ -211,10 +228,12 @@ class TravelTracker:
             )
         return changes
 
-    def update(self, t_us: int, states: IntArray, ids: Sequence[str]) -> list[RelationChange]:
+    def update(
+        self, t_us: int, states: IntArray, ids: Sequence[str], measured: BoolArray | None = None
+    ) -> list[RelationChange]:
         """Take what is known of every object now, and return the changes."""
         changes = []
-        for column, old, new, since_us in self._dwell.update(t_us, states):
+        for column, old, new, since_us in self._dwell.update(t_us, states, measured):
             object_id = ids[column]
             at_us = max(since_us, self._changed_us.get(object_id, since_us - 1) + 1)
             self._changed_us[object_id] = at_us
@@ -238,9 +257,12 @@ class MovingTracker:
         self._changed_us: LongArray = np.zeros(0, dtype=np.int64)
         self._fresh: LongArray = np.zeros(0, dtype=np.int64)
 
-    def forget(self, object_id: str, column: int, t_us: int) -> list[RelationChange]:
-        """Make an object that has disappeared unknown; to be called before `keep`."""
-        return [RelationChange("moving", (object_id,), t_us, t_us, bool(self._bank.is_on[0, column]), None)]
+    def unknown(self, object_id: str, column: int, since_us: int, t_us: int) -> list[RelationChange]:
+        """Tell that nothing is known of an object since a time; what is kept of it stays."""
+        return [RelationChange("moving", (object_id,), since_us, t_us, bool(self._bank.is_on[0, column]), None)]
+
+    def forget(self, object_id: str) -> None:
+        """Keep nothing by name that had to be forgotten."""
 
     def keep(self, columns: LongArray, speed_mps: FloatArray, ids: Sequence[str], t_us: int) -> list[RelationChange]:
         """Rearrange the objects as in `SwitchBank.keep`; fresh ones start with their next `update`."""
@@ -249,9 +271,12 @@ class MovingTracker:
         self._fresh = np.flatnonzero(columns < 0)
         return []
 
-    def update(self, t_us: int, speed_mps: FloatArray, ids: Sequence[str]) -> list[RelationChange]:
+    def update(
+        self, t_us: int, speed_mps: FloatArray, ids: Sequence[str], measured: BoolArray | None = None
+    ) -> list[RelationChange]:
         """Take the speed of every object, (n,), and return the changes."""
-        turned = self._bank.update(t_us, (speed_mps - self._limit_mps).reshape(1, -1))[0]
+        held = None if measured is None else ~measured
+        turned = self._bank.update(t_us, (speed_mps - self._limit_mps).reshape(1, -1), held)[0]
         is_on = self._bank.is_on[0]
         changes = [
             RelationChange("moving", (ids[column],), t_us, t_us, None, bool(is_on[column]))

@@ -1,16 +1,16 @@
 """Which pairs are looked at, and what has changed between them?
 
 Cars that are near each other, cars that are near in time (at their speed), and cars that drive towards each other. A
-pair of which neither car is seen in a frame does not come in with that frame.
+pair of which one is not seen in a frame neither comes in nor goes with that frame.
 """
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from qsr.changes.crossings import RelationChange
-from qsr.changes.pair_observer import PairObserver
+from qsr.changes.pair_observer import Doubt, Gone, PairObserver
 from qsr.measuring.conflicts import oncoming_values
 from qsr.measuring.footprints import HALF_LENGTH, BoolArray, FloatArray, LongArray, X, Y
 from qsr.measuring.pairs import NearPairs, NearSet, facing_pairs, near_in_time, pairs_within
@@ -38,7 +38,10 @@ class ObjectsNow:
     serials : (n,) a number per object, rising, and never used for another object.
     table : (13, n) as made by `qsr.measuring.footprints.object_table`.
     observed : (n,) which objects are seen in this frame; None if all are.
+    returned : (n,) of a frame that is looked at again, those of whom it is known only now where they were. None of one
+        that comes for the first time.
     routes : the ways between them; None where the map says nothing of them.
+    gone : who was there in the last frame and is not any more.
     """
 
     t_us: int
@@ -46,18 +49,33 @@ class ObjectsNow:
     serials: LongArray
     table: FloatArray
     observed: BoolArray | None
+    returned: BoolArray | None = None
     routes: Routes | None = None
+    gone: Mapping[str, Gone] = field(default_factory=dict)
 
-    def may_enter(self, pairs: LongArray, is_near: BoolArray) -> BoolArray:
-        """Tell which of the near pairs, (2, pairs), may come in with this frame.
+    @property
+    def measured(self) -> BoolArray | None:
+        """Which objects are looked at, (n,); None if all are."""
+        return self.observed if self.returned is None else self.returned
+
+    def is_measured(self, pairs: LongArray) -> BoolArray:
+        """Tell of which pairs, (2, pairs), something new is known: both are seen, and not both were known before.
 
         Examples
         --------
-        >>> now = ObjectsNow(0, "abc", np.arange(3), np.zeros((13, 3)), np.array([True, False, False]))
-        >>> now.may_enter(np.array([[0, 1], [1, 2]]), np.array([True, True])).tolist()
-        [True, False]
+        >>> pairs, table = np.array([[0, 1, 0], [1, 2, 2]]), np.zeros((13, 3))
+        >>> ObjectsNow(0, "abc", np.arange(3), table, np.array([True, True, False])).is_measured(pairs).tolist()
+        [True, False, False]
+        >>> seen, returned = np.ones(3, np.bool_), np.array([False, False, True])
+        >>> ObjectsNow(0, "abc", np.arange(3), table, seen, returned).is_measured(pairs).tolist()
+        [False, True, True]
         """
-        return is_near if self.observed is None else is_near & self.observed.take(pairs).any(axis=0)
+        if self.observed is None:
+            return np.ones(pairs.shape[1], np.bool_)
+        measured = np.asarray(self.observed.take(pairs).all(axis=0))
+        if self.returned is not None:
+            measured &= self.returned.take(pairs).any(axis=0)
+        return measured
 
 
 class NearCars:
@@ -83,7 +101,7 @@ class NearCars:
         settings = self._settings
         pairs, distance_m, is_near = near_in_time(now.table, settings)
         in_time = self._in_time.find(now, pairs, is_near)
-        values = switch_values(now.table, in_time.columns, settings, rows=self._rows, routes=now.routes)
+        values = self._values(now, in_time.columns, self._rows)
         changes = self._in_time.update(now, in_time, values)
         if self._near is not None:
             rows = (distance_m <= settings.leave_radius_m).nonzero()[0]
@@ -97,8 +115,23 @@ class NearCars:
         settings, table = self._settings, now.table
         pairs, distance_m = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], settings.leave_radius_m)
         near = kept.find(now, pairs, distance_m <= settings.enter_radius_m)
-        values = switch_values(table, near.columns, settings, rows=self._near_rows, routes=now.routes)
-        return kept.update(now, near, values)
+        return kept.update(now, near, self._values(now, near.columns, self._near_rows))
+
+    def doubt(self, t_us: int, doubt: Doubt) -> list[RelationChange]:
+        """Tell unknown what concerns objects of which nothing is known; see `PairObserver.doubt`."""
+        kinds = [one for one in (self._near, self._in_time) if one is not None]
+        return [change for one in kinds for change in one.relations.doubt(t_us, doubt)]
+
+    def _values(self, now: ObjectsNow, columns: LongArray, rows: int) -> FloatArray:
+        """Measure the pairs of which something new is known; the others, whatever stands there, are not looked at."""
+        if now.observed is None:
+            return switch_values(now.table, columns, self._settings, rows=rows, routes=now.routes)
+        values, measured = np.zeros((rows, columns.shape[1])), now.is_measured(columns)
+        asked = columns[:, measured]
+        values[:, measured] = switch_values(now.table, asked, self._settings, rows=rows, routes=now.routes)
+        if now.returned is not None:  # nobody saw that they nearly met
+            values[Switch.SHORT_TTC :, measured] = -1.0
+        return values
 
 
 class FacingCars:
@@ -117,21 +150,35 @@ class FacingCars:
         facing = self._kept.find(now, pairs, distance_m <= self._settings.oncoming_enter_m)
         return self._kept.update(now, facing, oncoming_values(now.table.take(facing.columns, axis=1), self._settings))
 
+    def doubt(self, t_us: int, doubt: Doubt) -> list[RelationChange]:
+        """Tell unknown what concerns objects of which nothing is known; see `PairObserver.doubt`."""
+        return [] if self._kept is None else self._kept.relations.doubt(t_us, doubt)
+
 
 class _Kept:
     """Keep the pairs of one kind, and their relations."""
 
-    __slots__ = ("_near", "_relations")
+    __slots__ = ("_near", "relations")
 
     def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, settings: RelationSettings) -> None:
         self._near = NearSet()
-        self._relations = PairObserver(relations, margins, backdate_us=settings.backdate_us)
+        self.relations = PairObserver(relations, margins, backdate_us=settings.backdate_us)
 
     def find(self, now: ObjectsNow, pairs: LongArray, is_near: BoolArray) -> NearPairs:
-        return self._near.update(now.serials, pairs, now.may_enter(pairs, is_near))
+        """Find the pairs of a frame: those that are near, and of those that are not measured all that there were."""
+        if now.observed is None:
+            return self._near.update(now.serials, pairs, is_near)
+        kept = self._near.columns(now.serials)
+        kept = kept[:, ~now.is_measured(kept)]
+        measured = now.is_measured(pairs)
+        pairs = np.concatenate((kept, pairs[:, measured]), axis=1)
+        is_near = np.concatenate((np.ones(kept.shape[1], np.bool_), is_near[measured]))
+        order = np.lexsort(pairs[::-1])
+        return self._near.update(now.serials, pairs.take(order, axis=1), is_near.take(order))
 
     def update(self, now: ObjectsNow, pairs: NearPairs, values: FloatArray) -> list[RelationChange]:
-        return self._relations.update(now.t_us, ids=now.ids, pairs=pairs, values=values, observed=now.observed)
+        held = None if now.observed is None else ~now.is_measured(pairs.columns)
+        return self.relations.update(now.t_us, ids=now.ids, pairs=pairs, values=values, held=held, gone=now.gone)
 
 
 def _rows_used(relations: Sequence[PairRelation]) -> int:

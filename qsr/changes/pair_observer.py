@@ -4,7 +4,8 @@ Of each pair (a, b), a is the elder object. Everything is measured once per pair
 made only for the few values that change.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +13,47 @@ from qsr.changes.crossings import RelationChange, SwitchBank, rearranged
 from qsr.measuring.footprints import BoolArray, FloatArray, LongArray
 from qsr.measuring.pairs import NearPairs
 from qsr.relations import PairRelation
+
+# Later than every frame.
+NEVER_US = 2**62
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Doubt:
+    """Say of which objects nothing is known for the time being, and of which again.
+
+    Attributes
+    ----------
+    since_us : (n,) from when on nothing is known; `NEVER_US` for the others.
+    was_told : (n,) True for those of which that was told before.
+    """
+
+    since_us: LongArray
+    was_told: BoolArray
+
+    @property
+    def is_hidden(self) -> BoolArray:
+        """Of which nothing is known, (n,)."""
+        is_hidden: BoolArray = self.since_us < NEVER_US
+        return is_hidden
+
+    @property
+    def is_new(self) -> BoolArray:
+        """Of which that is to be told now, (n,)."""
+        return self.is_hidden & ~self.was_told
+
+    @property
+    def has_returned(self) -> BoolArray:
+        """Of which it is known again what happens, (n,)."""
+        return self.was_told & ~self.is_hidden
+
+
+@dataclass(frozen=True, slots=True)
+class Gone:
+    """Say since when an object that is gone has not been seen, and whether it was told that nothing is known of it."""
+
+    since_us: int
+    is_told: bool
 
 
 class PairObserver:
@@ -31,6 +73,7 @@ class PairObserver:
         "_conjunctions",
         "_holds",
         "_ids",
+        "_is_told",
         "_names",
         "_relations",
     )
@@ -50,9 +93,17 @@ class PairObserver:
         self._columns: LongArray = np.zeros((2, 0), dtype=np.int64)
         self._holds: BoolArray = np.zeros((len(relations), 0), dtype=np.bool_)
         self._changed_us: LongArray = np.zeros((len(relations), 0), dtype=np.int64)
+        self._is_told: BoolArray = np.zeros(0, dtype=np.bool_)  # unknown, for the time being
 
     def update(
-        self, t_us: int, *, ids: Sequence[str], pairs: NearPairs, values: FloatArray, observed: BoolArray | None
+        self,
+        t_us: int,
+        *,
+        ids: Sequence[str],
+        pairs: NearPairs,
+        values: FloatArray,
+        held: BoolArray | None,
+        gone: Mapping[str, Gone],
     ) -> list[RelationChange]:
         """Take one frame and return the changes, in no particular order.
 
@@ -62,21 +113,33 @@ class PairObserver:
         ids : n names, not to be changed afterwards.
         pairs : which pairs are looked at now.
         values : (switches, pairs) the quantity of every switch of every pair; kept.
-        observed : (n,) which objects are seen, None if all are. A pair of which neither is seen counts as not measured:
-            its relations stay as they are, whatever the two are predicted to do.
+        held : (pairs,) True where nothing was measured, whatever the values: the relations stay as they are. None if
+            all were measured.
+        gone : objects of the last frame that are gone.
         """
         changes: list[RelationChange] = []
         for column in pairs.ended.tolist():
-            changes += self._ended(column, t_us)
+            changes += self._ended(column, t_us, gone)
         fresh = self._rearrange(pairs, t_us)
         self._ids, self._columns = ids, pairs.columns
-        unseen = None
-        if observed is not None:
-            is_seen = observed.take(pairs.columns)
-            unseen = ~(is_seen[0] | is_seen[1])
-        turned = self._bank.update(t_us, values, unseen)
+        turned = self._bank.update(t_us, values, held)
         if len(fresh) or turned.any():
             changes += self._decide(t_us, fresh)
+        return changes
+
+    def doubt(self, t_us: int, doubt: Doubt) -> list[RelationChange]:
+        """Tell once of every pair that nothing is known of it, since the first of the two is not seen.
+
+        What is kept of the pair stays: if what happened is known later, its relations go on from what they were, as if
+        this had not been told.
+        """
+        since_us = doubt.since_us.take(self._columns).min(axis=0)
+        is_told = self._is_told & ~doubt.has_returned.take(self._columns).any(axis=0)
+        self._is_told = since_us < NEVER_US
+        changes = []
+        for column in (self._is_told & ~is_told).nonzero()[0].tolist():
+            absent = tuple(self._ids[k] for k in self._columns[:, column].tolist() if doubt.is_hidden[k])
+            changes += self._unknown(column, int(since_us[column]), t_us, absent)
         return changes
 
     def _rearrange(self, pairs: NearPairs, t_us: int) -> LongArray:
@@ -86,6 +149,7 @@ class PairObserver:
             return np.zeros(0, dtype=np.int64)
         self._bank.keep(came_from)
         self._holds = rearranged(self._holds, came_from)
+        self._is_told = rearranged(self._is_told, came_from)
         self._changed_us = rearranged(self._changed_us, came_from, t_us)
         return np.flatnonzero(came_from < 0)
 
@@ -121,9 +185,20 @@ class PairObserver:
         gone += [switch for switch in relation.but_not if is_on[switch]]
         return int(since_us[gone].min())
 
-    def _ended(self, column: int, t_us: int) -> list[RelationChange]:
+    def _ended(self, column: int, t_us: int, gone: Mapping[str, Gone]) -> list[RelationChange]:
+        """Tell unknown what concerns objects that are gone, or too far apart."""
+        lost = {one: gone[one] for one in self._arguments(column)[0] if one in gone}
+        if any(one.is_told for one in lost.values()):
+            return []
+        since_us = min((one.since_us for one in lost.values()), default=t_us)
+        return self._unknown(column, since_us, t_us)
+
+    def _unknown(self, column: int, since_us: int, t_us: int, absent: tuple[str, ...] = ()) -> list[RelationChange]:
         args, values = self._arguments(column), self._holds[:, column].tolist()
-        return [RelationChange(name, args[order], t_us, t_us, values[row], None) for row, name, order in self._names]
+        return [
+            RelationChange(name, args[order], since_us, t_us, values[row], None, absent)
+            for row, name, order in self._names
+        ]
 
     def _arguments(self, column: int) -> tuple[tuple[str, str], tuple[str, str]]:
         a, b = self._ids[self._columns[0, column]], self._ids[self._columns[1, column]]

@@ -87,6 +87,34 @@ class Footprints:
                 )
 
 
+def pick_rows(t_us: int, ids: Sequence[str], sources: Sequence[Footprints]) -> Footprints:
+    """Lay out objects at one time, each as the first source that has it shows it.
+
+    Parameters
+    ----------
+    t_us : the time.
+    ids : each is in some source.
+    sources : the first goes before the others.
+
+    Examples
+    --------
+    >>> def at(x_m, *ids):
+    ...     none, off = np.full(len(ids), np.nan), np.full(len(ids), -1, np.int32)
+    ...     return Footprints(0, ids, np.full((len(ids), 2), x_m), none, none, none, none, off, none, none, none, off)
+    >>> pick_rows(9, ("c", "a"), (at(1.0, "a", "b"), at(2.0, "a", "c"))).centre_m[:, 0].tolist()
+    [2.0, 1.0]
+    """
+    names = [one for source in sources for one in source.ids]
+    row_of = {one: len(names) - 1 - k for k, one in enumerate(reversed(names))}
+    rows = [row_of[one] for one in ids]
+    arrays = {
+        name: np.concatenate([getattr(source, name) for source in sources])[rows]
+        for name in (one.name for one in fields(Footprints))
+        if name not in ("t_us", "ids")
+    }
+    return Footprints(t_us=t_us, ids=tuple(ids), **arrays)
+
+
 # Rows of the object table.
 X, Y, COS, SIN, HALF_LENGTH, HALF_WIDTH, HALF_PATH, SPEED, ALONG, ACROSS, TRAVEL, ROAD, OBSERVED = range(13)
 

@@ -209,6 +209,14 @@ class NearSet:
     def __init__(self) -> None:
         self._keys: LongArray = np.zeros(0, dtype=np.int64)
 
+    def columns(self, serials: LongArray) -> LongArray:
+        """Give the pairs of the last frame as (2, pairs) columns of this one, without those of which one is gone."""
+        ends = np.array((self._keys >> 31, self._keys & (2**31 - 1)))
+        if not len(serials):
+            return ends[:, :0]
+        columns = np.minimum(serials.searchsorted(ends), len(serials) - 1)
+        return columns[:, (serials.take(columns) == ends).all(axis=0)]
+
     def update(self, serials: LongArray, pairs: LongArray, may_enter: BoolArray) -> NearPairs:
         """Take the pairs of one frame that are near enough to stay.
 

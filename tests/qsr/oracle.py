@@ -293,6 +293,7 @@ class Oracle:
         self.seniority: dict[str, int] = {}
         self.appeared = 0
         self.known: set[str] = set()
+        self.unseen_us: dict[str, int] = {}
 
     def observe(self, frame: Footprints) -> list[RelationChange]:
         bodies = {
@@ -307,6 +308,8 @@ class Oracle:
         changes += self.observe_pairs(frame.t_us, bodies, self.pairs_in_time, is_near_in_time, NEAR_IN_TIME)
         changes += self.observe_facing(frame.t_us, bodies)
         for a, body_a in bodies.items():
+            if not body_a.observed:
+                continue
             changes += self.observe_moving(frame.t_us, a, body_a.speed)
             changes += self.observe_place(frame.t_us, "on", a, body_a.road)
             changes += self.observe_place(frame.t_us, "in_crossing", a, body_a.junction)
@@ -315,7 +318,13 @@ class Oracle:
                 changes += self.observe_place(frame.t_us, "in_lane", a, body_a.lane)
                 changes += self.observe_state(frame.t_us, "against_traffic", a, self.is_against_traffic(body_a))
         self.known = set(bodies)
+        unseen = [name for name, body in bodies.items() if not body.observed]
+        self.unseen_us = {name: self.unseen_us.get(name, frame.t_us) for name in unseen}
         return changes
+
+    def lost_us(self, t_us: int, bodies: dict[str, Body], *names: str) -> int:
+        """When the first of some that are gone was not seen any more."""
+        return min([self.unseen_us.get(name, t_us) for name in names if name not in bodies], default=t_us)
 
     def is_forward(self, body: Body) -> bool | None:
         if body.road < 0 or abs(travel_of(body)) < math.sqrt(self.settings.road_alignment):
@@ -332,25 +341,30 @@ class Oracle:
         changes = []
         for pairs in (self.pairs, self.pairs_in_time):
             for pair in [pair for pair in pairs if not set(pair) <= set(bodies)]:
-                changes += self.end_pair(t_us, pair, pairs)
+                changes += self.end_pair(t_us, pair, pairs, self.lost_us(t_us, bodies, *pair))
         for name in [name for name in self.moving if name not in bodies]:
-            changes.append(RelationChange("moving", (name,), t_us, t_us, self.moving.pop(name).values["moving"], None))
+            old = self.moving.pop(name).values["moving"]
+            changes.append(RelationChange("moving", (name,), self.lost_us(t_us, bodies, name), t_us, old, None))
         for relation, name in [key for key in self.places if key[1] not in bodies]:
             del self.places[relation, name]
             for place, (value, _) in self.visited.pop((relation, name), {}).items():
                 args = (name, self.place_ids[relation][place])
-                changes.append(RelationChange(relation, args, t_us, t_us, value, None))
+                since_us = self.lost_us(t_us, bodies, name)
+                changes.append(RelationChange(relation, args, since_us, t_us, value, None))
         for relation, name in [key for key in self.states if key[1] not in bodies]:
             current = self.states.pop((relation, name))[0]
             if current is not None:
-                changes.append(RelationChange(relation, (name,), t_us, t_us, current, None))
+                since_us = self.lost_us(t_us, bodies, name)
+                changes.append(RelationChange(relation, (name,), since_us, t_us, current, None))
         for name in [name for name in self.seniority if name not in bodies]:
             del self.seniority[name]
         return changes
 
-    def end_pair(self, t_us: int, pair: tuple[str, str], pairs: dict[tuple[str, str], Pair]) -> list[RelationChange]:
+    def end_pair(
+        self, t_us: int, pair: tuple[str, str], pairs: dict[tuple[str, str], Pair], since_us: int
+    ) -> list[RelationChange]:
         values = pairs.pop(pair).values
-        return [RelationChange(name, pair, t_us, t_us, value, None) for name, value in values.items()]
+        return [RelationChange(name, pair, since_us, t_us, value, None) for name, value in values.items()]
 
     def observe_pairs(
         self,
@@ -364,14 +378,13 @@ class Oracle:
         measured: dict[tuple[str, str], dict[str, float]] = {}
         for pair in [(a, b) for a in bodies for b in bodies if a != b]:
             a, b = (bodies[name] for name in pair)
-            is_seen = a.observed or b.observed
-            if is_close_enough(a, b, settings, was_near=pair in pairs) and (is_seen or pair in pairs):
+            if not (a.observed and b.observed):
+                continue
+            if is_close_enough(a, b, settings, was_near=pair in pairs):
                 measured[pair] = quantities(a, b, settings, self.graph)
             elif pair in pairs:
-                changes += self.end_pair(t_us, pair, pairs)
+                changes += self.end_pair(t_us, pair, pairs, t_us)
         for pair, values in measured.items():
-            if not (bodies[pair[0]].observed or bodies[pair[1]].observed):
-                continue
             if pair not in pairs:
                 pairs[pair] = self.new_pair()
             state = pairs[pair]
@@ -400,12 +413,15 @@ class Oracle:
             forward = self.is_forward(a), self.is_forward(b)
             limit = settings.oncoming_leave_m if pair in self.facing else settings.oncoming_enter_m
             is_near = a.road == b.road and abs(a.along - b.along) - (a.length + b.length) / 2 <= limit
-            is_seen = a.observed or b.observed
-            if is_near and set(forward) == {True, False} and (is_seen or pair in self.facing):
-                looked_at[pair] = meeting_quantity(a, b, settings) if is_seen else None
+            if not (a.observed and b.observed):
+                if pair in self.facing:
+                    looked_at[pair] = None
+            elif is_near and set(forward) == {True, False}:
+                looked_at[pair] = meeting_quantity(a, b, settings)
         for pair in [pair for pair in self.facing if pair not in looked_at]:
             old = self.facing.pop(pair).values["oncoming"]
-            changes.append(RelationChange("oncoming", pair, t_us, t_us, old, None))
+            since_us = self.lost_us(t_us, bodies, *pair)
+            changes.append(RelationChange("oncoming", pair, since_us, t_us, old, None))
         for pair, value in looked_at.items():
             if value is None:
                 continue

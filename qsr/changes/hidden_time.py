@@ -1,0 +1,98 @@
+"""What is kept for the time when somebody comes back whom nobody sees? Where all the others were meanwhile.
+
+An object that is hidden stays among the objects, at its last place and not measured, so that all relations of it stay
+as they were. When it is known where it was, the frames since its loss are looked at again, for its relations alone.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from qsr.changes.pair_observer import NEVER_US, Doubt, Gone
+from qsr.measuring.footprints import Footprints, pick_rows
+
+
+class HiddenTime:
+    """Keep who is not seen, and the frames since the first of them was lost."""
+
+    __slots__ = ("_frames", "_last", "_since_us", "_told")
+
+    def __init__(self) -> None:
+        self._last: Footprints | None = None
+        self._since_us: dict[str, int] = {}
+        self._told: frozenset[str] = frozenset()
+        self._frames: dict[int, Footprints] = {}
+
+    def complete(self, frame: Footprints, hidden: Mapping[str, int]) -> Footprints:
+        """Add those who are hidden, where they were last, and leave out guesses of those who were never seen.
+
+        Who was seen after the time since which it is hidden was taken for another one: it is not added, but gone.
+        """
+        if frame.observed.all() and not hidden:
+            return frame
+        last = self._last or frame.select(())
+        known = frozenset(last.ids)
+        present = [one for k, one in enumerate(frame.ids) if frame.observed[k] or one in known]
+        kept = [
+            one
+            for one, since_us in hidden.items()
+            if one in known and since_us >= self._since_us.get(one, frame.t_us) and one not in frame.ids
+        ]
+        return pick_rows(frame.t_us, (*present, *kept), (frame, _unseen(last)))
+
+    def moments(self, filled: Sequence[Footprints]) -> Iterator[tuple[Footprints, frozenset[str]]]:
+        """Give the frames to be looked at again, with those of whom it is known now where they were.
+
+        Parameters
+        ----------
+        filled : where those who are seen again were at earlier frames, in order of time.
+
+        Returns
+        -------
+        Rows of all objects of the last frame, in its order.
+        """
+        if self._last is None:
+            return
+        last = _unseen(self._last)
+        for rows in filled:
+            then = self._frames.get(rows.t_us)
+            if then is not None:
+                known = pick_rows(
+                    rows.t_us, last.ids, (replace(rows, observed=np.ones(len(rows.ids), np.bool_)), then, last)
+                )
+                self._frames[rows.t_us] = known
+                yield known, frozenset(rows.ids)
+
+    def gone(self, frame: Footprints, hidden: Mapping[str, int]) -> dict[str, Gone]:
+        """Find who was there in the last frame and is not in this one, as it is completed."""
+        before = () if self._last is None else self._last.ids
+        return {
+            one: Gone(hidden.get(one, self._since_us.get(one, frame.t_us)), one in self._told)
+            for one in set(before).difference(frame.ids)
+        }
+
+    def doubt(self, frame: Footprints, hidden: Mapping[str, int], order: Sequence[int]) -> Doubt | None:
+        """Say who is hidden, of the objects of a completed frame in some order; None if nobody is, or was.
+
+        Call it once a frame, after everything else.
+        """
+        hidden = {one: hidden[one] for one in frame.ids if one in hidden}
+        doubt = None
+        if hidden or self._told:
+            ids = [frame.ids[k] for k in order]
+            was_told = np.array([one in self._told for one in ids], dtype=np.bool_)
+            doubt = Doubt(np.array([hidden.get(one, NEVER_US) for one in ids], dtype=np.int64), was_told)
+        unseen = [one for one, is_seen in zip(frame.ids, frame.observed.tolist(), strict=True) if not is_seen]
+        self._since_us = {one: self._since_us.get(one, frame.t_us) for one in unseen}
+        self._last, self._told = frame, frozenset(hidden)
+        if unseen:
+            self._frames[frame.t_us] = frame
+        first_us = min(self._since_us.values(), default=NEVER_US)
+        while self._frames and (oldest := next(iter(self._frames))) < first_us:
+            del self._frames[oldest]
+        return doubt
+
+
+def _unseen(frame: Footprints) -> Footprints:
+    return replace(frame, observed=np.zeros(len(frame.ids), np.bool_))

@@ -1,0 +1,99 @@
+"""What happened while a car was hidden is told when it comes back, as if it had been seen all the time."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from qsr.changes.crossings import RelationChange, Value
+from qsr.measuring.footprints import Footprints
+from qsr.observer import RelationObserver
+from qsr.relations import RANK
+from qsr.settings import RelationSettings
+from tests.cases import for_each
+from tests.qsr.support import random_traffic
+
+# Of a hidden time nobody knows who else was in between, or whether two cars nearly met.
+NAMES = sorted(RANK.keys() - {"following", "short_headway", "conflict"})
+MOST_PREDICTED = 4
+
+Told = tuple[str, tuple[str, ...], int, Value, Value]
+
+
+@dataclass
+class Story:
+    """Keep what was told and still stands, with the absences that each change rests on."""
+
+    told: list[tuple[RelationChange, frozenset[str]]] = field(default_factory=list)
+
+    def take(self, changes: Sequence[RelationChange], returned: Collection[str]) -> None:
+        self.told = [(change, absent) for change, absent in self.told if absent.isdisjoint(returned)]
+        self.told += [(change, frozenset(change.absent)) for change in changes]
+
+    def standing(self, names: Collection[str] = NAMES) -> set[Told]:
+        return {(one.name, one.args, one.t_us, one.old, one.new) for one, _ in self.told if one.name in names}
+
+
+def hide(rng: np.random.Generator, frames: Sequence[Footprints]) -> dict[str, list[tuple[int, int]]]:
+    """Draw for each car from when to when it is hidden, in frames: only while it is there, and never to the end."""
+    intervals: dict[str, list[tuple[int, int]]] = {}
+    for name in sorted({name for frame in frames for name in frame.ids}):
+        there = [name in frame.ids for frame in frames]
+        start = 0
+        while start < len(frames):
+            start += int(rng.integers(2, 15))
+            end = start + int(rng.integers(1, 14))
+            if all(there[start - 1 : end + 1]) and end < len(frames) - 1:
+                intervals.setdefault(name, []).append((start, end))
+            start = end + 1
+    return intervals
+
+
+def tell(
+    frames: Sequence[Footprints], intervals: Mapping[str, Sequence[tuple[int, int]]], observer: RelationObserver
+) -> tuple[Story, set[frozenset[str]]]:
+    """Show a car that is hidden as a wrong guess first, then not at all, and fill the time in when it comes back."""
+    story, broken = Story(), set[frozenset[str]]()
+    before: set[str] = set()
+    for number, frame in enumerate(frames):
+        away = {name: start for name, spans in intervals.items() for start, end in spans if start <= number < end}
+        back = {name: start for name, spans in intervals.items() for start, end in spans if number == end}
+        guessed = {name for name, start in away.items() if number < start + MOST_PREDICTED}
+        hidden = {name: frames[start].t_us for name, start in away.items() if name not in guessed}
+        shown = frame.select([k for k, name in enumerate(frame.ids) if name not in hidden])
+        observed = np.array([name not in guessed for name in shown.ids], np.bool_)
+        shown = replace(shown, observed=observed, centre_m=shown.centre_m + np.where(observed, 0.0, 9.0)[:, None])
+        filled = [
+            then.select([k for k, name in enumerate(then.ids) if back.get(name, number) <= past])
+            for past, then in enumerate(
+                frames[min(back.values(), default=number) : number], min(back.values(), default=0)
+            )
+        ]
+        changes = observer.observe(shown, hidden=hidden, filled=filled)
+        story.take(changes, back)
+        broken |= {frozenset((gone, name)) for gone in before - set(frame.ids) for name in away}
+        before = set(frame.ids)
+    return story, broken
+
+
+@for_each("seed", range(12))
+def test_the_story_in_the_end_is_that_of_cars_that_were_seen_all_the_time(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    lanes = [(f"l{number}", 1 if number % 2 else -1) for number in range(4)]
+    frames = [
+        replace(frame, observed=np.ones(len(frame.ids), np.bool_))
+        for frame in random_traffic(rng, frames=60, count=12, noise_m=0.1)
+    ]
+    one, other = (RelationObserver(("r0", "r1"), ("j0",), RelationSettings(), lanes=lanes) for _ in range(2))
+    expected = {
+        (change.name, change.args, change.t_us, change.old, change.new)
+        for frame in frames
+        for change in one.observe(frame)
+        if change.name in NAMES
+    }
+    intervals = hide(rng, frames)
+    story, broken = tell(frames, intervals, other)
+    # Of a pair of which one left while the other was hidden, nobody can tell what happened last.
+    got = {change for change in story.standing() if frozenset(change[1]) not in broken}
+    assert len(intervals) > 3
+    assert got == {change for change in expected if frozenset(change[1]) not in broken}
