@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Protocol
 
+from anchoring.absences import Absences
 from anchoring.anchorer import Anchorer
 from anchoring.former import FormerRows
 from anchoring.observations import BoolArray, Cars, FloatArray, Level, LinkChange, Observations
@@ -55,6 +56,9 @@ class Anchored:
     validated, refuted : labels that were carried before and are decided now.
     former : the cars of earlier times, oldest first, that have got their names only now. They are for the record:
         relations and monitors look at ``cars`` alone, since what they said of those times is said.
+    filled : the cars of earlier times that nobody saw then and that are seen again now, oldest first.
+    absences : of each car that is hidden, the label of the hypothesis that it does not come back.
+    opened : labels of hypotheses by which something may still turn out to have happened, and from when on.
     """
 
     cars: Cars
@@ -63,6 +67,9 @@ class Anchored:
     validated: tuple[str, ...] = ()
     refuted: tuple[str, ...] = ()
     former: tuple[Cars, ...] = ()
+    filled: tuple[Cars, ...] = ()
+    absences: Mapping[str, str] = field(default_factory=dict)
+    opened: tuple[tuple[str, int], ...] = ()
 
 
 class LinkTrials:
@@ -143,13 +150,14 @@ _RANK: Mapping[Level, int] = {"world": 0, "on_road": 1, "car": 2}
 class AnchoringUnit:
     """Run an anchorer as a computational unit."""
 
-    __slots__ = ("_anchorer", "_former", "_last_us", "_silent_until_us", "_trials")
+    __slots__ = ("_absences", "_anchorer", "_former", "_last_us", "_silent_until_us", "_trials")
 
     def __init__(self, anchorer: Anchorer) -> None:
         self._anchorer = anchorer
         self._last_us: int | None = None
         self._silent_until_us: int | None = 0  # None while the view is lost
         self._trials = LinkTrials(anchorer.settings.trial_us)
+        self._absences = Absences()
         self._former = FormerRows(anchorer.settings, anchorer.locate)
 
     @property
@@ -164,14 +172,26 @@ class AnchoringUnit:
         self._last_us = sample.value.t_us
         seen = _observations(sample.value)
         cars, link_changes = self._anchorer.observe(seen)
-        former: tuple[Cars, ...] = ()
+        former, filled = tuple[Cars, ...](), tuple[Cars, ...]()
         if self._is_silent(cars.t_us, is_lost=sample.value.is_lost):
             cars = cars.without_any()
             self._former.forget()
         else:
+            filled = self._anchorer.filled
             former = self._former.take(seen, cars, link_changes)
         validated, refuted = self._trials.judge(cars.t_us, link_changes)
-        anchored = Anchored(cars, link_changes, dict(self._trials.hypotheses()), validated, refuted, former)
+        opened, gone, returned = self._absences.judge(cars.hidden, cars.ids)
+        anchored = Anchored(
+            cars,
+            link_changes,
+            dict(self._trials.hypotheses()),
+            validated + gone,
+            refuted + returned,
+            former,
+            filled,
+            self._absences.labels,
+            opened,
+        )
         return (Sample(sample.available_us, sample.valid_us, anchored),)
 
     def _is_silent(self, t_us: int, *, is_lost: bool) -> bool:

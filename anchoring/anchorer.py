@@ -6,7 +6,7 @@ objects. Work on arrays, except for the few bodies whose conditions wait for som
 """
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,16 +16,20 @@ from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
 from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, default_linkages
 from anchoring.linking.births import Outline
-from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import END, HEADING, LOST, NOW, OLD, START, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import CAR, CLASS_NAMES
 from anchoring.linking.evidence import NewCars, weigh
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
+from anchoring.linking.hidden import earlier_cars, hidden_path
 from anchoring.linking.linker import choose
 from anchoring.linking.ways import Looks
 from anchoring.observations import BoolArray, Cars, FloatArray, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork, RoadPositions
+
+# Where hidden cars were is told for frames at least so far apart: relations change more slowly.
+_MOMENT_US = 200_000
 
 MOST_AWAY = 10_000  # names that may come back; each is about a kilobyte
 
@@ -60,6 +64,7 @@ class Anchorer:
 
     Attributes
     ----------
+    filled : of the last frame, where cars that are seen again were while they were not, oldest first.
     refused : how often what the input says of a name was not believed, by cause: jumps of a vision object that is a
         car, and returns.
 
@@ -106,7 +111,10 @@ class Anchorer:
         self._last_t_us: int | None = None
         self._columns: dict[str, int] = {}  # of every vision object that is followed
         self._trusts_ids = trusts_ids
+        self._moments_us: deque[int] = deque()
+        self._returned: list[int] = []  # columns of those that are seen again in this frame
         self._away: dict[str, Away] = {}  # by the vision object, oldest first; empty unless names are trusted
+        self.filled: tuple[Cars, ...] = ()
         self.refused: Counter[str] = Counter()
 
     def observe(self, observations: Observations) -> tuple[Cars, tuple[LinkChange, ...]]:
@@ -139,6 +147,7 @@ class Anchorer:
         merged, relinked = self._relink(frame)
         ended, endings = self._end(frame)
         cars = self._cars(frame)
+        self.filled = self._fill(cars)
         self._drop(merged + ended)
         return cars, (*changes, *relinked, *endings)
 
@@ -234,7 +243,9 @@ class Anchorer:
         bodies, seen = self._bodies, frame.is_seen.nonzero()[0]
         self._outline.widen(frame.state[X : Y + 1, frame.is_seen & bodies.is_established])
         clipped = frame.clipped[seen]
-        bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
+        self._returned = bodies.accept(
+            frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped
+        ).tolist()
         bodies.take_snapshots(frame.t_us)
         whole = seen[~clipped]
         bodies.measure_sizes(frame.t_us, whole, frame.length_m[whole], frame.width_m[whole])
@@ -315,6 +326,7 @@ class Anchorer:
         del self._columns[chain.vision_id]
         change = chain.lose(frame.t_us, reason, kind="refuted")
         bodies.go_back(column, snapshot=END)
+        bodies.unseen_us[column] = bodies.states_us[END, column] + 1
         bodies.is_returned[column] = False
         self._roads.predict_again(bodies, frame, column)
         return change
@@ -368,6 +380,7 @@ class Anchorer:
         changes.append(chain.adopt(frame.t_us, vision_id, reason))
         bodies.move_over(column, target, frame.t_us)
         bodies.waits[target] = True
+        self._returned.append(target)
         frame.is_seen[target] = True
         frame.state[:, target], frame.places[:, target] = frame.state[:, column], frame.places[:, column]
         return changes
@@ -387,8 +400,10 @@ class Anchorer:
 
     def _cars(self, frame: Frame) -> Cars:
         bodies = self._bodies
-        is_given = (bodies.car_number > 0) & (frame.t_us - bodies.seen_us <= self.settings.predict_us)
-        columns = is_given.nonzero()[0]
+        is_car, is_known = bodies.car_number > 0, frame.t_us - bodies.seen_us <= self.settings.predict_us
+        is_known &= (bodies.unseen_us < 0) | (frame.t_us - bodies.unseen_us <= self.settings.predict_us)
+        hidden = (is_car & ~is_known).nonzero()[0].tolist()
+        columns = (is_car & is_known).nonzero()[0]
         columns = columns[np.argsort(bodies.car_number[columns])]
         chains = [bodies.chains[column] for column in columns]
         state = frame.state[:, columns]
@@ -405,4 +420,26 @@ class Anchorer:
             linked=frame.is_seen[columns],
             vision_ids=tuple([chain.vision_id for chain in chains]),
             positions=frame.positions(columns),
+            hidden={bodies.chains[column].car_id: int(bodies.unseen_us[column]) for column in hidden},
         )
+
+    def _fill(self, cars: Cars) -> tuple[Cars, ...]:
+        """Find where the cars that are seen again in this frame were at the moments while they were not."""
+        moments, t_us = self._moments_us, cars.t_us
+        while moments and moments[0] < t_us - self.settings.survive_us:
+            moments.popleft()
+        paths = {}
+        for column in self._returned:
+            lost_us, car = self._bodies.states_us[LOST, column], self._bodies.chains[column].car_id
+            times_us = np.array([one for one in moments if one > lost_us], dtype=np.int64)
+            if len(times_us) and self._bodies.car_number[column]:
+                paths[cars.ids.index(car)] = times_us, hidden_path(self._knots(column), times_us, self._roads)
+        if not moments or t_us - moments[-1] >= _MOMENT_US:
+            moments.append(t_us)
+        return tuple(earlier_cars(cars, paths, self._roads)) if paths else ()
+
+    def _knots(self, column: int) -> Looks:
+        """Lay out a body when it was seen last, when its vision object was seen first, and now."""
+        knots = self._bodies.looks(np.full(3, column), np.array([LOST, START, NOW]))
+        lost_us, began_us, now_us = knots.t_us.tolist()
+        return knots if lost_us < began_us < now_us else knots.take(np.array([0, 2]))

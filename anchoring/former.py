@@ -10,8 +10,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import cast
 
-import numpy as np
-
 from anchoring.observations import Cars, FloatArray, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadPositions
@@ -82,22 +80,14 @@ class FormerRows:
                 after_us, after_m = then.t_us, then.centre_m[row]
         for then, named in zip(self._frames, rows, strict=True):
             if named:
-                yield self._cars_then(then, list(named.values()), cars, list(named))
-
-    def _cars_then(self, then: Observations, rows: list[int], cars: Cars, named: list[int]) -> Cars:
-        """Lay out rows of an earlier frame as cars; sizes and classes are those of now, which rest on more."""
-        velocity_mps, centre_m = then.velocity_mps[rows], then.centre_m[rows]
-        return Cars(
-            t_us=then.t_us,
-            ids=tuple([cars.ids[k] for k in named]),
-            centre_m=centre_m,
-            speed_mps=np.hypot(*velocity_mps.T),
-            velocity_mps=velocity_mps,
-            heading_rad=then.heading_rad[rows],
-            length_m=cars.length_m[named],
-            width_m=cars.width_m[named],
-            classes=tuple([cars.classes[k] for k in named]),
-            linked=np.ones(len(rows), np.bool_),
-            vision_ids=tuple([cars.vision_ids[k] for k in named]),
-            positions=self._locate(centre_m),
-        )
+                seen = list(named.values())
+                centre_m = then.centre_m[seen]
+                yield cars.earlier(
+                    list(named),
+                    then.t_us,
+                    centre_m,
+                    then.velocity_mps[seen],
+                    then.heading_rad[seen],
+                    positions=self._locate(centre_m),
+                    linked=True,
+                )

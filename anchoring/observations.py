@@ -1,7 +1,7 @@
 """What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -86,6 +86,8 @@ class Cars:
     linked : (n,) True where a vision object was seen in this frame; else the car is predicted.
     vision_ids : the vision object behind each car, "" where there is none.
     positions : where the centres are on the road network; all -1 and nan without a network.
+    hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that may
+        come back; and the first frame in which each was not seen.
     """
 
     t_us: int
@@ -100,6 +102,34 @@ class Cars:
     linked: BoolArray
     vision_ids: tuple[str, ...]
     positions: RoadPositions
+    hidden: Mapping[str, int] = field(default_factory=dict)
+
+    def earlier(
+        self,
+        rows: list[int],
+        t_us: int,
+        centre_m: FloatArray,
+        velocity_mps: FloatArray,
+        heading_rad: FloatArray,
+        *,
+        positions: RoadPositions,
+        linked: bool,
+    ) -> "Cars":
+        """Lay out some of the cars, by row, where they were at another time; sizes and classes are those of now."""
+        return Cars(
+            t_us=t_us,
+            ids=tuple([self.ids[k] for k in rows]),
+            centre_m=centre_m,
+            speed_mps=np.hypot(*velocity_mps.T),
+            velocity_mps=velocity_mps,
+            heading_rad=heading_rad,
+            length_m=self.length_m[rows],
+            width_m=self.width_m[rows],
+            classes=tuple([self.classes[k] for k in rows]),
+            linked=np.full(len(rows), linked),
+            vision_ids=tuple([self.vision_ids[k] if linked else "" for k in rows]),
+            positions=positions,
+        )
 
     def without_any(self) -> "Cars":
         """Make what is said of the same time when nothing is known of any car."""

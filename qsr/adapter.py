@@ -51,18 +51,18 @@ class Cars(Protocol):
     def linked(self) -> BoolArray: ...  # noqa: D102
     @property
     def positions(self) -> RoadPositions: ...  # noqa: D102
+    @property
+    def hidden(self) -> Mapping[str, int]: ...  # noqa: D102
 
 
 class HasCars(Protocol):
-    """Describe a sample value that carries cars, those that are hidden, and the hypotheses by which they are who they are.
+    """Describe a sample value that carries cars, and the hypotheses by which they are the cars they are.
 
-    See `RelationObserver.observe` for ``hidden`` and ``filled``, and `FrameRelations` for the others.
+    See `RelationObserver.observe` for ``filled``, and `FrameRelations` for the others.
     """
 
     @property
     def cars(self) -> Cars: ...  # noqa: D102
-    @property
-    def hidden(self) -> Mapping[str, int]: ...  # noqa: D102
     @property
     def filled(self) -> tuple[Cars, ...]: ...  # noqa: D102
     @property
@@ -130,7 +130,7 @@ class RelationUnit:
             return ()
         self._last_us = value.cars.t_us
         filled = [_footprints(cars) for cars in value.filled]
-        changes = tuple(self._observer.observe(_footprints(value.cars), hidden=value.hidden, filled=filled))
+        changes = tuple(self._observer.observe(_footprints(value.cars), hidden=value.cars.hidden, filled=filled))
         relations = FrameRelations(
             changes, value.hypotheses, value.validated, value.refuted, value.absences, value.opened
         )

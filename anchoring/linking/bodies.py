@@ -20,18 +20,19 @@ from anchoring.settings import AnchoringSettings
 X, Y, VX, VY, HEADING, ALONG, ACROSS, TANGENT = range(8)
 
 # Snapshots of a body: the newest state, one up to half a second old, one from half a second to a second old; where its
-# vision object was seen first, and where the one before it was seen last.
-NOW, RECENT, OLD, START, END = range(5)
+# vision object was seen first, and where the one before it was seen last; where the body was before it was last hidden.
+NOW, RECENT, OLD, START, END, LOST = range(6)
 
 # The arrays: shape before the bodies, type, and what stands there for a body that is new.
 _COLUMNS: Mapping[str, tuple[tuple[int, ...], type[np.generic], float]] = MappingProxyType(
     {
-        "states": ((5, 8), np.float64, 0),
-        "states_us": ((5,), np.int64, 0),
-        "roads": ((5,), np.int32, -1),
-        "was_clipped": ((5,), np.bool_, True),
+        "states": ((6, 8), np.float64, 0),
+        "states_us": ((6,), np.int64, 0),
+        "roads": ((6,), np.int32, -1),
+        "was_clipped": ((6,), np.bool_, True),
         "linked_us": ((), np.int64, 0),
         "seen_us": ((), np.int64, 0),
+        "unseen_us": ((), np.int64, -1),
         "codes": ((), np.int64, -1),
         "was_whole": ((), np.bool_, False),
         "length_m": ((), np.float64, 0),
@@ -55,12 +56,13 @@ class Bodies:
     Attributes
     ----------
     chains : the links above each body.
-    states : (5, 8, n) snapshot, row of the state.
-    states_us : (5, n) when each was seen.
-    roads : (5, n) index of the road, -1 for none.
-    was_clipped : (5, n).
+    states : (6, 8, n) snapshot, row of the state.
+    states_us : (6, n) when each was seen.
+    roads : (6, n) index of the road, -1 for none.
+    was_clipped : (6, n).
     linked_us : (n,) since when the present vision object is linked, or was first seen.
     seen_us : (n,) when each had a vision object last, right or wrong; ``states_us`` goes back when a link is refuted.
+    unseen_us : (n,) the first frame in which each was not seen; -1 for those that are.
     codes : (n,) the fluents of the last frame, -1 for a body that is new.
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
@@ -78,6 +80,7 @@ class Bodies:
     was_clipped: BoolArray
     linked_us: LongArray
     seen_us: LongArray
+    unseen_us: LongArray
     codes: LongArray
     was_whole: BoolArray
     length_m: FloatArray
@@ -131,8 +134,15 @@ class Bodies:
         for name in (*_COLUMNS, "_samples_m"):
             setattr(self, name, getattr(self, name).take(kept, axis=-1))
 
-    def accept(self, t_us: int, columns: LongArray, *, state: FloatArray, road: IntArray, clipped: BoolArray) -> None:
-        """Take over what was seen of bodies; (8, k), (k,) and (k,)."""
+    def accept(
+        self, t_us: int, columns: LongArray, *, state: FloatArray, road: IntArray, clipped: BoolArray
+    ) -> LongArray:
+        """Take over what was seen of bodies, (8, k), (k,) and (k,); return those of which nothing was for a while."""
+        returned = columns[self.unseen_us[columns] >= 0]
+        self.unseen_us[self.unseen_us < 0] = t_us
+        self.unseen_us[columns] = -1
+        for array in (self.states, self.states_us, self.roads, self.was_clipped):
+            array[LOST][..., returned] = array[NOW][..., returned]
         self.states[NOW][:, columns] = state
         self.states_us[NOW, columns] = t_us
         self.seen_us[columns] = t_us
@@ -145,6 +155,7 @@ class Bodies:
         # The first speeds of a track are not sure yet.
         young = columns[t_us - self.states_us[START, columns] <= self._settings.settled_us]
         self.states[START, VX : HEADING + 1, young] = self.states[NOW, VX : HEADING + 1, young]
+        return returned
 
     def take_snapshots(self, t_us: int) -> None:
         """Let the snapshots grow older, twice a second."""
@@ -162,10 +173,11 @@ class Bodies:
     def move_over(self, source: int, target: int, t_us: int) -> None:
         """Give a lost body the state of the vision object it is linked to from now on."""
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[END, ..., target] = array[NOW, ..., target]
+            array[END, ..., target] = array[LOST, ..., target] = array[NOW, ..., target]
             array[: OLD + 1, ..., target] = array[NOW, ..., source]
             array[START, ..., target] = array[START, ..., source]
         self.is_returned[target] = True
+        self.unseen_us[target] = -1
         self.linked_us[target] = self.seen_us[target] = t_us
 
     def tell_classes(self, columns: LongArray, words: tuple[str, ...]) -> None:

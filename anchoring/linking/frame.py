@@ -10,6 +10,7 @@ from anchoring.linking.routes import LaneRoutes
 from anchoring.linking.ways import Looks, Routes
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
+from gis.lane_graph import Route
 from gis.road_network import RoadNetwork, RoadPositions
 
 
@@ -126,6 +127,15 @@ class RoadMap:
     def routes(self, starts: Looks, ends: Looks) -> Routes:
         """Make ready to measure the ways along lanes from ends to starts."""
         return self._routes.between(starts, ends)
+
+    def route(self, end: Looks, start: Looks) -> Route | None:
+        """Draw the way along lanes from one end to one start; None where lanes tell nothing."""
+        return self._routes.route(end, start)
+
+    def points(self, road: int, along_m: FloatArray, across_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Find points of a road, (2, k), and its tangents there, (k,)."""
+        assert self._lines is not None  # there is no road without
+        return self._lines.points(np.full(len(along_m), road), along_m, across_m)
 
     def _moved(self, bodies: Bodies, t_us: int) -> tuple[FloatArray, FloatArray]:
         state = bodies.states[NOW].copy()

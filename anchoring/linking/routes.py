@@ -4,7 +4,7 @@ import numpy as np
 
 from anchoring.linking.ways import Looks, Routes
 from anchoring.observations import BoolArray, FloatArray, LongArray
-from gis.lane_graph import LaneGraph
+from gis.lane_graph import LaneGraph, Route
 from gis.road_network import RoadNetwork
 
 
@@ -42,6 +42,18 @@ class LaneRoutes:
             return np.where(is_placed[pairs].all(axis=0), route_m, np.nan), changes
 
         return measure
+
+    def route(self, end: Looks, start: Looks) -> Route | None:
+        """Draw the way from one end to one start; None where lanes tell nothing."""
+        if self._network is None or self._keeping is None or self._changing is None:
+            return None
+        centre_m, heading_rad = (
+            np.concatenate([end.centre_m, start.centre_m]),
+            [end.heading_rad[0], start.heading_rad[0]],
+        )
+        places = self._keeping.project(centre_m, np.array(heading_rad), self._network.locate(centre_m))
+        ends = places.take([0]), places.take([1])
+        return self._keeping.route(*ends) or self._changing.route(*ends)
 
 
 def no_routes(row: LongArray, column: LongArray) -> tuple[FloatArray, BoolArray]:
