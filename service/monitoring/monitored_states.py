@@ -124,9 +124,15 @@ class Hindsight:
         self._changes: list[tuple[int, int, RelationChange, tuple[str, ...]]] = []
         self._arrived = 0
         self._refuted: dict[str, int] = {}  # label: when
+        # What was made unknown by hypotheses that are open, by label: it is known again if one turns out wrong.
+        self._doubted: dict[str, list[RelationChange]] = {}
 
     def take(
-        self, t_us: int, changes: Iterable[tuple[RelationChange, tuple[str, ...]]], refuted: Collection[str] = ()
+        self,
+        t_us: int,
+        changes: Iterable[tuple[RelationChange, tuple[str, ...]]],
+        refuted: Collection[str] = (),
+        validated: Collection[str] = (),
     ) -> Iterator[tuple[int, Past]]:
         """Take what a frame decided, and give the frames that are past, with their times.
 
@@ -135,7 +141,10 @@ class Hindsight:
         t_us : time of the frame, later than the one before.
         changes : with the hypotheses that each rests on.
         refuted : labels of hypotheses that have turned out wrong; each is used for one hypothesis only.
+        validated : labels of those that have turned out right.
         """
+        for label in validated:
+            self._doubted.pop(label, None)
         if refuted:
             self._leave_out(t_us, frozenset(refuted))
         for change, hypotheses in changes:
@@ -159,6 +168,8 @@ class Hindsight:
         heapq.heapify(kept)
         self._changes = kept
         self._refuted |= dict.fromkeys(refuted, t_us)
+        for change in (one for label in refuted for one in self._doubted.pop(label, ())):
+            self._relations[change.name] = {change.args: change.old, **self._relations[change.name]}
 
     def _past(self, until_us: int) -> Iterator[tuple[int, Past]]:
         frames_us = self._frames_us
@@ -172,13 +183,15 @@ class Hindsight:
         """Bring the relations up to a time; tables that were given out stay as they are."""
         fresh: set[str] = set()
         while self._changes and self._changes[0][0] <= until_us:
-            change = heapq.heappop(self._changes)[2]
+            _, _, change, hypotheses = heapq.heappop(self._changes)
             if change.name not in fresh:
                 fresh.add(change.name)
                 self._relations[change.name] = dict(self._relations[change.name])
             table = self._relations[change.name]
             if change.new is None:
                 table.pop(change.args, None)  # unknown again, and forgotten: cars come and go for hours
+                for label in hypotheses:
+                    self._doubted.setdefault(label, []).append(change)
             else:
                 table[change.args] = change.new
 
@@ -235,10 +248,14 @@ class TrafficStates:
         return self._states(self._synchroniser.observe("cars", Sample(t_us, t_us, (cars, hypotheses or {}))))
 
     def take_relations(
-        self, t_us: int, changes: Iterable[tuple[RelationChange, tuple[str, ...]]], refuted: Collection[str] = ()
+        self,
+        t_us: int,
+        changes: Iterable[tuple[RelationChange, tuple[str, ...]]],
+        refuted: Collection[str] = (),
+        validated: Collection[str] = (),
     ) -> list[tuple[int, TrafficState]]:
         """Take what a frame decided about relations and links; see `Hindsight.take`."""
-        return self._join(self._hindsight.take(t_us, changes, refuted))
+        return self._join(self._hindsight.take(t_us, changes, refuted, validated))
 
     def advance(self, t_us: int) -> list[tuple[int, TrafficState]]:
         """Let time pass: no earlier frame comes any more. Gives the states that need not, or may not, wait longer."""
@@ -300,7 +317,8 @@ class SynchronisationUnit:
             rows = tuple(self._rows.of(value.cars))
             return self._samples(self._states.take_cars(sample.valid_us, rows, value.hypotheses))
         changes = ((change, value.hypotheses_of(change)) for change in value.changes)
-        return self._samples(self._states.take_relations(sample.valid_us, changes, value.refuted))
+        states = self._states.take_relations(sample.valid_us, changes, value.refuted, value.validated)
+        return self._samples(states)
 
     def advance(self, available_us: int) -> list[Sample[TrafficState]]:
         """Give the states that need not, or may not, wait longer."""

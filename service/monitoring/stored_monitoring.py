@@ -20,10 +20,11 @@ from service.errors import InputError, LogError
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.monitoring.monitored_states import TrafficState, TrafficStates
 from service.monitoring.stream_processes import MonitoringUnit
-from service.records import CarState, LinkRecord, RelationRecord, RunRecord
+from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
 
-_Row = TypeVar("_Row", LinkRecord, RelationRecord)
+_Row = TypeVar("_Row", LinkRecord, RelationRecord, HypothesisRecord)
+_NEVER_US = -(2**62)
 _States = list[tuple[int, TrafficState]]
 
 _VALUES: Mapping[str, Value] = {"true": True, "false": False, "unknown": None}
@@ -105,22 +106,33 @@ def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Samp
 
 def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, _States]]:
     """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
-    trials = LinkTrials(AnchoringSettings().trial_us)
+    settings = AnchoringSettings()
+    trials, predict_us = LinkTrials(settings.trial_us), settings.predict_us
     links = _by_frame(log.links(run_id), "t_us")
     changes = _by_frame(log.relations(run_id), "decided_us")
+    verdicts = _by_frame(log.hypotheses(run_id), "t_us")
     linked: dict[tuple[Level, str], str] = {}
+    seen_us: dict[str, int] = {}
     frames = groupby(log.states(run_id), key=attrgetter("t_us"))
     cars_us, cars = next(frames, (None, iter(())))
     for _, t_us in log.frames(run_id):
         here_links = links.get(t_us, [])
         _link(linked, here_links)
-        _, refuted = trials.judge(t_us, (LinkChange(*astuple(one)) for one in here_links))
+        trials.judge(t_us, (LinkChange(*astuple(one)) for one in here_links))
         decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
-        past = states.take_relations(t_us, decided, refuted)
-        here: tuple[CarState, ...] = ()
+        refuted, validated = (
+            [one.label for one in verdicts.get(t_us, ()) if one.verdict == verdict]
+            for verdict in ("refuted", "validated")
+        )
+        past = states.take_relations(t_us, decided, refuted, validated)
+        here: list[CarState] = []
         if cars_us == t_us:
-            # What was dated back was not known in the run when the monitors looked at its time.
-            here = tuple(one for one in cars if not one.linked or one.vision_id == _vision_id(linked, one.car))
+            # What was dated back, or filled in, was not known in the run when the monitors looked at its time.
+            for one in cars:
+                if one.linked and one.vision_id == _vision_id(linked, one.car):
+                    seen_us[one.car] = t_us
+                if t_us - seen_us.get(one.car, _NEVER_US) <= (0 if one.linked else predict_us):
+                    here.append(one)
             cars_us, cars = next(frames, (None, iter(())))
         yield t_us, past + states.take_cars(t_us, here, dict(trials.hypotheses()))
 

@@ -52,6 +52,9 @@ _RECORDED: Mapping[str, str | None] = {
     "recorded_occurrences": OCCURRENCE,
 }
 
+# Where cars were while they were hidden is known for some frames only.
+_STALE_US = 500_000
+
 
 def recorded_streams(pipeline: Pipeline) -> dict[str, DeclaredStream]:
     """Find the streams that a pipeline declares for the log, by name; what it leaves out is not recorded.
@@ -130,7 +133,11 @@ class Recorder:
             self.lost_views[-1] = self.lost_views[-1][0], t_us
 
     def _record_cars(self, sample: Sample[Anchored]) -> None:
-        cars = sample.value.cars
+        cars, filled = sample.value.cars, sample.value.filled
+        last_us = {car: self._history.last_us(car) for one in filled for car in one.ids}
+        for one in filled:
+            self._history.insert(one)
+            self._writer.append_states(row for row in self._rows.of(one) if row.t_us > last_us[row.car])
         self._history.remember(cars)
         for one in (*sample.value.former, cars):
             self._writer.append_states(self._rows.of(one))
@@ -229,14 +236,29 @@ class CarHistory:
             self._times_us.popleft()
             self._cars.popleft()
 
+    def insert(self, cars: Cars) -> None:
+        """Add cars of which it was not known where they were at an earlier time."""
+        at = bisect_right(self._times_us, cars.t_us) - 1
+        if at >= 0 and self._times_us[at] == cars.t_us:
+            ids, places = self._cars[at]
+            more = np.column_stack((cars.positions.road, cars.centre_m))
+            self._cars[at] = (*ids, *cars.ids), np.concatenate((places, more))
+
+    def last_us(self, car: str) -> int:
+        """Return the last time of a car; -1 if there is none."""
+        frames = zip(reversed(self._times_us), reversed(self._cars), strict=True)
+        return next((t_us for t_us, (ids, _) in frames if car in ids), -1)
+
     def find(self, car: str, t_us: int) -> tuple[int, float, float] | None:
-        """Return road index, x and y in metres of a car at the last time <= t_us; None if it was not there."""
+        """Return road index, x and y in metres of a car at a time or a little before; None if it was not there."""
         at = bisect_right(self._times_us, t_us) - 1
-        if at < 0 or car not in self._cars[at][0]:
-            return None
-        ids, places = self._cars[at]
-        road, x_m, y_m = np.round(places[ids.index(car)], 3).tolist()
-        return int(road), x_m, y_m
+        while at >= 0 and self._times_us[at] >= t_us - _STALE_US:
+            ids, places = self._cars[at]
+            if car in ids:
+                road, x_m, y_m = np.round(places[ids.index(car)], 3).tolist()
+                return int(road), x_m, y_m
+            at -= 1
+        return None
 
 
 def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenObject]:

@@ -241,16 +241,28 @@ def positions_from_rows(t_us: Iterable[int], ids: Iterable[str], centre_m: Seque
 
 
 def _nearest_vehicle(car: str, event: RecognisedEvent, cars: Positions, vehicles: Positions) -> str | None:
-    votes: Counter[str] = Counter()
+    """Find the vehicle that a car was during an event, or right before and after it if nobody saw the car meanwhile."""
     rows = _rows_between(cars, event.start_us, event.end_us)
-    for row in (row for row in rows if cars.ids[row] == car):
-        t_us = int(cars.t_us[row])
-        there = _rows_between(vehicles, t_us, t_us)
-        if there:
-            distance_m, nearest = cKDTree(vehicles.centre_m[there.start : there.stop]).query(cars.centre_m[row])
-            if distance_m <= NEAREST_M:
-                votes[vehicles.ids[there.start + int(nearest)]] += 1
+    seen = [row for row in rows if cars.ids[row] == car]
+    if not seen:
+        before = (row for row in reversed(range(rows.start)) if cars.ids[row] == car)
+        after = (row for row in range(rows.stop, len(cars.ids)) if cars.ids[row] == car)
+        vehicle_of = {_vehicle_at(next(one, None), cars, vehicles) for one in (before, after)}
+        return vehicle_of.pop() if len(vehicle_of) == 1 else None
+    votes = Counter(vehicle for row in seen if (vehicle := _vehicle_at(row, cars, vehicles)))
     return votes.most_common(1)[0][0] if votes else None
+
+
+def _vehicle_at(row: int | None, cars: Positions, vehicles: Positions) -> str | None:
+    """Find the vehicle that is where a row says that a car is."""
+    if row is None:
+        return None
+    t_us = int(cars.t_us[row])
+    there = _rows_between(vehicles, t_us, t_us)
+    if not there:
+        return None
+    distance_m, nearest = cKDTree(vehicles.centre_m[there.start : there.stop]).query(cars.centre_m[row])
+    return vehicles.ids[there.start + int(nearest)] if distance_m <= NEAREST_M else None
 
 
 def _rows_between(positions: Positions, start_us: int, end_us: int) -> range:

@@ -177,6 +177,20 @@ def test_changes_of_one_time_count_in_the_order_in_which_they_came() -> None:
     assert past.relations["beside"] == {("a", "b"): False}
 
 
+def test_what_was_unknown_for_the_time_being_is_known_again_when_the_car_comes_back() -> None:
+    gone = RelationChange("beside", ("a", "b"), 20, 30, True, None, absent=("a",))
+    for verdict, known in (("refuted", True), ("validated", None)):
+        hindsight = Hindsight({"beside"}, lag_us=10)
+        past = dict(hindsight.take(10, [(beside(10, True), ())]))
+        past |= dict(hindsight.take(30, [(gone, ("a lost#1",))]))
+        past |= dict(hindsight.take(40, ()))
+        refuted, validated = (["a lost#1"] if verdict == one else [] for one in ("refuted", "validated"))
+        past |= dict(hindsight.take(60, (), refuted, validated))
+        past |= dict(hindsight.take(80, ()))
+        values = {t_us: one.relations["beside"].get(("a", "b")) for t_us, one in past.items()}
+        assert values == {10: True, 30: None, 40: known, 60: known}
+
+
 def test_little_is_kept_of_what_has_passed() -> None:
     states = TrafficStates({"moving"}, lag_us=50)
     for t_us in range(0, 5000, 10):

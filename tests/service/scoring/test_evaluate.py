@@ -62,6 +62,22 @@ def test_swapped_roles_are_wrong() -> None:
     assert counts([claim("car2", "car1", 2, 5)], [fact("a", "b", 2, 5)]) == (0, 0, 1, 1)
 
 
+def test_a_car_that_nobody_saw_meanwhile_is_the_vehicle_that_it_was_before_and_after() -> None:
+    def score(cars: Positions) -> int:
+        result = evaluate_events(
+            [claim("car1", "car2", 2, 5)], cars, [fact("a", "b", 2, 5)], VEHICLES, event_type="overtake"
+        )
+        return len(result.right)
+
+    rows = [(t * SECOND, name, (x, 0.0)) for t in (0, 1, 6, 7) for name, x in (("car1", 0.5), ("car2", 20.0))]
+    hidden = positions_from_rows(*zip(*rows, strict=True))
+    assert score(hidden) == 1
+    other = [(t_us, name, (40.0 if t_us > 5 * SECOND and name == "car2" else x, y)) for t_us, name, (x, y) in rows]
+    assert score(positions_from_rows(*zip(*other, strict=True))) == 0
+    gone = [row for row in rows if row[0] < 5 * SECOND]
+    assert score(positions_from_rows(*zip(*gone, strict=True))) == 0
+
+
 def test_symbol_without_a_vehicle_near_it_is_wrong() -> None:
     assert counts([claim("car1", "car3", 2, 5)], [fact("a", "c", 2, 5)]) == (0, 0, 1, 1)
 
