@@ -5,26 +5,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from dyknow.sample import Sample
+from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
-from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, IntArray
+from qsr.measuring.footprints import BoolArray, FloatArray, Footprints
 from qsr.observer import RelationObserver
-
-
-class RoadPositions(Protocol):
-    """Describe where each car is on the roads; -1 or nan where it is on none."""
-
-    @property
-    def road(self) -> IntArray: ...  # noqa: D102
-    @property
-    def along_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def across_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def tangent_rad(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def junction(self) -> IntArray: ...  # noqa: D102
-    @property
-    def lane(self) -> IntArray: ...  # noqa: D102
 
 
 class Cars(Protocol):
