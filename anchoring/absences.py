@@ -44,5 +44,6 @@ class Absences:
         self._count += len(new)
         self.labels = labels
         opened = tuple((labels[car], hidden[car]) for car in new)
-        validated = tuple(label for car, label in decided if car not in cars)
-        return opened, validated, tuple(label for car, label in decided if car in cars)
+        back = {car for car, _ in decided}.intersection(cars)
+        validated = tuple(label for car, label in decided if car not in back)
+        return opened, validated, tuple(label for car, label in decided if car in back)

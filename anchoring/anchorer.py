@@ -147,7 +147,7 @@ class Anchorer:
         merged, relinked = self._relink(frame)
         ended, endings = self._end(frame)
         cars = self._cars(frame)
-        self.filled = self._fill(cars)
+        self.filled = self._fill(frame, cars)
         self._drop(merged + ended)
         return cars, (*changes, *relinked, *endings)
 
@@ -316,7 +316,7 @@ class Anchorer:
         chain, world = self._bodies.chains[column], self._bodies.chains[target].world
         if chain.proposal is None or chain.proposal.world != world.upper:
             chain.proposal = Proposal(world.upper, world.linkage.reestablish())
-        state = self._states.of(int(self._bodies.codes[column]) | Fluent.FITS)
+        state = self._states.of(int(self._bodies.codes[column]) | Fluent.FITS.value)
         return chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE
 
     def _take_back(self, frame: Frame, column: int, reason: str) -> LinkChange:
@@ -425,23 +425,30 @@ class Anchorer:
             hidden={bodies.chains[column].car_id: int(bodies.unseen_us[column]) for column in hidden},
         )
 
-    def _fill(self, cars: Cars) -> tuple[Cars, ...]:
+    def _fill(self, frame: Frame, cars: Cars) -> tuple[Cars, ...]:
         """Find where the cars that are seen again in this frame were at the moments while they were not."""
         moments, t_us = self._moments_us, cars.t_us
         while moments and moments[0] < t_us - self.settings.survive_us:
             moments.popleft()
-        paths = {}
-        for column in self._returned:
-            lost_us, car = self._bodies.states_us[LOST, column], self._bodies.chains[column].car_id
-            times_us = np.array([one for one in moments if one > lost_us], dtype=np.int64)
-            if len(times_us) and self._bodies.car_number[column]:
-                paths[cars.ids.index(car)] = times_us, hidden_path(self._knots(column), times_us, self._roads)
+        bodies, returned = self._bodies, np.array(self._returned, dtype=np.int64)
+        returned = returned[(bodies.car_number[returned] > 0) & frame.is_seen[returned]]
+        times_us = np.array(moments, dtype=np.int64)
+        body, moment = (times_us > bodies.states_us[LOST, returned][:, None]).nonzero()
         if not moments or t_us - moments[-1] >= _MOMENT_US:
             moments.append(t_us)
-        return tuple(earlier_cars(cars, paths, self._roads)) if paths else ()
-
-    def _knots(self, column: int) -> Looks:
-        """Lay out a body when it was seen last, when its vision object was seen first, and now."""
-        knots = self._bodies.looks(np.full(3, column), np.array([LOST, START, NOW]))
-        lost_us, began_us, now_us = knots.t_us.tolist()
-        return knots if lost_us < began_us < now_us else knots.take(np.array([0, 2]))
+        if not len(body):
+            return ()
+        # From when each was seen last to when its vision object was seen first, and from then to now.
+        lost_us, began_us, now_us = bodies.states_us[[[LOST], [START], [NOW]], returned]
+        has_both = (lost_us < began_us) & (began_us < now_us)
+        columns = returned.repeat(2)
+        end = bodies.looks(columns, np.tile((LOST, START), len(returned)))
+        start = bodies.looks(
+            columns, np.stack((np.where(has_both, START, NOW), np.full(len(returned), NOW)), 1).ravel()
+        )
+        times_us = times_us[moment]
+        span = 2 * body + (has_both[body] & (times_us >= began_us[body]))
+        path = hidden_path(end, start, span, times_us, self._roads)
+        row_of = {car: row for row, car in enumerate(cars.ids)}
+        rows = np.array([row_of[bodies.chains[column].car_id] for column in returned])
+        return tuple(earlier_cars(cars, rows[body], times_us, path, self._roads))

@@ -59,6 +59,10 @@ def weigh(starts: Looks, ends: Looks, new: NewCars, routes: Routes, settings: An
     gap_s = np.maximum((start.t_us - end.t_us) * 1e-6, 0.0)
     way = ways(start, end, gap_s, settings).along_lanes(*routes(row, column))
     reach_m = _reach_m(start.speed_mps, end.speed_mps, gap_s, settings)
+    possible = way.is_possible & (way.length_m >= -settings.backwards_m) & (way.length_m <= reach_m)
+    kept = possible.nonzero()[0]
+    row, column, gap_s, reach_m = row[kept], column[kept], gap_s[kept], reach_m[kept]
+    start, end, way = start.take(kept), end.take(kept), way.take(kept)
     stopped = -np.log((reach_m + settings.backwards_m) * _SPEEDS_MPS)
     stops = np.where(way.on_road, settings.stop_share, settings.junction_stop_share)
     ratios = (
@@ -68,8 +72,7 @@ def weigh(starts: Looks, ends: Looks, new: NewCars, routes: Routes, settings: An
         + np.where(way.changes_lane, math.log(settings.change_share), 0.0)
         - np.log(new.births_per_m[row] / _SPEEDS_MPS)
     )
-    possible = way.is_possible & (way.length_m >= -settings.backwards_m) & (way.length_m <= reach_m)
-    return _without_passing(Evidence(row, column, ratios).select(possible), len(starts.t_us), ends, settings)
+    return _without_passing(Evidence(row, column, ratios), len(starts.t_us), ends, settings)
 
 
 def explained(seen: Looks, once: Looks, settings: AnchoringSettings) -> FloatArray:
@@ -94,13 +97,17 @@ def explained(seen: Looks, once: Looks, settings: AnchoringSettings) -> FloatArr
 
 
 def _within_reach(starts: Looks, ends: Looks, settings: AnchoringSettings) -> tuple[LongArray, LongArray]:
-    gap_s = (starts.t_us[:, None] - ends.t_us) * 1e-6
-    reach_m = _reach_m(starts.speed_mps[:, None], ends.speed_mps, np.maximum(gap_s, 0.0), settings)
-    apart_m = starts.centre_m[:, None, :] - ends.centre_m
+    # First what the fastest could reach in the longest time: few of all pairs are left to compare.
+    longest_s = np.maximum((starts.t_us.max() - ends.t_us.min()) * 1e-6, 0.0)
+    most_m = float(_reach_m(starts.speed_mps.max(), ends.speed_mps.max(), longest_s, settings))
+    near = KDTree(starts.centre_m).sparse_distance_matrix(KDTree(ends.centre_m), most_m, output_type="ndarray")
+    row, column = np.divmod(np.sort(near["i"] * len(ends.t_us) + near["j"]), len(ends.t_us))
+    gap_s = (starts.t_us[row] - ends.t_us[column]) * 1e-6
+    apart_m = (starts.centre_m[row] - ends.centre_m[column]).T
+    reach_m = _reach_m(starts.speed_mps[row], ends.speed_mps[column], np.maximum(gap_s, 0.0), settings)
     # What was there together with the car cannot be the car.
-    is_later = gap_s >= -settings.overlap_us * 1e-6
-    row, column = (is_later & (np.hypot(apart_m[..., 0], apart_m[..., 1]) <= reach_m)).nonzero()
-    return row, column
+    possible = (gap_s >= -settings.overlap_us * 1e-6) & (np.hypot(*apart_m) <= reach_m)
+    return row[possible], column[possible]
 
 
 def _reach_m(start_mps: FloatArray, end_mps: FloatArray, gap_s: FloatArray, settings: AnchoringSettings) -> FloatArray:

@@ -13,6 +13,7 @@ from enum import IntFlag
 from types import MappingProxyType
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import is_plausible_size, is_plausible_speed
@@ -154,16 +155,20 @@ def _same_size(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> Boo
 def _separate(frame: Frame, established: BoolArray) -> BoolArray:
     """Tell which bodies are not inside the body of a world object, or of an older vision object."""
     separate: BoolArray = np.ones(len(established), dtype=np.bool_)
-    news = (~established & frame.is_seen).nonzero()[0]
-    if not len(news):
+    if not (~established & frame.is_seen).any():
         return separate
-    x, y = frame.state[X], frame.state[Y]
-    cos, sin = np.cos(frame.state[HEADING]), np.sin(frame.state[HEADING])
-    apart_x, apart_y = x[news, None] - x, y[news, None] - y
-    inside = np.abs(apart_x * cos + apart_y * sin) < frame.length_m / 2
-    inside &= np.abs(apart_y * cos - apart_x * sin) < frame.width_m / 2
-    older = established | (np.arange(len(established)) < news[:, None])
-    separate[news] = ~(inside & older & frame.is_seen).any(axis=1)
+    seen = frame.is_seen.nonzero()[0]
+    centre_m = frame.state[X : Y + 1, seen].T
+    reach_m = np.hypot(frame.length_m[seen], frame.width_m[seen]).max() / 2
+    near = KDTree(centre_m).query_pairs(reach_m, output_type="ndarray")
+    new, other = np.concatenate([near, near[:, ::-1]]).T
+    x, y = (centre_m[new] - centre_m[other]).T
+    new, other = seen[new], seen[other]
+    cos, sin = np.cos(frame.state[HEADING, other]), np.sin(frame.state[HEADING, other])
+    inside = np.abs(x * cos + y * sin) < frame.length_m[other] / 2
+    inside &= np.abs(y * cos - x * sin) < frame.width_m[other] / 2
+    inside &= ~established[new] & (established[other] | (other < new))
+    separate[new[inside]] = False
     return separate
 
 

@@ -132,10 +132,10 @@ class RoadMap:
         """Draw the way along lanes from one end to one start; None where lanes tell nothing."""
         return self._routes.route(end, start)
 
-    def points(self, road: int, along_m: FloatArray, across_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Find points of a road, (2, k), and its tangents there, (k,)."""
+    def points(self, road: IntArray, along_m: FloatArray, across_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Find points of roads, (2, k), and their tangents there, (k,)."""
         assert self._lines is not None  # there is no road without
-        return self._lines.points(np.full(len(along_m), road), along_m, across_m)
+        return self._lines.points(road, along_m, across_m)
 
     def _moved(self, bodies: Bodies, t_us: int) -> tuple[FloatArray, FloatArray]:
         state = bodies.states[NOW].copy()

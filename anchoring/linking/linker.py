@@ -117,8 +117,12 @@ def _margins(gains: FloatArray, rows: LongArray, columns: LongArray) -> FloatArr
     # Seen from the loss of reaching them, no step is negative and every cycle is as long as before.
     reached = bellman_ford(_graph(steps), indices=np.array(count))
     steps = np.maximum(steps + reached[:, None] - reached, 0.0)
-    ways = dijkstra(_graph(steps), indices=np.arange(count), limit=MOST_MARGIN)
-    margins: FloatArray = np.minimum((ways + steps[:, :count].T).min(axis=1), MOST_MARGIN)
+    # From the last node everything is reached at no loss: a cycle over it is as long as the way there. Without it the
+    # graph falls apart, and shortest ways from everywhere are few.
+    alone = dijkstra(_graph(steps.T), indices=np.array(count), limit=MOST_MARGIN)[:count]
+    among = steps[:count, :count]
+    ways = dijkstra(_graph(among), limit=MOST_MARGIN)
+    margins: FloatArray = np.minimum(np.minimum(alone, (ways + among.T).min(axis=1)), MOST_MARGIN)
     return margins
 
 

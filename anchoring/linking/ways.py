@@ -41,7 +41,7 @@ class Looks:
 
     def take(self, rows: LongArray) -> "Looks":
         """Lay out some of the bodies, one or more times each."""
-        return Looks(*(getattr(self, one.name)[rows] for one in fields(self)))
+        return Looks(*(getattr(self, one.name).take(rows, axis=0) for one in fields(self)))
 
     @property
     def speed_mps(self) -> FloatArray:
@@ -73,6 +73,10 @@ class Ways:
     on_road: BoolArray
     changes_lane: BoolArray
     is_possible: BoolArray
+
+    def take(self, rows: LongArray) -> "Ways":
+        """Lay out some of the pairs."""
+        return Ways(*(getattr(self, one.name).take(rows) for one in fields(self)))
 
     def along_lanes(self, route_m: FloatArray, changes_lane: BoolArray) -> "Ways":
         """Take the ways along lanes, (p,) each as `Routes` gives them, where the two are not on one road."""
