@@ -131,9 +131,9 @@ class Engine:
         self.due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
         return findings, unbuilt
 
-    def copy(self) -> Engine:
-        """Make an engine that goes on from here on its own."""
-        copy = Engine(self._chronicles, self.lateness_us)
+    def copy(self, spare: Engine | None = None) -> Engine:
+        """Make an engine that goes on from here on its own, of a spare one with the same chronicles if there is one."""
+        copy = Engine(self._chronicles, self.lateness_us) if spare is None else spare
         copy.restore(self.state())
         return copy
 
