@@ -270,15 +270,17 @@ class AttributeHistory:
         for name in self._unread:
             self._read_all(name)
         self._me = object()
-        return [self._fluents, self._indexes, self._assigned, self.has_labels]
+        return [{name: dict(kept) for name, kept in self._fluents.items()}, list(self._assigned), self.has_labels]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given, in a history of the same attributes."""
-        fluents, indexes, assigned, self.has_labels = state
+        fluents, assigned, self.has_labels = state
         self._fluents = {name: dict(kept) for name, kept in fluents.items()}
-        for name, at_places in indexes.items():
-            for places, index in at_places.items():
-                self._indexes[name][places] = {key: dict(args) for key, args in index.items()}
+        for name, indexes in self._indexes.items():
+            for index in indexes.values():
+                index.clear()
+            for args in self._fluents[name] if indexes else ():
+                self._enter(name, args)
         self._assigned = list(assigned)
         self._me = object()
 
@@ -304,9 +306,12 @@ class AttributeHistory:
             fluent = self._fluents[name][args] = FluentHistory(self._me)
             for change in self._unread[name].pop(args, ()):
                 fluent.append(change, self._initial[name])
-            for index, key in self._indexes_of(name, args):
-                index.setdefault(key, {})[args] = None
+            self._enter(name, args)
         return fluent
+
+    def _enter(self, name: str, args: tuple[str, ...]) -> None:
+        for index, key in self._indexes_of(name, args):
+            index.setdefault(key, {})[args] = None
 
     def _indexes_of(self, name: str, args: tuple[str, ...]) -> Iterator[tuple[_Index, tuple[str, ...]]]:
         """Give the indexes that a fluent stands in, each with its key there."""

@@ -6,13 +6,13 @@ rested on them go, and others appear that only they had prevented. And while a c
 the time since it was seen last: recognition must be as if they had come in time.
 
 The live engine takes every event at once. Behind it lies the journal, of all that may still be taken back or preceded,
-with copies of the engine as it was at some of its places. What falls and what comes late changes the journal, and costs
-a replay from the last copy before that, once for all that is told together, which is right for every kind of statement
+with states of the engine as it was at some of its places. What falls and what comes late changes the journal, and costs
+a replay from the last state before that, once for all that is told together, which is right for every kind of statement
 by construction. Rejected: removing instances, logs and histories event by event (a missing absence can only be found
 by looking again), and a second engine that follows behind (it takes every event once more).
 
-Who wants final answers only needs no copies: events wait in the journal until nothing can take them back, and what the
-one engine tells of them stands.
+Who wants final answers only needs no such states: events wait in the journal until nothing can take them back, and
+what the engine tells of them stands.
 """
 
 from bisect import bisect_left, bisect_right
@@ -32,13 +32,13 @@ DECIDED_KEPT = 10_000
 Verdict = Literal["confirmed", "refuted", "undecided"]
 
 
-_COPY_EVERY = 1000
-"""Entries of the journal from one copy of the engine to the next. Copying one costs as much as some hundred events."""
-_COPIES_KEPT = 32
+_STATE_EVERY = 1000
+"""Entries of the journal from one state that is kept to the next; giving one costs as much as some hundred events."""
+_STATES_KEPT = 32
 
 
 class Revision:
-    """Keeps what may still be taken back; invariant: live engine = any copy + the journal from its place on.
+    """Keeps what may still be taken back; invariant: live engine = any state kept + the journal from its place on.
 
     While changes of the journal wait for a replay, the live engine waits as well.
 
@@ -64,8 +64,7 @@ class Revision:
         self._journal: list[Event | int] = []  # an int is a time that was told without an event
         self._clocks_us: list[int] = []  # the time that is told by each entry and all before it
         self._settled = 0  # so many entries cannot change any more
-        self._copies: list[tuple[int, Engine]] = []  # each with the number of entries that it has seen; ascending
-        self._spare: list[Engine] = []
+        self._states: list[tuple[int, Any]] = []  # of the engine, each with the number of entries seen; ascending
         # What the live engine found in the journal, as it was told last, with the number of the entry.
         self._found: list[tuple[int, Occurrence]] = []
         self._open: dict[str, int] = {}  # from when on events may come or go by it that are not in the journal
@@ -131,7 +130,7 @@ class Revision:
             if not self._open:  # nothing is ever to be taken back of it
                 self._settled_clock_us = self._clock_us
                 return [self._new(one) for one in _fed(self.live, entry)]
-            self._copies = [(0, self._copy(self.live))]
+            self._states = [(0, self.live.state())]
         self._journal.append(entry)
         self._clocks_us.append(self._clock_us)
         if not self._early or self._is_changed:
@@ -157,8 +156,8 @@ class Revision:
             changed.append(place)
         if self._early and changed:
             self._is_changed = True
-            while self._copies[-1][0] > min(changed):
-                self._spare.append(self._copies.pop()[1])
+            while self._states[-1][0] > min(changed):
+                self._states.pop()
 
     def _concluded(self, *, has_verdicts: bool = False) -> list[Occurrence]:
         """Give what is revised by now, and settle what can be."""
@@ -173,9 +172,8 @@ class Revision:
     def _replayed(self) -> list[Occurrence]:
         """Make the live engine anew; give the occurrences that fall, then that change, then that appear."""
         self._is_changed, self._replayed_us = False, self._clock_us
-        place, copy = self._copies[-1]
-        self._spare.append(self.live)
-        self.live = self._copy(copy)
+        place, state = self._states[-1]
+        self.live.restore(state)
         at = bisect_left(self._found, place, key=itemgetter(0))
         before = _Occurrences(one for _, one in self._found[at:])
         del self._found[at:]
@@ -199,11 +197,10 @@ class Revision:
     def _follow(self, number: int) -> Sequence[Occurrence]:
         """Give an entry of the journal to the live engine."""
         occurrences = list(_fed(self.live, self._journal[number]))
-        if number + 1 >= self._copies[-1][0] + _COPY_EVERY:
-            self._copies.append((number + 1, self._copy(self.live)))
-            if len(self._copies) > _COPIES_KEPT:
-                self._spare += [engine for _, engine in self._copies[1::2]]
-                del self._copies[1::2]
+        if number + 1 >= self._states[-1][0] + _STATE_EVERY:
+            self._states.append((number + 1, self.live.state()))
+            if len(self._states) > _STATES_KEPT:
+                del self._states[1::2]
         return occurrences
 
     def _found_at(self, number: int, occurrence: Occurrence) -> Occurrence:
@@ -247,28 +244,22 @@ class Revision:
         """Forget the part of the journal that no replay will start from."""
         gone = self._settled
         if self._early and gone < len(self._journal):
-            at = bisect_left(self._copies, gone + 1, key=itemgetter(0)) - 1
-            gone = self._copies[at][0]
-            self._spare += [engine for _, engine in self._copies[:at]]
-            self._copies = [(number - gone, engine) for number, engine in self._copies[at:]]
+            at = bisect_left(self._states, gone + 1, key=itemgetter(0)) - 1
+            gone = self._states[at][0]
+            self._states = [(number - gone, state) for number, state in self._states[at:]]
         else:
-            self._spare += [engine for _, engine in self._copies]
-            self._copies = []
+            self._states = []
         if gone:
             del self._journal[:gone], self._clocks_us[:gone]
             self._settled -= gone
             self._found = [(number - gone, one) for number, one in self._found if number >= gone]
 
-    def _copy(self, engine: Engine) -> Engine:
-        return engine.copy(self._spare.pop() if self._spare else None)
-
     # ---- checkpoints
 
     def state(self) -> Any:  # Any: plain nested data
         """Give everything that may still be taken back, as plain data, events and occurrences."""
-        oldest = self._copies[0][1] if self._copies else self.live
         return {
-            "engine": oldest.state(),
+            "engine": self._states[0][1] if self._states else self.live.state(),
             "clock_us": [self._clock_us, self._settled_clock_us, self._replayed_us],
             "is_changed": self._is_changed,
             "journal": [self._journal, self._clocks_us],
@@ -288,7 +279,7 @@ class Revision:
         self._found, self._first_us = list(state["found"]), dict(state["first_us"])
         self._open, self._decided = dict(state["open"]), dict(state["decided"])
         if self._early and self._journal:
-            self._copies = [(0, self._copy(self.live))]
+            self._states = [(0, state["engine"])]
             if not self._is_changed:
                 for number in range(len(self._journal)):
                     self._follow(number)
