@@ -39,6 +39,8 @@ class Recogniser:
     executor : "eager", the live one; "backfill" takes stored events, see `recognise`.
     early : whether what rests on open hypotheses is told at once, as tentative, and taken back if need be. Without
         early answers everything waits until the hypotheses are decided, is told once and stands.
+    patience_us : how long after a revision of early answers the next one waits, so that it serves many verdicts and
+        late events; what comes meanwhile waits with it.
 
     Attributes
     ----------
@@ -62,7 +64,13 @@ class Recogniser:
     """
 
     def __init__(
-        self, chronicles: ChronicleSet, lateness_us: int = 0, *, executor: str = "eager", early: bool = True
+        self,
+        chronicles: ChronicleSet,
+        lateness_us: int = 0,
+        *,
+        executor: str = "eager",
+        early: bool = True,
+        patience_us: int = 0,
     ) -> None:
         if executor != "eager":
             stored = "; the other one, 'backfill', is for stored events, in `recognise`"
@@ -75,8 +83,8 @@ class Recogniser:
             "lateness_us": lateness_us,
             "executor": executor,
             "early": early,
+            "patience_us": patience_us,
         }
-        self._early = early
         self._make_engine: Callable[[], Engine] = lambda: Engine(chronicles, lateness_us)
         self._engine = self._make_engine()
         self._revision: Revision | None = None
@@ -189,7 +197,7 @@ class Recogniser:
 
     def _revising(self) -> Revision:
         if self._revision is None:
-            self._revision = Revision(self._engine, early=self._early)
+            self._revision = Revision(self._engine, early=self._setup["early"], patience_us=self._setup["patience_us"])
         return self._revision
 
     @property

@@ -2,7 +2,6 @@
 
 from bisect import bisect_left
 from operator import attrgetter, ne
-from typing import Any  # states are plain nested data
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Count
@@ -68,12 +67,10 @@ class CountLog:
         self._found = kept
         return sum(len(events) for events, _ in kept.values())
 
-    def state(self) -> list[Any]:
+    def state(self) -> dict[Values, tuple[list[Event], list[Values]]]:
         """Give the events kept, as plain data and events."""
-        return [event for events, _ in self._found.values() for event in events]
+        return {key: (list(events), list(owns)) for key, (events, owns) in self._found.items()}
 
-    def restore(self, state: list[Any]) -> None:
+    def restore(self, state: dict[Values, tuple[list[Event], list[Values]]]) -> None:
         """Take up where `state` was given."""
-        self._found = {}
-        for event in state:
-            self.append(event)
+        self._found = {key: (list(events), list(owns)) for key, (events, owns) in state.items()}

@@ -4,8 +4,6 @@ The engine keeps the clock and the watermark, gives events to the stages that lo
 to later stages. It knows nothing of late events or of events taken back: `recogniser.py` sees to those.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from heapq import heappush
 from typing import Any  # states are plain nested data
@@ -42,7 +40,6 @@ class Engine:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self.lateness_us = lateness_us
-        self._chronicles = chronicles
         self.due_us = UNBOUNDED_US
         self._sequence = 0
         self._stages = _stages(chronicles, is_stored=stored is not None)
@@ -131,16 +128,10 @@ class Engine:
         self.due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
         return findings, unbuilt
 
-    def copy(self) -> Engine:
-        """Make an engine that goes on from here on its own."""
-        copy = Engine(self._chronicles, self.lateness_us)
-        copy.restore(self.state())
-        return copy
-
     # ---- checkpoints
 
     def state(self) -> Any:  # Any: plain nested data
-        """Give everything the engine remembers, as plain data and events."""
+        """Give everything the engine remembers, as plain data, events and fluents, which stays as it is."""
         return {
             "clock_us": self.clock_us,
             "watermark_us": self.watermark_us,

@@ -5,6 +5,8 @@ An attribute of some things is a piecewise constant function of time, known thro
 left, or the value before if there is none such; so it does not depend on the order in which they arrived.
 """
 
+from __future__ import annotations
+
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from typing import Any  # states are plain nested data
@@ -20,15 +22,21 @@ class FluentHistory:
     """The values of one fluent; invariant: times ascend, and the value at times[i] lasts until times[i + 1].
 
     `_labels` holds the hypotheses of the changes at a time; most histories have none, so it is made when needed.
+
+    Attributes
+    ----------
+    owner : who may change it; a copy of an attribute history shares the fluents that it does not change.
     """
 
-    __slots__ = ("_instant", "_labels", "_times", "_values")
+    __slots__ = ("_instant", "_labels", "_times", "_values", "owner")
 
-    def __init__(self) -> None:
-        self._times: list[int] = []
-        self._values: list[str] = []
-        self._instant: tuple[tuple[str, str], ...] = ()
-        self._labels: dict[int, Labels] | None = None
+    def __init__(self, owner: object, state: Iterable[Any] = ((), (), (), None)) -> None:
+        times, values, instant, labels = state
+        self.owner = owner
+        self._times: list[int] = list(times)
+        self._values: list[str] = list(values)
+        self._instant: tuple[tuple[str, str], ...] = instant
+        self._labels: dict[int, Labels] | None = labels and dict(labels)
 
     def append(self, change: Event, initial: str) -> None:
         """Add a change at or after the latest one; `initial` is the value before the first."""
@@ -83,28 +91,22 @@ class FluentHistory:
         """Say whether a change at or before a time is known."""
         return bool(self._times) and self._times[0] <= t_us
 
-    def forget_before(self, t_us: int) -> None:
-        """Drop what can only be seen by looking further back than `t_us`."""
+    def since(self, t_us: int) -> FluentHistory:
+        """Give it without what can only be seen by looking further back than `t_us`; itself if that is nothing."""
         keep_from = bisect_right(self._times, t_us) - 1
-        if keep_from > 0:
-            del self._times[:keep_from]
-            del self._values[:keep_from]
-            if self._labels is not None:
-                self._labels = {at_us: labels for at_us, labels in self._labels.items() if at_us >= self._times[0]}
+        if keep_from <= 0:
+            return self
+        times = self._times[keep_from:]
+        labels = self._labels and {at_us: labels for at_us, labels in self._labels.items() if at_us >= times[0]}
+        return FluentHistory(self.owner, (times, self._values[keep_from:], self._instant, labels))
 
     def is_unknown_since(self, t_us: int) -> bool:
         """Say whether the value became unknown before `t_us` and has stayed so."""
         return self._times[-1] < t_us and self._values[-1] == UNKNOWN
 
-    def state(self) -> list[Any]:
-        """Give everything, as plain data."""
-        return [list(self._times), list(self._values), self._instant, self._labels and dict(self._labels)]
-
-    def restore(self, state: list[Any]) -> None:
-        """Take up where `state` was given."""
-        times, values, instant, labels = state
-        self._times, self._values, self._instant = list(times), list(values), tuple(instant)
-        self._labels = labels and dict(labels)
+    def __iter__(self) -> Iterator[Any]:
+        """Give everything, as plain data, to make another one of."""
+        return iter((self._times, self._values, self._instant, self._labels))
 
     def _add_labels(self, t_us: int, labels: Labels) -> None:
         if self._labels is None:
@@ -155,6 +157,7 @@ class AttributeHistory:
         self._indexes: dict[str, dict[tuple[int, ...], _Index]] = {name: {} for name in self._initial}
         # Changes made by `assign` come back once as events, because the stage looks at their attribute.
         self._assigned: list[Event] = []
+        self._me = object()
         self.has_labels = False
 
     def index_by(self, name: str, places: tuple[int, ...]) -> None:
@@ -171,7 +174,9 @@ class AttributeHistory:
         if event.hypotheses:
             self.has_labels = True
         name = event.name
-        fluent = self._fluents[name].get(event.args) or self._made(name, event.args)
+        fluent = self._fluents[name].get(event.args)
+        if fluent is None or fluent.owner is not self._me:
+            fluent = self._own(name, event.args)
         fluent.append(event, self._initial[name])
 
     def fill(self, events: Iterable[Event]) -> None:
@@ -195,7 +200,7 @@ class AttributeHistory:
             return None
         change = Event(event.name, event.args, event.t_us, old, event.new, event.hypotheses)
         self.has_labels |= bool(event.hypotheses)
-        self._made(event.name, event.args).assign(event.t_us, event.new, event.hypotheses)
+        self._own(event.name, event.args).assign(event.t_us, event.new, event.hypotheses)
         self._assigned.append(change)
         return change
 
@@ -248,8 +253,8 @@ class AttributeHistory:
         """
         self._read_all(name)
         fluents, gone = self._fluents[name], []
-        for args, fluent in fluents.items():
-            fluent.forget_before(t_us)
+        for args, known in fluents.items():
+            fluents[args] = fluent = known.since(t_us)
             if self._initial[name] == UNKNOWN and fluent.is_unknown_since(max(t_us, unknown_us)):
                 gone.append(args)
         for args in gone:
@@ -261,20 +266,23 @@ class AttributeHistory:
         return len(fluents)
 
     def state(self) -> list[Any]:
-        """Give everything, as plain data and events."""
+        """Give everything, as plain data, events and fluents, none of which is changed any more."""
         for name in self._unread:
             self._read_all(name)
-        fluents = [
-            [name, list(args), fluent.state()] for name, kept in self._fluents.items() for args, fluent in kept.items()
-        ]
-        return [fluents, list(self._assigned), self.has_labels]
+        self._me = object()
+        return [{name: dict(kept) for name, kept in self._fluents.items()}, list(self._assigned), self.has_labels]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given, in a history of the same attributes."""
         fluents, assigned, self.has_labels = state
-        for name, args, kept in fluents:
-            self._made(name, tuple(args)).restore(kept)
+        self._fluents = {name: dict(kept) for name, kept in fluents.items()}
+        for name, indexes in self._indexes.items():
+            for index in indexes.values():
+                index.clear()
+            for args in self._fluents[name] if indexes else ():
+                self._enter(name, args)
         self._assigned = list(assigned)
+        self._me = object()
 
     def _read_all(self, name: str) -> None:
         for args in list(self._unread[name]):
@@ -284,16 +292,26 @@ class AttributeHistory:
         """Give a fluent that was reported, None if it never was."""
         return self._fluents[name].get(args) or (self._made(name, args) if args in self._unread[name] else None)
 
+    def _own(self, name: str, args: tuple[str, ...]) -> FluentHistory:
+        """Give a fluent that may be changed, a copy if others share it."""
+        fluent = self._made(name, args)
+        if fluent.owner is not self._me:
+            fluent = self._fluents[name][args] = FluentHistory(self._me, fluent)
+        return fluent
+
     def _made(self, name: str, args: tuple[str, ...]) -> FluentHistory:
         """Give a fluent, made from its unread changes if there is none."""
         fluent = self._fluents[name].get(args)
         if fluent is None:
-            fluent = self._fluents[name][args] = FluentHistory()
+            fluent = self._fluents[name][args] = FluentHistory(self._me)
             for change in self._unread[name].pop(args, ()):
                 fluent.append(change, self._initial[name])
-            for index, key in self._indexes_of(name, args):
-                index.setdefault(key, {})[args] = None
+            self._enter(name, args)
         return fluent
+
+    def _enter(self, name: str, args: tuple[str, ...]) -> None:
+        for index, key in self._indexes_of(name, args):
+            index.setdefault(key, {})[args] = None
 
     def _indexes_of(self, name: str, args: tuple[str, ...]) -> Iterator[tuple[_Index, tuple[str, ...]]]:
         """Give the indexes that a fluent stands in, each with its key there."""

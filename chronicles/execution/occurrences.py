@@ -110,13 +110,12 @@ class OccurrenceBuilder:
 
     def state(self) -> list[Any]:
         """Give what was told and may be found again, as plain data."""
-        reported = [[list(values), sorted(sequence), last] for (values, sequence), last in self._reported.items()]
-        return [reported, self._selector.state()]
+        return [dict(self._reported), self._selector.state()]
 
     def restore(self, state: list[Any]) -> None:
         """Take up where `state` was given, for the same chronicle."""
         reported, selected = state
-        self._reported = {(tuple(values), frozenset(sequence)): last for values, sequence, last in reported}
+        self._reported = dict(reported)
         self._selector.restore(selected)
 
     def _is_repeated(self, finding: Finding) -> bool:

@@ -183,7 +183,7 @@ class Stage:
         }
 
     def restore(self, state: Any) -> None:  # Any: see `state`
-        """Take up where `state` was given; this stage is new."""
+        """Forget everything and take up where `state` was given."""
         self.buffer[:] = state["buffer"]
         self._pending[:] = state["pending"]
         self._pending_count = state["pending_count"]

@@ -42,6 +42,8 @@ from vision.adapter import Vision, VisionUnit
 VIDEO, TRAJECTORIES = "video", "trajectories"
 OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
 VERDICT, OCCURRENCE = "Verdict", "Occurrence"
+PATIENCE_US = 1_000_000
+"""How long early events wait at most for verdicts to come: half of the time that they wait for their relations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +120,16 @@ class Pipeline:
 
 @dataclass(frozen=True, slots=True)
 class EngineSettings:
-    """Hold the numbers of the engines behind vision."""
+    """Hold the settings of the engines behind vision.
+
+    Attributes
+    ----------
+    early_events : events that rest on open hypotheses are told as tentative; else only when they are decided.
+    """
 
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
     relations: RelationSettings = field(default_factory=RelationSettings)
+    early_events: bool = True
 
 
 USUAL = EngineSettings()
@@ -213,7 +221,10 @@ def _host_code(
     )
     registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(lambda: MonitoringUnit(monitors, lag_us=wait_us))
     registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
-        lambda: MonitoredRecognitionUnit(Recogniser(chronicle_set, lateness_us=wait_us), horizon_us=wait_us)
+        lambda: MonitoredRecognitionUnit(
+            Recogniser(chronicle_set, wait_us, early=settings.early_events, patience_us=PATIENCE_US),
+            horizon_us=wait_us,
+        )
     )
     return registry
 

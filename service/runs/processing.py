@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
@@ -51,6 +51,7 @@ class RunRequest:
     kpl_file : declares the streams instead of the shipped text.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
     start_utc_us : UTC time of media time zero, before what site file and video say.
+    final : events are told when nothing can take them back any more.
     again : also a run that the log has, finished.
     """
 
@@ -63,6 +64,7 @@ class RunRequest:
     kpl_file: Path | None = None
     detector: str | None = None
     start_utc_us: int | None = None
+    final: bool = False
     again: bool = False
 
 
@@ -153,7 +155,8 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
-    settings = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
+    engines = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
+    settings = replace(engines, early_events=not request.final)
     pipeline = declared_pipeline(
         source.feed(),
         source.network,
@@ -279,6 +282,7 @@ def _run_record(
         *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
         pipeline.kpl.text,
         *((f"start {start_utc_us}",) if start_from == "option" else ()),
+        *(("final",) if request.final else ()),
     )
     return RunRecord(
         id=hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest(),
@@ -296,6 +300,7 @@ def _run_record(
         relations=watched_relations(chronicles.merged, monitors),
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
+        settings={"events": "final"} if request.final else {},
         warnings=(
             *source.warnings,
             *chronicles.doubts,

@@ -4,10 +4,13 @@ A state is nested builtins with events and occurrences in it. JSON has no tuples
 one event as often as it is held; so containers carry a mark, and each event is written once and then referred to.
 """
 
+from collections.abc import Callable
 from dataclasses import fields
+from functools import partial
 from typing import Any  # nested data of any shape
 
 from chronicles.events import Event, Occurrence
+from chronicles.execution.history import FluentHistory
 
 _ATOMS = (str, int, float, type(None))  # bool is an int
 
@@ -70,7 +73,7 @@ class _Writer:
                 return ["occurrence", *(self.write(getattr(value, field.name)) for field in fields(Occurrence))]
             case dict():
                 return ["dict", *([self.write(key), self.write(one)] for key, one in value.items())]
-            case list() | tuple():
+            case list() | tuple() | FluentHistory():
                 return [type(value).__name__, *map(self.write, value)]
             case set() | frozenset():
                 return [type(value).__name__, *map(self.write, sorted(value, key=repr))]
@@ -85,7 +88,13 @@ class _Writer:
         return number
 
 
-_CONTAINERS = {"list": list, "tuple": tuple, "set": set, "frozenset": frozenset}
+_CONTAINERS: dict[str, Callable[[Any], Any]] = {
+    "list": list,
+    "tuple": tuple,
+    "set": set,
+    "frozenset": frozenset,
+    "FluentHistory": partial(FluentHistory, None),
+}
 
 
 def _read(value: Any, events: list[Event]) -> Any:  # Any: nested data

@@ -43,6 +43,9 @@ def process(
         Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")
     ] = None,
     start_utc: Annotated[str | None, typer.Option(help="When the input starts: 2026-05-01T08:00:00Z.")] = None,
+    final: Annotated[
+        bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
+    ] = False,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
@@ -64,6 +67,7 @@ def process(
         kpl_file=kpl,
         detector=looks,
         start_utc_us=None if start_utc is None else parse_utc_us(start_utc, parameter="--start-utc"),
+        final=final,
         again=again,
     )
     if as_json:

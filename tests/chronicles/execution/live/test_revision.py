@@ -95,8 +95,7 @@ def test_nothing_is_kept_of_what_can_no_longer_be_taken_back() -> None:
     recogniser.confirm("h1")
     revision = recogniser._revision
     assert revision is not None
-    assert not revision._journal
-    assert list(revision._standing) == []
+    assert (revision._journal, revision._states, revision._found) == ([], [], [])
 
 
 class Standing:
