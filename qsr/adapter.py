@@ -5,26 +5,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from dyknow.sample import Sample
+from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
-from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, IntArray
+from qsr.measuring.footprints import BoolArray, FloatArray, Footprints
 from qsr.observer import RelationObserver
-
-
-class RoadPositions(Protocol):
-    """Describe where each car is on the roads; -1 or nan where it is on none."""
-
-    @property
-    def road(self) -> IntArray: ...  # noqa: D102
-    @property
-    def along_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def across_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def tangent_rad(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def junction(self) -> IntArray: ...  # noqa: D102
-    @property
-    def lane(self) -> IntArray: ...  # noqa: D102
 
 
 class Cars(Protocol):
@@ -75,6 +59,8 @@ class HasCars(Protocol):
     def validated(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def refuted(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def undecided(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +74,7 @@ class FrameRelations:
     validated, refuted : labels of hypotheses that are decided now.
     absences : labels of the hypotheses that an object that is hidden does not come back.
     opened : labels of hypotheses, each with the time from which on changes may still come or be taken back by it.
+    undecided : labels of hypotheses that nobody will ever decide.
     """
 
     changes: tuple[RelationChange, ...]
@@ -96,6 +83,7 @@ class FrameRelations:
     refuted: tuple[str, ...] = ()
     absences: Mapping[str, str] = field(default_factory=dict)
     opened: tuple[tuple[str, int], ...] = ()
+    undecided: tuple[str, ...] = ()
 
     def hypotheses_of(self, change: RelationChange) -> tuple[str, ...]:
         """Give the open hypotheses that a change rests on, when it was decided.
@@ -132,7 +120,13 @@ class RelationUnit:
         filled = [_footprints(cars) for cars in value.filled]
         changes = tuple(self._observer.observe(_footprints(value.cars), hidden=value.cars.hidden, filled=filled))
         relations = FrameRelations(
-            changes, value.hypotheses, value.validated, value.refuted, value.absences, value.opened
+            changes,
+            value.hypotheses,
+            value.validated,
+            value.refuted,
+            value.absences,
+            value.opened,
+            value.undecided,
         )
         return (Sample(sample.available_us, sample.valid_us, relations),)
 

@@ -11,7 +11,7 @@ from qsr.observer import RelationObserver
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from tests.cases import for_each
-from tests.qsr.support import random_traffic
+from tests.qsr.support import footprints, random_traffic
 
 # Of a hidden time nobody knows who else was in between, or whether two cars nearly met.
 NAMES = sorted(RANK.keys() - {"following", "short_headway", "conflict"})
@@ -97,3 +97,52 @@ def test_the_story_in_the_end_is_that_of_cars_that_were_seen_all_the_time(seed: 
     got = {change for change in story.standing() if frozenset(change[1]) not in broken}
     assert len(intervals) > 3
     assert got == {change for change in expected if frozenset(change[1]) not in broken}
+
+
+def two_cars(number: int, x_m: tuple[float, float], names: str = "ab") -> Footprints:
+    """Drive a and b east on one road, 4 m long each and 3 m apart sideways."""
+    xy_m = [[x_m[0], 3.0], [x_m[1], 0.0]]
+    rows = ["ab".index(name) for name in names]
+    return footprints(number * 100_000, names, [xy_m[row] for row in rows], straight_road=True)
+
+
+def test_who_was_taken_for_another_one_is_unknown_since_it_was_lost() -> None:
+    observer = RelationObserver(("road",), ("cross",), only=["behind"])
+    for number in range(20):  # a is hidden from the fifth frame on, and what is seen from the tenth on was not a
+        shown = two_cars(number, (0.0, 10.0 if number < 10 else 20.0), "b" if 5 <= number < 10 else "ab")
+        hidden = {"a": 500_000} if 5 <= number < 10 else {}
+        observer.observe(shown, hidden=hidden)
+    [lost, converse] = observer.observe(two_cars(20, (0.0, 20.0), "b"), hidden={"a": 500_000})
+    assert (lost.args, lost.t_us, lost.old, lost.new, lost.absent) == (("a", "b"), 500_000, True, None, ())
+    assert (converse.args, converse.t_us) == (("b", "a"), 500_000)
+    assert observer.observe(two_cars(21, (0.0, 20.0), "b"), hidden={"a": 500_000}) == []
+
+
+def test_that_the_other_one_left_stands_when_a_car_comes_back() -> None:
+    observer = RelationObserver(("road",), ("cross",), only=["behind"])
+    told = [change for number in range(5) for change in observer.observe(two_cars(number, (0.0, 10.0)))]
+    told += observer.observe(two_cars(5, (0.0, 10.0), "b"), hidden={"a": 500_000})
+    told += observer.observe(two_cars(6, (0.0, 10.0), ""), hidden={"a": 500_000})
+    told += observer.observe(two_cars(7, (0.0, 10.0), "a"), filled=[two_cars(5, (0.0, 10.0), "a")])
+    behind = [(one.t_us, one.new, one.absent) for one in told if one.args == ("a", "b")]
+    assert behind == [(0, True, ()), (500_000, None, ("a",)), (600_000, None, ())]
+
+
+def test_nobody_nearly_met_unseen() -> None:
+    def at(number: int) -> Footprints:
+        x_m = [2.0 * number, 50.0]
+        shown = footprints(number * 100_000, "ab", [[x_m[0], 0.0], [x_m[1], 0.0]], straight_road=True)
+        return replace(shown, speed_mps=np.array([20.0, 0.0]))
+
+    def told(hidden: range) -> set[Value]:
+        observer, values = RelationObserver(("road",), ("cross",), only=["conflict"]), set[Value]()
+        for number in range(23):
+            shown = at(number).select([1]) if number in hidden else at(number)
+            away = {"a": hidden.start * 100_000} if number in hidden else {}
+            filled = [at(past).select([0]) for past in hidden] if number == hidden.stop else []
+            values |= {change.new for change in observer.observe(shown, hidden=away, filled=filled)}
+        return values
+
+    assert told(range(0)) == {False, True}
+    assert told(range(1, 23)) == {False, None}
+    assert told(range(1, 18)) == {False, None, True}  # seen again while it is about to happen
