@@ -51,7 +51,7 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     start_us, end_us : the interval `[start_us, end_us)`; equal for an event without duration.
     roles : role name to object symbol, `{"overtaker": "car7", "overtaken": "car3"}`.
     hypotheses : identity hypotheses it rests on; `tentative` until all of them are validated.
-    recognised_us : media time at which it was recognised.
+    recognised_us : media time at which it was recognised; of a newer state, at which that was decided.
     revises : identifier of the event of which this is the newer state; None for an event told the first time.
     """
 
