@@ -14,7 +14,8 @@ import numpy as np
 
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
-from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, default_linkages
+from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, Weighing, default_linkages
+from anchoring.hypotheses.trials import Trials
 from anchoring.linking.births import Outline
 from anchoring.linking.bodies import END, HEADING, LOST, NOW, OLD, START, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import CAR, CLASS_NAMES
@@ -22,9 +23,9 @@ from anchoring.linking.evidence import NewCars, weigh
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
 from anchoring.linking.hidden import earlier_cars, hidden_path
-from anchoring.linking.linker import choose
+from anchoring.linking.linker import MOST_MARGIN, Evidence, choose, rivals
 from anchoring.linking.ways import Looks
-from anchoring.observations import BoolArray, Cars, FloatArray, LinkChange, Observations
+from anchoring.observations import NEW, BoolArray, Cars, FloatArray, LinkChange, LongArray, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork, RoadPositions
 
@@ -65,6 +66,7 @@ class Anchorer:
     Attributes
     ----------
     filled : of the last frame, where cars that are seen again were while they were not, oldest first.
+    trials : of the links: what was judged in the last frame, and what is doubtful.
     refused : how often what the input says of a name was not believed, by cause: jumps of a vision object that is a
         car, and returns.
 
@@ -105,7 +107,9 @@ class Anchorer:
             raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
         self._bodies = Bodies(self.settings)
         self._outline = Outline()
+        self.trials = Trials(self.settings)
         self._weighed_us = 0
+        self._weighed: dict[str, Weighing] = {}  # of world objects, in this frame
         self._states = StateTable()
         self._named = dict.fromkeys(levels, 0)
         self._last_t_us: int | None = None
@@ -149,7 +153,7 @@ class Anchorer:
         cars = self._cars(frame)
         self.filled = self._fill(frame, cars)
         self._drop(merged + ended)
-        return cars, (*changes, *relinked, *endings)
+        return cars, tuple(self.trials.judge(t_us, (*changes, *relinked, *endings), self._weighed))
 
     def locate(self, centre_m: FloatArray) -> RoadPositions:
         """Find where points, (k, 2), are on the roads, as of cars."""
@@ -256,6 +260,7 @@ class Anchorer:
         merged, changes = self._return_named(frame) if self._away else (list[int](), list[LinkChange]())
         is_new = ~bodies.is_established & frame.is_seen
         is_new[merged] = False
+        self._weighed.clear()
         if not is_new.any() or not self._is_time_to_weigh(frame.t_us, is_new):
             return merged, changes
         bodies.is_contested[:] = False
@@ -356,9 +361,40 @@ class Anchorer:
         bodies.is_contested[starts[evidence.starts[evidence.ratios > 0.0]]] = True
         bodies.is_contested &= is_new
         chosen, margins = choose(evidence)
+        self._note_weighings(starts, ends, evidence, chosen, margins)
         clear = chosen[margins >= settings.margin_nats]
         pairs = zip(starts[evidence.starts[clear]].tolist(), ends[evidence.ends[clear]].tolist(), strict=True)
         return {column: target for column, target in pairs if column != target}
+
+    def _note_weighings(
+        self, starts: LongArray, ends: LongArray, evidence: Evidence, chosen: LongArray, margins: FloatArray
+    ) -> None:
+        """Keep how much likelier than all else it is what each vision object is taken for."""
+        bodies = self._bodies
+        losses, by_start, by_end = rivals(evidence, chosen)
+        pairs = zip(chosen.tolist(), margins.tolist(), strict=True)
+        best = dict(zip(evidence.starts[chosen].tolist(), pairs, strict=True))
+        names = [bodies.chains[start].vision_id for start in starts.tolist()]
+        worlds = [bodies.chains[end].world.upper for end in ends.tolist()]
+        possible = set(evidence.starts.tolist())
+        for start, column in enumerate(starts.tolist()):
+            chain = bodies.chains[column]
+            if start not in possible:
+                if bodies.is_returned[column]:  # as its speed is surer now, it could not have come here
+                    self._weighed[chain.world.upper] = Weighing(chain.world.upper, None, -MOST_MARGIN, NEW)
+                continue
+            rival = int(by_start[start])
+            loss_nats, runner_up = float(losses[rival]), worlds[evidence.ends[rival]]
+            chain.weighing = Weighing(NEW, None, min(loss_nats, MOST_MARGIN), runner_up)
+            if start in best:
+                pair, margin_nats = best[start]
+                end, ratio = evidence.ends[pair], float(evidence.ratios[pair])
+                other = int(by_end[end])
+                others = (ratio, NEW), (loss_nats, runner_up), (float(losses[other]), names[evidence.starts[other]])
+                chain.weighing = Weighing(worlds[end], ratio, margin_nats, min(others)[1])
+            if bodies.is_established[column]:
+                said = chain.world.upper if bodies.is_returned[column] else NEW
+                self._weighed[chain.world.upper] = chain.weighing.of(said)
 
     def _new_cars(self, begun: Looks, clipped: BoolArray) -> NewCars:
         """Tell what is expected of cars that are new where something began, and of the size that is usual here."""
@@ -377,7 +413,9 @@ class Anchorer:
         if chain.vision_id:
             del self._columns[chain.vision_id]
             changes.append(chain.lose(frame.t_us, f"{vision_id} is seen where {chain.vision_id} is only guessed"))
-        changes.append(chain.adopt(frame.t_us, vision_id, reason))
+        weighing = bodies.chains[column].weighing
+        hidden_us = None if bodies.unseen_us[target] < 0 else int(bodies.unseen_us[target])
+        changes.append(chain.adopt(frame.t_us, vision_id, reason, weighing=weighing, hidden_us=hidden_us))
         bodies.move_over(column, target, frame.t_us)
         bodies.waits[target] = True
         self._returned.append(target)

@@ -15,7 +15,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int32]
 LongArray = NDArray[np.int64]
 
-LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
+LinkKind = Literal["established", "reestablished", "validated", "undecided", "lost", "refuted", "ended"]
 Level = Literal["world", "on_road", "car"]
 
 
@@ -146,10 +146,17 @@ class LinkChange:
     t_us : the frame that decided it.
     kind : ``established`` made a new upper object; ``reestablished`` linked one that had lost its lower object;
         ``lost`` means the lower object is gone; ``refuted`` that the two cannot be the same; ``ended`` that the upper
-        object is gone for good.
+        object is gone for good. The link itself stays with ``validated`` and ``undecided``: the verdict on one that was
+        weighed against others, with the least margin that it ever had.
     level : of the upper object: a world object, an on-road object or a car.
     lower, upper : names; ``lower`` is "" if the upper object ended while it had none.
     reason : for people.
+    label : of the link, used once, where it begins or is judged.
+    score_nats : log likelihood ratio: the lower object is this one that was lost, against: it is a new one.
+    margin_nats : by how much what the link says is likelier than all else that may be; None if nothing else may.
+    runner_up : what is next: another world object that the lower one would be, another vision object that would be the
+        upper one, or `NEW`.
+    hidden_us : of one that was lost and is linked again, the first time at which it was not seen.
     """
 
     t_us: int
@@ -158,6 +165,15 @@ class LinkChange:
     lower: str
     upper: str
     reason: str
+    label: str = ""
+    score_nats: float | None = None
+    margin_nats: float | None = None
+    runner_up: str = ""
+    hidden_us: int | None = None
+
+
+# What is next best to a lost object that was found again may be that it is a new one.
+NEW = "new"
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,6 +206,8 @@ def link_intervals(changes: Iterable[LinkChange]) -> dict[str, list[LinkInterval
     found: dict[str, list[LinkInterval]] = {}
     for change in changes:
         links = found.setdefault(change.upper, [])
+        if change.kind in ("validated", "undecided"):
+            continue
         if links and links[-1].end_us is None:
             links[-1] = replace(links[-1], end_us=change.t_us, reason=f"{change.kind}: {change.reason}")
         if change.kind in ("established", "reestablished"):

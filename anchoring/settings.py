@@ -58,12 +58,15 @@ class AnchoringSettings:
     edge_m : how wide that edge is, and how far apart cars go into one hidden place.
     outline_slack_m : how far outside of all that was seen is still inside.
     margin_nats : a link must be so much likelier than every other choice (e^1.5 is 4 to 1).
-    open_us : how long after a track began its link may be given up for a better one.
+    decided_nats : a link is validated if it never was less likelier than all else than this (e^3 is 20 to 1); in the
+        lost tracks of seeds 1 to 5 one in three of those below is wrong, and three in a thousand of those above.
+    open_us : how long after a track began its link may be given up for a better one, and waits for its verdict.
     overlap_us : a vision object may be older by this than the last sight of the car that it is.
     leaving_mps : a slower car at the edge of the view may be waiting there.
     lateral_s : a change of lane that has begun goes on for about this long while nobody sees it.
-    trial_us : how long a link is a hypothesis: the longest that the usual maintain conditions take to find fault with
-        it from its first moment on (off the road, no vehicle's size or speed); jumps and exchanged tracks show sooner.
+    trial_us : how long a link is a hypothesis that nothing else may take the place of: the longest that the usual
+        maintain conditions take to find fault with it from its first moment on (off the road, no vehicle's size or
+        speed); jumps and exchanged tracks show sooner.
     settle_us : how long nothing is said after a lost view: as long as it takes a vision object to become a car at all.
     name_back_us : how far the name of a car is dated back to rows of its vision object; what took longer to become a
         car has done something else before, such as parking.
@@ -127,6 +130,7 @@ class AnchoringSettings:
     edge_m: float = 15.0
     outline_slack_m: float = 2.0
     margin_nats: float = 1.5
+    decided_nats: float = 3.0
     open_us: int = 4_000_000
     overlap_us: int = 200_000
     leaving_mps: float = 1.0

@@ -65,7 +65,8 @@ class Row:
     ----------
     returns : of cars that were not seen for a while.
     idf1_told, idf1_revised : of the symbols given at the time, and of those that tracks have at their end.
-    links, wrong_links, wrong_validated : cars found again; in another vehicle; of these, validated and not refuted.
+    links, wrong_links, wrong_validated : cars found again; in another vehicle; of these, validated.
+    right_undecided : cars found again in the right vehicle whose link ended undecided.
     median_ms : processor time of anchoring a frame.
     overtakes : of the whole product; None if nobody asked.
     """
@@ -78,6 +79,7 @@ class Row:
     links: int
     wrong_links: int
     wrong_validated: int
+    right_undecided: int
     median_ms: float
     overtakes: Evaluation | None = None
 
@@ -106,7 +108,7 @@ class CrowdRow:
 
 ROW_TITLES = (
     *("scene", "case", "right", "wrong", "new", "share right", "share wrong", "IDF1 told", "IDF1 revised"),
-    *("links", "wrong links", "of them validated", "ms a frame"),
+    *("links", "wrong links", "of them validated", "right undecided", "ms a frame"),
 )
 OVERTAKE_TITLES = ("scene", "case", "overtakes right", "wrong", "missed", "border", "precision", "recall")
 PEER_TITLES = ("scene", "case", "tracker", "right", "wrong", "new", "share right", "share wrong", "IDF1", "settings")
@@ -215,6 +217,7 @@ def score_case(
         links=sum(one.links for one in named),
         wrong_links=len(wrong),
         wrong_validated=sum(link.is_validated for link in wrong),
+        right_undecided=sum(one.right_undecided for one in named),
         median_ms=statistics.median(frame_ms),
         overtakes=overtakes,
     )
@@ -250,7 +253,7 @@ def row_text(row: Row) -> str:
     cells = (
         *(row.scene, row.case, *_return_cells(row.returns)),
         *(f"{row.idf1_told:.3f}", f"{row.idf1_revised:.3f}"),
-        *(str(row.links), str(row.wrong_links), str(row.wrong_validated)),
+        *(str(row.links), str(row.wrong_links), str(row.wrong_validated), str(row.right_undecided)),
         f"{row.median_ms:.2f}",
     )
     return _line(cells)
@@ -276,9 +279,13 @@ def crowd_text(row: CrowdRow) -> str:
 
 
 def wrong_link_text(rows: Sequence[Row]) -> str:
-    """Say how many wrong links of all cases together were believed in the end."""
+    """Say how many wrong links of all cases together were believed in the end, and how many right ones were not."""
     wrong, validated = sum(row.wrong_links for row in rows), sum(row.wrong_validated for row in rows)
-    return f"wrong links of all cases: {wrong}, validated in the end: {validated}, {share_text(validated, wrong)}"
+    right, undecided = sum(row.links for row in rows) - wrong, sum(row.right_undecided for row in rows)
+    return (
+        f"wrong links of all cases: {wrong}, validated in the end: {validated}, {share_text(validated, wrong)}\n"
+        f"right links of all cases: {right}, undecided in the end: {undecided}, {share_text(undecided, right)}"
+    )
 
 
 def _return_cells(returns: Returns) -> list[str]:

@@ -55,6 +55,7 @@ class NamedRows:
     t_us : (n,) of the rows, ascending. vehicles : n true vehicles. ids : n names of tracks.
     symbols : n car symbols as in the log, `NO_CAR` where there is none.
     links : how often a lost car was found again. wrong_links : those to another vehicle's track.
+    right_undecided : how many of the others ended undecided.
     frame_ms : (f,) processor time of each frame.
     """
 
@@ -64,6 +65,7 @@ class NamedRows:
     symbols: tuple[str, ...]
     links: int = 0
     wrong_links: tuple[WrongLink, ...] = ()
+    right_undecided: int = 0
     frame_ms: tuple[float, ...] = ()
 
 
@@ -107,7 +109,7 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
     }
     rows = list(zip(tracks.rows.t_us.tolist(), tracks.ids, strict=True))
     vehicle_of = dict(zip(rows, tracks.rows.vehicles, strict=True))
-    links, wrong = _judge_links(said, vehicle_of)
+    links, wrong, right_undecided = _judge_links(said, vehicle_of)
     return NamedRows(
         t_us=tracks.rows.t_us,
         vehicles=tracks.rows.vehicles,
@@ -115,35 +117,35 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
         symbols=tuple(symbol_of.get(row, NO_CAR) for row in rows),
         links=links,
         wrong_links=wrong,
+        right_undecided=right_undecided,
         frame_ms=tuple(frame_ms),
     )
 
 
 def _judge_links(
     said: Sequence[Anchored], vehicle_of: Mapping[tuple[int, str], str]
-) -> tuple[int, tuple[WrongLink, ...]]:
-    """Count the links that found a lost car again, and list the wrong ones with what became of them.
-
-    A link that was validated and is refuted later is not validated.
-    """
+) -> tuple[int, tuple[WrongLink, ...], int]:
+    """Count the links that found a lost car again; list the wrong ones; count the others that ended undecided."""
     last_of: dict[str, str] = {}  # whose car a world object has been last
-    links = 0
-    wrong: dict[str, tuple[int, str]] = {}  # by the label's beginning, which names the two that are linked
+    found: set[str] = set()  # labels
+    wrong: dict[str, tuple[int, str]] = {}  # by the label
     validated: set[str] = set()
+    undecided: set[str] = set()
     rows = _VehiclesByTrack(vehicle_of)
     for one in said:
         for change in (change for change in one.link_changes if change.level == "world"):
             vehicle = rows.vehicle_at(change.lower, change.t_us)
             if change.kind == "reestablished":
-                links += 1
+                found.add(change.label)
                 if last_of[change.upper] != vehicle:
-                    wrong[f"{change.lower}->{change.upper}"] = change.t_us, change.lower
+                    wrong[change.label] = change.t_us, change.lower
             # What is refuted goes back to the vehicle that it was linked to, whatever its track did since.
             if change.kind in ("established", "reestablished", "lost"):
                 last_of[change.upper] = vehicle
-        validated |= {label.partition("#")[0] for label in one.validated}
-        validated -= {label.partition("#")[0] for label in one.refuted}
-    return links, tuple(WrongLink(*link, is_validated=pair in validated) for pair, link in wrong.items())
+        validated |= set(one.validated)
+        undecided |= set(one.undecided)
+    links = tuple(WrongLink(*link, is_validated=label in validated) for label, link in wrong.items())
+    return len(found), links, len((found & undecided) - wrong.keys())
 
 
 class _VehiclesByTrack:

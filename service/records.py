@@ -15,7 +15,7 @@ EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
 InputKind = Literal["video", "trajectory", "detections"]
 StartFrom = Literal["option", "site", "video", "unknown"]
-LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
+LinkKind = Literal["established", "reestablished", "validated", "undecided", "lost", "refuted", "ended"]
 LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted", "undecided"]
 
@@ -51,7 +51,7 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     start_us, end_us : the interval `[start_us, end_us)`; equal for an event without duration.
     roles : role name to object symbol, `{"overtaker": "car7", "overtaken": "car3"}`.
     hypotheses : identity hypotheses it rests on; `tentative` until all of them are validated.
-    recognised_us : media time at which it was recognised.
+    recognised_us : media time at which it was recognised; of a newer state, at which that was decided.
     revises : identifier of the event of which this is the newer state; None for an event told the first time.
     """
 
@@ -177,7 +177,17 @@ class CarRecord(Struct, frozen=True):
 
 
 class LinkRecord(Struct, frozen=True):
-    """One change in the chain from a vision object to a car symbol."""
+    """One change in the chain from a vision object to a car symbol, or the verdict on a link that was weighed.
+
+    Attributes
+    ----------
+    kind : `validated` and `undecided` tell a verdict and end nothing.
+    label : of the link, where it begins or is judged; the name of its hypothesis.
+    score_nats : how much likelier the lower object is this one that was lost than a new one; None for what was new.
+    margin_nats : by how much the link was likelier than all else, at worst by then; None if nothing else might be.
+    runner_up : what else: another world object, another vision object, or `new`.
+    hidden_us : since when a car that is found again was not seen.
+    """
 
     t_us: int
     kind: LinkKind
@@ -185,6 +195,11 @@ class LinkRecord(Struct, frozen=True):
     lower: str
     upper: str
     reason: str = ""
+    label: str = ""
+    score_nats: float | None = None
+    margin_nats: float | None = None
+    runner_up: str = ""
+    hidden_us: int | None = None
 
 
 class RelationRecord(Struct, frozen=True):

@@ -6,10 +6,10 @@ object), or its *reestablish* condition (an upper object that had lost its lower
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from anchoring.hypotheses.conditions import AllOf, Condition, HeldFor, NotLostLongerThan, Verdict
-from anchoring.observations import Level, LinkChange, LinkKind
+from anchoring.observations import NEW, Level, LinkChange, LinkKind
 from anchoring.settings import AnchoringSettings
 
 
@@ -95,6 +95,26 @@ class Link:
         self.condition = self.linkage.reestablish()
 
 
+@dataclass(frozen=True, slots=True)
+class Weighing:
+    """Say by how much it is likeliest that a vision object is one that was lost, or `NEW`; see `LinkChange`."""
+
+    said: str
+    score_nats: float | None
+    margin_nats: float
+    runner_up: str
+
+    def of(self, said: str) -> "Weighing":
+        """Say the same of something that may be less likely.
+
+        Examples
+        --------
+        >>> Weighing("w1", 4.0, 2.5, "w2").of(NEW)
+        Weighing(said='new', score_nats=None, margin_nats=-2.5, runner_up='w1')
+        """
+        return self if said == self.said else Weighing(said, None, -self.margin_nats, self.said)
+
+
 @dataclass(slots=True)
 class Proposal:
     """Keep the hypothesis that an unlinked vision object is a certain lost world object."""
@@ -116,15 +136,17 @@ class Chain:
     links : one a level, lowest first.
     car_number : of the symbol; 0 before there is one.
     proposal : which lost world object it may be, while nothing is established.
+    weighing : the last one of its vision object; None if nothing was lost that it could be.
     """
 
-    __slots__ = ("car_number", "links", "proposal", "vision_id")
+    __slots__ = ("car_number", "links", "proposal", "vision_id", "weighing")
 
     def __init__(self, vision_id: str, linkages: tuple[Linkage, ...]) -> None:
         self.vision_id = vision_id
         self.links = tuple(Link(linkage) for linkage in linkages)
         self.car_number = 0
         self.proposal: Proposal | None = None
+        self.weighing: Weighing | None = None
 
     @property
     def world(self) -> Link:
@@ -175,11 +197,13 @@ class Chain:
         self.vision_id = ""
         return change
 
-    def adopt(self, t_us: int, vision_id: str, reason: str) -> LinkChange:
-        """Link another vision object to the world object."""
-        self.vision_id = vision_id
+    def adopt(
+        self, t_us: int, vision_id: str, reason: str, *, weighing: Weighing | None = None, hidden_us: int | None = None
+    ) -> LinkChange:
+        """Link another vision object to the world object, by what was weighed or by its name."""
+        self.vision_id, self.weighing = vision_id, weighing
         self.world.join()
-        return self.change(t_us, "reestablished", self.world, reason)
+        return replace(self.change(t_us, "reestablished", self.world, reason), hidden_us=hidden_us)
 
     def revive(self, t_us: int, vision_id: str, reason: str) -> Iterator[LinkChange]:
         """Link every upper object again that was linked when all of them ended, lowest first."""
@@ -199,7 +223,12 @@ class Chain:
         """Describe what has just happened to a link."""
         level = self.links.index(link)
         lower = self.links[level - 1].upper if level else self.vision_id
-        return LinkChange(t_us, kind, link.linkage.level, lower, link.upper, reason)
+        change = LinkChange(t_us, kind, link.linkage.level, lower, link.upper, reason)
+        if self.weighing is None or level or kind not in ("established", "reestablished"):
+            return change
+        weighing = self.weighing.of(NEW if kind == "established" else link.upper)
+        score_nats, margin_nats = weighing.score_nats, weighing.margin_nats
+        return replace(change, score_nats=score_nats, margin_nats=margin_nats, runner_up=weighing.runner_up)
 
     def _waiting(self) -> Iterator[Link]:
         # A world object that has lost its vision object is linked again by the linker, which compares all pairs.

@@ -72,6 +72,37 @@ def choose(evidence: Evidence) -> tuple[LongArray, FloatArray]:
     return np.concatenate(chosen)[order], np.concatenate(margins)[order]
 
 
+def rivals(evidence: Evidence, chosen: LongArray) -> tuple[FloatArray, LongArray, LongArray]:
+    """Find what is next best to a choice, one exchange away.
+
+    Returns
+    -------
+    (p,) what taking each pair would lose, as its start and its end have to leave those chosen; inf for the chosen ones.
+    And the pair that loses least of each start, and of each end; any where there is none.
+
+    Examples
+    --------
+    >>> evidence = Evidence(np.array([0, 0, 1]), np.array([0, 1, 1]), np.array([5.0, 3.0, 1.0]))
+    >>> [one.tolist() for one in rivals(evidence, np.array([0, 2]))]
+    [[inf, 3.0, inf], [1, 2], [0, 1]]
+    """
+    losses, sides = -evidence.ratios, (evidence.starts, evidence.ends)
+    for side in sides:
+        gains = np.zeros(side.max(initial=-1) + 1)
+        gains[side[chosen]] = evidence.ratios[chosen]
+        losses += gains[side]
+    losses[chosen] = np.inf
+    by_start, by_end = (_least(side, losses) for side in sides)
+    return losses, by_start, by_end
+
+
+def _least(side: LongArray, losses: FloatArray) -> LongArray:
+    order = np.lexsort((-losses, side))
+    least = np.zeros(side.max(initial=-1) + 1, np.int64)
+    least[side[order]] = order  # the last one stays
+    return least
+
+
 def _groups(labels: IntArray) -> list[LongArray]:
     order = np.argsort(labels, kind="stable")
     return np.split(order, np.diff(labels[order]).nonzero()[0] + 1)

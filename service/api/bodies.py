@@ -4,6 +4,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from service.questions.identity import CarIdentity, IdentityLink
 from service.records import ChronicleRecord, EventRecord
 
 
@@ -33,23 +34,27 @@ class ChronicleList(Struct, frozen=True):
     items: list[ChronicleUse]
 
 
-class IdentityLink(Struct, frozen=True):
-    """A link by which a car was the car it was, during [start_us, end_us); `end_us` null: to the end of the run."""
-
-    level: str
-    lower: str
-    upper: str
-    start_us: int
-    end_us: int | None
-    reason: str
-
-
 class EventExplanation(Struct, frozen=True):
     """Why an event was recognised; `explanation` is an `Explanation` of kind `why`, `identities` goes by role."""
 
     event: str
     explanation: dict[str, Any]
     identities: dict[str, list[IdentityLink]]
+
+
+class CarList(Struct, frozen=True):
+    """The cars of a run, in the order of first sight."""
+
+    run: str
+    items: list[CarIdentity]
+
+
+class LinkList(Struct, frozen=True):
+    """The links by which a car was the car it was, oldest first."""
+
+    run: str
+    car: str
+    items: list[IdentityLink]
 
 
 class Index(Struct, frozen=True):

@@ -17,7 +17,7 @@ from starlette.responses import PlainTextResponse, Response
 
 from chronicles.explanation.json_form import to_json
 from dyknow.language.rendering import render_json
-from service.api.bodies import ChronicleList, ChronicleUse, EventExplanation, EventList, Index
+from service.api.bodies import CarList, ChronicleList, ChronicleUse, EventExplanation, EventList, Index, LinkList
 from service.api.openapi import EXPLANATION, FINDINGS, answers
 from service.api.parameters import (
     Pairs,
@@ -28,6 +28,7 @@ from service.api.parameters import (
 )
 from service.errors import QueryError
 from service.questions.explaining import Explainer
+from service.questions.identity import identities, links_of
 from service.questions.notes import name_notes, run_notes
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
 from service.records import ChronicleRecord, EventRecord
@@ -61,6 +62,7 @@ def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: s
     _add_chronicles(router, log, tuple(shipped))
     _add_events(router, log)
     _add_explanations(router, Explainer(log))
+    _add_cars(router, log)
     return router
 
 
@@ -166,10 +168,34 @@ def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
         return _json(msgspec.json.encode(to_json(explainer.explain_absence(question))))
 
 
-def _refuse_parameters(request: Request) -> None:
-    """Refuse any parameter where none is taken: one that restricts nothing was meant to."""
-    for name in request.query_params:
-        raise QueryError(f"query: expected no parameter, got {name!r}", parameter=name)
+def _add_cars(router: APIRouter, log: EventLog) -> None:
+    @router.get("/api/v1/cars", summary="List the cars of a run", responses=answers(CarList, 404, 422))
+    def list_cars(request: Request, run: str | None = None) -> Response:
+        """Answer with the cars in the order of first sight, and how sure each is the same one."""
+        _refuse_parameters(request, but="run")
+        record = log.run(run)
+        return _json(msgspec.json.encode(CarList(record.id, identities(log, record.id))))
+
+    @router.get(
+        "/api/v1/cars/{car}/links",
+        summary="Say by what links a car is the one that it is",
+        responses=answers(LinkList, 404, 422),
+    )
+    def get_links(car: str, request: Request, run: str | None = None) -> Response:
+        """Answer with the identity chain of a car, oldest link first."""
+        _refuse_parameters(request, but="run")
+        record = log.run(run)
+        return _json(msgspec.json.encode(LinkList(record.id, car, links_of(log, record, car))))
+
+
+def _refuse_parameters(request: Request, *, but: str | None = None) -> None:
+    """Refuse parameters that are not taken, where one is at most: one that restricts nothing was meant to."""
+    names = [name for name, _ in request.query_params.multi_items()]
+    for name in names if names != [but] else ():
+        raise QueryError(
+            f"query: expected {'one ' + but if but else 'no parameter'}, got {', '.join(map(repr, names))}",
+            parameter=name,
+        )
 
 
 def _event_page(page: EventPage, path: str, pairs: Pairs, notes: Sequence[str]) -> Response:
@@ -203,6 +229,8 @@ def _index(version: str, as_of_seq: int) -> Index:
         "events": "/api/v1/events",
         "event": "/api/v1/events/{event_id}",
         "why": "/api/v1/events/{event_id}/why",
+        "cars": "/api/v1/cars",
+        "links": "/api/v1/cars/{car}/links",
         "chronicles": "/api/v1/chronicles",
         "check": "/api/v1/chronicles/check",
         "why_not": "/api/v1/chronicles/{name}/why-not",

@@ -18,6 +18,7 @@ import typer
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
+from service.cli.asking.objects import objects
 from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
@@ -37,6 +38,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "trajectories": (trajectories, "dyknow trajectories junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
     "process": (process, "dyknow process scene/video.mp4 --site scene/site.toml --log scene.db"),
     "events": (events, "dyknow events scene.db --type overtake --from 00:10 --to 02:00"),
+    "objects": (objects, "dyknow objects scene.db car7"),
     "tracks": (tracks, "dyknow tracks scene.db --car car7 --from 10s"),
     "draw": (draw, "dyknow draw scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
     "evaluate": (evaluate, "dyknow evaluate scene.db scene --what detection,tracks,events"),

@@ -1,6 +1,7 @@
 """What did a run see? Cars, their trails and the events of a log, drawn on the frames of its video."""
 
 import hashlib
+import math
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from itertools import groupby
 
 import cv2
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from service.export.tracks import footprint_corners
@@ -19,6 +21,7 @@ Colour = tuple[int, int, int]
 
 TRAIL_US = 3_000_000
 EVENT_LINGER_US = 2_000_000
+HIDDEN_US = 300_000  # hidden cars have rows a fifth of a second apart
 DASH_PX = 4
 FAR_PX = 30_000  # beyond this OpenCV's fixed-point drawing overflows
 FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -32,7 +35,8 @@ class Overlay:
 
     Attributes
     ----------
-    cars : states at the frame's time. trails : (n, 2) ground points of the last seconds, by car.
+    cars : states at the frame's time, of hidden cars moved on from the last row.
+    trails : (n, 2) ground points of the last seconds, by car.
     events : events that go on, or ended a moment ago.
     """
 
@@ -57,6 +61,7 @@ class OverlayReader:
         self._next = next(self._groups, None)
         self._events = events
         self._trails: dict[str, deque[tuple[int, float, float]]] = defaultdict(deque)
+        self._last: dict[str, CarState] = {}  # the last row of each car
 
     def at(self, t_us: int) -> Overlay:
         """Return what to draw on the frame of this time; times must not decrease."""
@@ -65,8 +70,11 @@ class OverlayReader:
             group_us, group = self._next
             cars = group if group_us == t_us else []
             for state in group:
+                self._last[state.car] = state
                 self._trails[state.car].append((state.t_us, state.x_m, state.y_m))
             self._next = next(self._groups, None)
+        self._last = {car: one for car, one in self._last.items() if one.t_us > t_us - HIDDEN_US}
+        cars = [*cars, *(_moved(one, t_us) for one in self._last.values() if one.t_us < t_us and not one.linked)]
         events = [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
         return Overlay(cars, self._recent_trails(t_us), events)
 
@@ -78,6 +86,13 @@ class OverlayReader:
             if not trail:
                 del self._trails[car]
         return {car: np.array([point[1:] for point in trail]) for car, trail in self._trails.items()}
+
+
+def _moved(state: CarState, t_us: int) -> CarState:
+    """Move a hidden car on from its row, until it has the next one."""
+    way_m = state.speed_mps * (t_us - state.t_us) * 1e-6
+    x_m, y_m = state.x_m + way_m * math.cos(state.heading_rad), state.y_m + way_m * math.sin(state.heading_rad)
+    return replace(state, t_us=t_us, x_m=x_m, y_m=y_m)
 
 
 def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None) -> ByteArray:

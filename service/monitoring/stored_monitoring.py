@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from msgspec.structs import astuple
 
-from anchoring.adapter import LinkTrials
+from anchoring.hypotheses.trials import DoubtfulLinks
 from anchoring.observations import Level, LinkChange
 from anchoring.settings import AnchoringSettings
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
@@ -106,8 +106,7 @@ def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Samp
 
 def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, _States]]:
     """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
-    settings = AnchoringSettings()
-    trials, predict_us = LinkTrials(settings.trial_us), settings.predict_us
+    doubtful, predict_us = DoubtfulLinks(), AnchoringSettings().predict_us
     links = _by_frame(log.links(run_id), "t_us")
     changes = _by_frame(log.relations(run_id), "decided_us")
     verdicts = _by_frame(log.hypotheses(run_id), "t_us")
@@ -118,12 +117,15 @@ def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple
     for _, t_us in log.frames(run_id):
         here_links = links.get(t_us, [])
         _link(linked, here_links)
-        trials.judge(t_us, (LinkChange(*astuple(one)) for one in here_links))
+        for change in here_links:
+            doubtful.take(LinkChange(*astuple(change)))
         decided = ((_relation_change(one), one.hypotheses) for one in changes.get(t_us, ()))
         refuted, validated = (
             [one.label for one in verdicts.get(t_us, ()) if one.verdict == verdict]
             for verdict in ("refuted", "validated")
         )
+        for label in validated:
+            doubtful.believe(label)
         past = states.take_relations(t_us, decided, refuted, validated)
         here: list[CarState] = []
         if cars_us == t_us:
@@ -134,7 +136,7 @@ def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple
                 if t_us - seen_us.get(one.car, _NEVER_US) <= (0 if one.linked else predict_us):
                     here.append(one)
             cars_us, cars = next(frames, (None, iter(())))
-        yield t_us, past + states.take_cars(t_us, here, dict(trials.hypotheses()))
+        yield t_us, past + states.take_cars(t_us, here, doubtful.by_car())
 
 
 def _link(linked: dict[tuple[Level, str], str], changes: Iterable[LinkRecord]) -> None:
@@ -142,7 +144,7 @@ def _link(linked: dict[tuple[Level, str], str], changes: Iterable[LinkRecord]) -
     for change in changes:
         if change.kind in ("established", "reestablished"):
             linked[change.level, change.upper] = change.lower
-        else:
+        elif change.kind in ("lost", "refuted", "ended"):
             linked.pop((change.level, change.upper), None)
 
 

@@ -5,13 +5,12 @@ is added here: by which links each car was taken for the one it is.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # JSON values
 
-from msgspec.structs import astuple
+from msgspec.structs import asdict
 
-from anchoring.observations import LinkChange, LinkInterval, link_intervals
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Occurrence
 from chronicles.explanation.explanations import Explanation, WhyNot
@@ -20,6 +19,7 @@ from chronicles.explanation.rendering import render
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
 from service.errors import FilterError, NotInLogError, QueryError
+from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
 from service.questions.stored_events import StoredEvents, check_watched, stored_events
@@ -45,7 +45,7 @@ class EventExplanation:
 
     event: EventRecord
     explanation: Explanation
-    identities: Mapping[str, tuple[LinkInterval, ...]]
+    identities: Mapping[str, Sequence[IdentityLink]]
 
     def as_record(self) -> Json:
         """Return it as plain data, for JSON."""
@@ -225,24 +225,13 @@ def _occurrence(event: EventRecord) -> Occurrence:
     )
 
 
-def _identities(log: EventLog, event: EventRecord) -> dict[str, tuple[LinkInterval, ...]]:
-    below = link_intervals(LinkChange(*astuple(one)) for one in log.links(event.run))
-    chains = {role: _chain(below, symbol, event.end_us) for role, symbol in event.roles.items()}
+def _identities(log: EventLog, event: EventRecord) -> dict[str, list[IdentityLink]]:
+    below = links_below(log, event.run)
+    chains = {role: chain_of(below, symbol, until_us=event.end_us) for role, symbol in event.roles.items()}
     return {role: links for role, links in chains.items() if links}
 
 
-def _chain(below: Mapping[str, Sequence[LinkInterval]], car: str, until_us: int) -> tuple[LinkInterval, ...]:
-    found: list[LinkInterval] = []
-    pending = [car]
-    while pending:
-        links = [one for one in below.get(pending.pop(), ()) if one.start_us <= until_us]
-        found += links
-        pending += sorted({one.lower for one in links})
-    order = ("world", "on_road", "car")
-    return tuple(sorted(found, key=lambda one: (one.start_us, order.index(one.level), one.upper)))
-
-
-def _link_line(link: LinkInterval) -> str:
+def _link_line(link: IdentityLink) -> str:
     end = "the end" if link.end_us is None else format_media(link.end_us)
     reason = f", {link.reason}" if link.reason else ""
     return f"{link.lower} -> {link.upper}  {format_media(link.start_us)} to {end}{reason}"

@@ -180,7 +180,7 @@ class Recorder:
         """Write an occurrence, or its newer state beside the one that was written before."""
         occurrence, now_us = sample.value, sample.available_us
         _, told = self._told.pop(occurrence.key, (now_us, []))
-        drafts = self._drafts(occurrence, told)
+        drafts = self._drafts(occurrence, told, now_us)
         event_ids = self._writer.append_events(drafts)
         if occurrence.status != "retracted":
             self._told[occurrence.key] = now_us, event_ids
@@ -193,8 +193,8 @@ class Recorder:
         while self._told and next(iter(self._told.values()))[0] < t_us:
             del self._told[next(iter(self._told))]
 
-    def _drafts(self, occurrence: Occurrence, told: Sequence[str]) -> list[EventDraft]:
-        """Make the events of an occurrence; each revises the one of `told` in the same place."""
+    def _drafts(self, occurrence: Occurrence, told: Sequence[str], now_us: int) -> list[EventDraft]:
+        """Make the events of an occurrence; each revises the one of `told` in the same place, and is decided now."""
         # What an `assert` sets is a value and no event of its own: only messages name a type.
         names = [event.name for event in occurrence.emitted if event.new is None] or [occurrence.chronicle]
         return [
@@ -204,7 +204,7 @@ class Recorder:
                 start_us=occurrence.start_us,
                 end_us=occurrence.end_us,
                 roles=dict(occurrence.roles),
-                recognised_us=occurrence.recognised_us,
+                recognised_us=occurrence.recognised_us if revised is None else now_us,
                 status=occurrence.status,
                 revises=revised,
                 hypotheses=tuple(occurrence.hypotheses),

@@ -40,7 +40,7 @@ from sqlalchemy import (
 
 from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, SeenObject, ViewRecord
 
-SCHEMA_VERSION = 3  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 4  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 
 metadata = MetaData()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from anchoring.adapter import Anchored
-from anchoring.observations import LinkChange, LinkKind
+from anchoring.observations import Cars, LinkChange, LinkKind
 from benchmarks import evaluate_identity
 from benchmarks.evaluate_identity import (
     KINDS,
@@ -81,22 +81,28 @@ def test_scenes_keep_their_names_and_times_apart() -> None:
     assert idf1([(one, revise(one)), (one, revise(one))]) == 1.0
 
 
-def link(t_us: int, kind: LinkKind, lower: str, upper: str = "w1") -> LinkChange:
-    return LinkChange(t_us, kind, "world", lower, upper, "")
+def link(t_us: int, kind: LinkKind, lower: str, label: str = "") -> LinkChange:
+    return LinkChange(t_us, kind, "world", lower, "w1", "", label)
 
 
-def anchored(*changes: LinkChange, validated: tuple[str, ...] = (), refuted: tuple[str, ...] = ()) -> Anchored:
-    return Anchored(None, changes, validated=validated, refuted=refuted)  # type: ignore[arg-type]  # no car is asked for
+def anchored(
+    *changes: LinkChange,
+    validated: tuple[str, ...] = (),
+    refuted: tuple[str, ...] = (),
+    undecided: tuple[str, ...] = (),
+) -> Anchored:
+    nobody: Cars = None  # type: ignore[assignment]  # no car is asked for
+    return Anchored(nobody, changes, validated=validated, refuted=refuted, undecided=undecided)
 
 
-LOST = (anchored(link(0, "established", "t1")), anchored(link(5, "lost", "t1"), validated=("t1->w1#1",)))
-FOUND = anchored(link(9, "reestablished", "t2"))
 LABEL = ("t2->w1#2",)
+LOST = (anchored(link(0, "established", "t1", "t1->w1#1")), anchored(link(5, "lost", "t1"), validated=("t1->w1#1",)))
+FOUND = anchored(link(9, "reestablished", "t2", *LABEL))
 
 
-def test_link_to_another_track_of_the_same_vehicle_is_right() -> None:
-    said = [*LOST, FOUND, anchored(validated=LABEL)]
-    assert _judge_links(said, {(0, "t1"): "a", (9, "t2"): "a"}) == (1, ())
+@pytest.mark.parametrize(("end", "undecided"), [(anchored(validated=LABEL), 0), (anchored(undecided=LABEL), 1)])
+def test_link_to_another_track_of_the_same_vehicle_is_right(end: Anchored, undecided: int) -> None:
+    assert _judge_links([*LOST, FOUND, end], {(0, "t1"): "a", (9, "t2"): "a"}) == (1, (), undecided)
 
 
 @pytest.mark.parametrize(
@@ -104,23 +110,20 @@ def test_link_to_another_track_of_the_same_vehicle_is_right() -> None:
     [
         ([anchored(validated=LABEL)], True),
         ([anchored(refuted=LABEL)], False),
-        ([anchored(validated=LABEL), anchored(refuted=LABEL)], False),
+        ([anchored(undecided=LABEL)], False),
         ([], False),
     ],
 )
-def test_wrong_link_is_believed_when_it_is_validated_and_not_taken_back(
-    ends: list[Anchored], is_validated: bool
-) -> None:
-    links, wrong = _judge_links([*LOST, FOUND, *ends], {(0, "t1"): "a", (9, "t2"): "b"})
-    assert links == 1
-    assert wrong == (WrongLink(9, "t2", is_validated),)
+def test_wrong_link_is_believed_when_it_is_validated(ends: list[Anchored], is_validated: bool) -> None:
+    found = _judge_links([*LOST, FOUND, *ends], {(0, "t1"): "a", (9, "t2"): "b"})
+    assert found == (1, (WrongLink(9, "t2", is_validated),), 0)
 
 
 @pytest.mark.parametrize(("gone", "is_wrong"), [("lost", False), ("refuted", True)])
 def test_car_is_of_whom_its_track_was_on_at_last_unless_that_was_refuted(gone: LinkKind, is_wrong: bool) -> None:
     """Track t1 went over from a to b, and b is found again."""
     said = [anchored(link(0, "established", "t1")), anchored(link(5, gone, "t1")), FOUND]
-    _, wrong = _judge_links(said, {(0, "t1"): "a", (3, "t1"): "b", (9, "t2"): "b"})
+    _, wrong, _ = _judge_links(said, {(0, "t1"): "a", (3, "t1"): "b", (9, "t2"): "b"})
     assert bool(wrong) == is_wrong
 
 
@@ -209,15 +212,18 @@ def test_strip_lies_across_the_road_and_all_overtakes_of_good_tracks_are_told(tm
     assert not plain.overtakes.wrong
 
 
-ROW = Row("rural", "gap 4", Returns(right=6, wrong=1, new=1), 0.9, 0.95, 7, 2, 1, 0.5)
+ROW = Row("rural", "gap 4", Returns(right=6, wrong=1, new=1), 0.9, 0.95, 7, 2, 1, 1, 0.5)
 
 
 def test_row_says_counts_shares_and_intervals() -> None:
     cells = [cell.strip() for cell in row_text(ROW).split("|")[1:-1]]
     assert cells[:5] == ["rural", "gap 4", "6", "1", "1"]
     assert cells[5:7] == ["0.750 [0.409 to 0.929]", "0.125 [0.022 to 0.471]"]
-    assert cells[7:] == ["0.900", "0.950", "7", "2", "1", "0.50"]
-    assert wrong_link_text([ROW, ROW]).endswith("4, validated in the end: 2, 0.500 [0.150 to 0.850]")
+    assert cells[7:] == ["0.900", "0.950", "7", "2", "1", "1", "0.50"]
+    assert wrong_link_text([ROW, ROW]) == (
+        "wrong links of all cases: 4, validated in the end: 2, 0.500 [0.150 to 0.850]\n"
+        "right links of all cases: 10, undecided in the end: 2, 0.200 [0.057 to 0.510]"
+    )
     event = RecognisedEvent("e1", "overtake", {}, 0, 1)
     score = Evaluation("overtake", (), (), (event,), ())
     assert overtake_text(ROW, score) == "| rural | gap 4 | 0 | 1 | 0 | 0 | 0.000 [0.000 to 0.793] | - |"

@@ -1,13 +1,10 @@
 """Identity hypotheses on their way from links to the event log: who carries which label, and what becomes of events."""
 
 import json
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from anchoring.adapter import LinkTrials
-from anchoring.observations import Level, LinkChange, LinkKind
 from chronicles import load
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
@@ -21,70 +18,6 @@ from service.runs.recording import Recorder
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, read_all, read_rows, run
-
-TRIAL_US = 2 * SECOND_US
-
-
-def link(t_us: int, kind: LinkKind, level: Level, lower: str, upper: str) -> LinkChange:
-    return LinkChange(t_us, kind, level, lower, upper, "")
-
-
-def chain(t_us: int, vision: str, number: int) -> list[LinkChange]:
-    """Establish a car from its vision object upwards."""
-    names = [vision, f"w{number}", f"r{number}", f"car{number}"]
-    levels: list[Level] = ["world", "on_road", "car"]
-    return [link(t_us, "established", level, *pair) for level, pair in zip(levels, pairwise(names), strict=True)]
-
-
-def test_every_link_of_a_new_car_is_a_hypothesis_until_its_trial_ends() -> None:
-    trials = LinkTrials(TRIAL_US)
-    assert trials.judge(SECOND_US, chain(SECOND_US, "v1", 1)) == ((), ())
-    labels = ("v1->w1#1", "w1->r1#2", "r1->car1#3")
-    assert dict(trials.hypotheses()) == {"car1": labels}
-    assert trials.judge(3 * SECOND_US - 1, []) == ((), ())
-    assert trials.judge(3 * SECOND_US, []) == (labels, ())
-    assert dict(trials.hypotheses()) == {}
-
-
-def test_a_refuted_link_takes_its_label_with_it() -> None:
-    trials = LinkTrials(TRIAL_US)
-    trials.judge(0, chain(0, "v1", 1))
-    assert trials.judge(SECOND_US, [link(SECOND_US, "refuted", "world", "v1", "w1")]) == ((), ("v1->w1#1",))
-    assert dict(trials.hypotheses()) == {"car1": ("w1->r1#2", "r1->car1#3")}
-
-
-@pytest.mark.parametrize("kind", ["lost", "ended"])
-def test_a_link_that_ends_without_being_refuted_is_validated(kind: LinkKind) -> None:
-    trials = LinkTrials(TRIAL_US)
-    trials.judge(0, chain(0, "v1", 1))
-    assert trials.judge(SECOND_US, [link(SECOND_US, kind, "world", "v1", "w1")]) == (("v1->w1#1",), ())
-
-
-def test_a_refutation_after_the_trial_takes_nothing_back() -> None:
-    trials = LinkTrials(TRIAL_US)
-    trials.judge(0, chain(0, "v1", 1))
-    trials.judge(TRIAL_US, [])
-    assert trials.judge(TRIAL_US + 1, [link(TRIAL_US + 1, "refuted", "world", "v1", "w1")]) == ((), ())
-
-
-def test_a_car_that_is_linked_again_is_a_new_hypothesis() -> None:
-    trials = LinkTrials(TRIAL_US)
-    trials.judge(0, chain(0, "v1", 1))
-    trials.judge(TRIAL_US, [link(TRIAL_US, "lost", "world", "v1", "w1")])
-    trials.judge(TRIAL_US + 1, [link(TRIAL_US + 1, "reestablished", "world", "v2", "w1")])
-    assert dict(trials.hypotheses()) == {"car1": ("v2->w1#4",)}
-
-
-def test_nothing_is_kept_of_links_that_are_decided() -> None:
-    trials = LinkTrials(TRIAL_US)
-    for number in range(1000):
-        t_us = number * 10 * SECOND_US
-        trials.judge(t_us, chain(t_us, f"v{number}", number))
-        trials.judge(t_us + TRIAL_US, [])
-        names = [f"v{number}", f"w{number}", f"r{number}", f"car{number}"]
-        trials.judge(t_us + 3 * SECOND_US, [link(t_us, "ended", "car", *names[2:])])
-        trials.judge(t_us + 3 * SECOND_US, [link(t_us, "ended", "on_road", *names[1:3])])
-    assert len(trials._open) + len(trials._uppers) == 0
 
 
 class FakeRecogniser:

@@ -19,7 +19,9 @@ def test_what_a_run_wrote_is_read_back(tmp_path: Path) -> None:
         assert log.runs() == [run(status="finished")]
         assert list(log.frames("r1")) == [(1, 0), (2, 40_000), (3, 80_000)]
         assert log.cars("r1") == [CarRecord("car7", 1, "car", 0, 80_000), CarRecord("car10", 2, "car", 0, 80_000)]
-        assert list(log.links("r1")) == [LinkRecord(0, "established", "car", "o1", "car7", "seen for 0.5 s")]
+        assert list(log.links("r1")) == [
+            LinkRecord(0, "established", "car", "o1", "car7", "seen for 0.5 s", "o1->car7#1")
+        ]
         assert list(log.relations("r1")) == [
             RelationRecord(10_000, 40_000, "behind", ("car7", "car10"), "unknown", "true", ("v1->w1#1",)),
             RelationRecord(20_000, 40_000, "moving", ("car7",), "false", "true"),

@@ -32,13 +32,14 @@ def tracks(
     import msgspec
 
     from service.export.tracks import write_tracks_csv
+    from service.questions.identity import check_car
     from service.store.log import open_log
 
     from_us, to_us = read_window(start, end)
     with open_log(log) as opened:
         record = opened.run(run)
         if car is not None:
-            _check_car(opened, record, car)
+            check_car(opened, record, car)
         if as_json:
             states = opened.states(record.id, car=car, from_us=from_us, to_us=to_us)
             print_json_list("states", (msgspec.json.encode(one).decode() for one in states), run=record.id)
@@ -46,15 +47,6 @@ def tracks(
             write_tracks_csv(opened.states(record.id, car=car, from_us=from_us, to_us=to_us), sys.stdout)
         else:
             _print_mot(opened, record, car, from_us, to_us)
-
-
-def _check_car(log: "EventLog", run: "RunRecord", car: str) -> None:
-    from service.errors import ExportError
-
-    cars = [one.car for one in log.cars(run.id)]
-    if car not in cars:
-        known = ", ".join(cars[:5]) + (", ..." if len(cars) > 5 else "") if cars else "none"
-        raise ExportError(f"run {run.id!r}: expected one of its {len(cars)} cars ({known}), got {car!r}")
 
 
 def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int | None, to_us: int | None) -> None:

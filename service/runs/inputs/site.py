@@ -189,12 +189,9 @@ def load_site(path: str | Path) -> Site:
         expected = f"expected a time from {FIRST_UTC:%Y-%m-%d} to {LAST_UTC:%Y-%m-%d}"
         raise wrong(path, "start_utc", f"{expected}, got {said.start_utc.isoformat()!r}")
     # What is asked of a stored run goes by the usual times: the log does not keep those of a site.
-    for place, name, came, usual in (
-        ("anchoring", "trial_us", said.anchoring.trial_us, AnchoringSettings().trial_us),
-        ("relations", "backdate_us", said.relations.backdate_us, RelationSettings().backdate_us),
-    ):
-        if came != usual:
-            raise wrong(path, f"{place}.{name}", f"expected {usual!r}, by which stored runs are read, got {came!r}")
+    came, usual = said.relations.backdate_us, RelationSettings().backdate_us
+    if came != usual:
+        raise wrong(path, "relations.backdate_us", f"expected {usual!r}, by which stored runs are read, got {came!r}")
     roads, view = said.network or NetworkTable(), said.camera or CameraTable()
     thermal = view.thermal
     frame = _read_frame(said.frame, path) if said.frame else None

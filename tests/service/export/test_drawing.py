@@ -51,6 +51,13 @@ def test_frame_without_states_has_no_cars_but_keeps_the_trails() -> None:
     assert list(overlay.trails) == ["car1"]
 
 
+def test_hidden_car_is_shown_between_its_rows_where_it_drives_on() -> None:
+    rows = [state(0, 1.0), state(SECOND, 2.0, linked=False), state(1_200_000, 2.3, linked=False)]
+    reader = OverlayReader(rows, [])
+    shown = [[round(car.x_m, 2) for car in reader.at(t_us).cars] for t_us in (100_000, 1_100_000, 1_250_000, 1_600_000)]
+    assert shown == [[], [2.1], [2.35], []]
+
+
 def test_trail_of_a_car_that_is_gone_ends() -> None:
     reader = OverlayReader([state(0, 1.0)], [])
     assert not reader.at(4 * SECOND).trails
