@@ -59,6 +59,7 @@ class Anchored:
     filled : the cars of earlier times that nobody saw then and that are seen again now, oldest first.
     absences : of each car that is hidden, the label of the hypothesis that it does not come back.
     opened : labels of hypotheses by which something may still turn out to have happened, and from when on.
+    undecided : labels that were carried before and that nobody will ever decide.
     """
 
     cars: Cars
@@ -70,6 +71,7 @@ class Anchored:
     filled: tuple[Cars, ...] = ()
     absences: Mapping[str, str] = field(default_factory=dict)
     opened: tuple[tuple[str, int], ...] = ()
+    undecided: tuple[str, ...] = ()
 
 
 class LinkTrials:

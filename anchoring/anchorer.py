@@ -398,7 +398,9 @@ class Anchorer:
         bodies = self._bodies
         is_car, is_known = bodies.car_number > 0, frame.t_us - bodies.seen_us <= self.settings.predict_us
         is_known &= (bodies.unseen_us < 0) | (frame.t_us - bodies.unseen_us <= self.settings.predict_us)
-        hidden = (is_car & ~is_known).nonzero()[0].tolist()
+        # Who would have left the view by now may be linked again, but nobody waits for it.
+        is_expected = self._outline.holds(frame.state[X : Y + 1], slack_m=self.settings.edge_m)
+        hidden = (is_car & ~is_known & is_expected).nonzero()[0].tolist()
         columns = (is_car & is_known).nonzero()[0]
         columns = columns[np.argsort(bodies.car_number[columns])]
         chains = [bodies.chains[column] for column in columns]

@@ -86,8 +86,8 @@ class Cars:
     linked : (n,) True where a vision object was seen in this frame; else the car is predicted.
     vision_ids : the vision object behind each car, "" where there is none.
     positions : where the centres are on the road network; all -1 and nan without a network.
-    hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that may
-        come back; and the first frame in which each was not seen.
+    hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that are
+        still expected in the view; and the first frame in which each was not seen.
     """
 
     t_us: int

@@ -1,6 +1,6 @@
 """How does chronicle recognition sit in a stream graph? A DyKnow process: relation changes in, occurrences out."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
@@ -34,16 +34,28 @@ class FrameChanges(Protocol[_Change]):
     def validated(self) -> Sequence[str]: ...  # noqa: D102
     @property
     def refuted(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def undecided(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def opened(self) -> Sequence[tuple[str, int]]: ...  # noqa: D102
     def hypotheses_of(self, change: _Change) -> tuple[str, ...]: ...  # noqa: D102
 
 
 class Revisable(Protocol):
     """Describe a recogniser that may be told later what its events rested on."""
 
-    def observe(self, event: Event) -> Sequence[Occurrence]: ...  # noqa: D102
+    @property
+    def open_hypotheses(self) -> Collection[str]: ...  # noqa: D102
     def advance(self, t_us: int) -> Sequence[Occurrence]: ...  # noqa: D102
-    def confirm(self, hypothesis: str) -> list[Occurrence]: ...  # noqa: D102
-    def retract(self, hypothesis: str) -> list[Occurrence]: ...  # noqa: D102
+    def revise(  # noqa: D102
+        self,
+        *,
+        opened: Sequence[tuple[str, int]] = (),
+        refuted: Sequence[str] = (),
+        confirmed: Sequence[str] = (),
+        undecided: Collection[str] = (),
+        events: Sequence[Event] = (),
+    ) -> list[Occurrence]: ...
 
 
 class RecognitionUnit:
@@ -61,27 +73,28 @@ class RecognitionUnit:
         self._now_us = 0
 
     def update(self, sample: Sample[FrameChanges[_Change]]) -> Iterable[Sample[Occurrence]]:
-        """Take back what has turned out wrong, observe one frame's changes, then let time pass up to the frame."""
+        """Take what one frame decided, all at once, then let time pass up to the frame."""
         self._now_us = sample.valid_us
-        recogniser, frame = self._recogniser, sample.value
-        occurrences: list[Occurrence] = []
-        for label in frame.refuted:
-            occurrences += recogniser.retract(label)
-        for label in frame.validated:
-            occurrences += recogniser.confirm(label)
-        for change in frame.changes:
-            occurrences += recogniser.observe(event_of(change, frame.hypotheses_of(change)))
-        occurrences += recogniser.advance(sample.valid_us)
+        frame = sample.value
+        occurrences = self._recogniser.revise(
+            opened=frame.opened,
+            refuted=frame.refuted,
+            confirmed=frame.validated,
+            undecided=frame.undecided,
+            events=[event_of(change, frame.hypotheses_of(change)) for change in frame.changes],
+        )
+        occurrences += self._recogniser.advance(sample.valid_us)
         return [Sample(sample.available_us, occurrence.end_us, occurrence) for occurrence in occurrences]
 
     def finish(self) -> Iterable[Sample[Occurrence]]:
         """Conclude what the end of the input allows: no later change can come any more.
 
         Time moves on by ``horizon_us``, the lateness of the changes, so that everything observed takes part. Absences
-        whose window reaches beyond the end of the input stay open: nobody saw them come true. So do hypotheses: what
-        is tentative stays so.
+        whose window reaches beyond the end of the input stay open: nobody saw them come true. Hypotheses that are open
+        will never be decided: what is tentative stays so.
         """
-        occurrences = self._recogniser.advance(self._now_us + self._horizon_us)
+        occurrences = self._recogniser.revise(undecided=self._recogniser.open_hypotheses)
+        occurrences += self._recogniser.advance(self._now_us + self._horizon_us)
         return [Sample(self._now_us, occurrence.end_us, occurrence) for occurrence in occurrences]
 
 

@@ -7,12 +7,13 @@ come at once; the stored one, backfill, joins whole columns of events.
 by an event or by `advance`, minus the lateness: an event before the watermark is late and only counted, and everything
 before the watermark is known, so absences up to it can be concluded. Nothing here reads a clock.
 
-Events may rest on hypotheses that are confirmed or refuted later; see `execution/live/revision.py`.
+Events may rest on hypotheses that are confirmed or refuted later, and while a hypothesis is open, events may come that
+are older than the watermark; see `execution/live/revision.py`.
 """
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from operator import attrgetter
 from typing import Any  # Any: checkpoints are plain nested data
 
@@ -21,7 +22,7 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence, PartialInstance
 from chronicles.execution.engine import Engine
 from chronicles.execution.live.plain_data import from_plain, to_plain
-from chronicles.execution.live.revision import Revision
+from chronicles.execution.live.revision import Revision, Verdict
 from chronicles.execution.stored.backfill import recognise_columns
 from chronicles.execution.stored.columns import EventColumns
 
@@ -36,10 +37,12 @@ class Recogniser:
     chronicles : as given by `chronicles.load`.
     lateness_us : how much earlier than the latest time told an event may be.
     executor : "eager", the live one; "backfill" takes stored events, see `recognise`.
+    early : whether what rests on open hypotheses is told at once, as tentative, and taken back if need be. Without
+        early answers everything waits until the hypotheses are decided, is told once and stands.
 
     Attributes
     ----------
-    late_count : number of events that came before the watermark and were left out.
+    late_count : number of events that came when nothing could come any more, and were left out.
 
     Raises
     ------
@@ -58,7 +61,9 @@ class Recogniser:
     ('stay', {'car': 'car1'}, 1000000, 3000000)
     """
 
-    def __init__(self, chronicles: ChronicleSet, lateness_us: int = 0, *, executor: str = "eager") -> None:
+    def __init__(
+        self, chronicles: ChronicleSet, lateness_us: int = 0, *, executor: str = "eager", early: bool = True
+    ) -> None:
         if executor != "eager":
             stored = "; the other one, 'backfill', is for stored events, in `recognise`"
             raise ChronicleError(f"recogniser: expected the executor 'eager', got {executor!r}{stored}")
@@ -69,7 +74,9 @@ class Recogniser:
             "chronicles": [[plan.name, plan.version] for plan in chronicles.plans],
             "lateness_us": lateness_us,
             "executor": executor,
+            "early": early,
         }
+        self._early = early
         self._make_engine: Callable[[], Engine] = lambda: Engine(chronicles, lateness_us)
         self._engine = self._make_engine()
         self._revision: Revision | None = None
@@ -82,13 +89,11 @@ class Recogniser:
         What is recognised now, sorted by the time it became certain, then by the chronicle's place in the set, values
         and times. Occurrences are built when they are looked at, so counting thousands of them costs little.
         """
+        if event.hypotheses or self._revision is not None:
+            return self.revise(events=(event,))
         if event.t_us < self._engine.watermark_us:
             self.late_count += 1
             return []
-        if self._revision is not None:
-            return self._revision.observe(event)
-        if event.hypotheses:
-            return self._revising().observe(event)
         return self._engine.observe(event)
 
     def advance(self, t_us: int) -> Sequence[Occurrence]:
@@ -105,33 +110,56 @@ class Recogniser:
 
         Events that still wait for the watermark are not looked at.
         """
-        return tuple(self._engine.partial_instances())
+        return tuple(self._live.partial_instances())
 
     # ---- hypotheses
 
     @property
     def open_hypotheses(self) -> frozenset[str]:
-        """The hypotheses of events seen so far that are neither confirmed nor refuted; memory grows until they are."""
+        """The hypotheses opened, or of events seen so far, that are not decided; memory grows until they are."""
         return frozenset() if self._revision is None else self._revision.open_hypotheses
 
-    def confirm(self, hypothesis: str) -> list[Occurrence]:
-        """Take a hypothesis for true from now on.
+    def open(self, hypothesis: str, since_us: int) -> None:
+        """Expect that events from a time on may still come, or be taken back, while a hypothesis is open.
 
-        Returns
-        -------
-        The tentative occurrences that rest on no open hypothesis any more, now with the status "confirmed".
+        Events of that time are not late until it is decided.
         """
-        return self._revising().confirm(hypothesis)
+        self.revise(opened=((hypothesis, since_us),))
+
+    def confirm(self, hypothesis: str) -> list[Occurrence]:
+        """Take a hypothesis for true from now on; see `revise`."""
+        return self.revise(confirmed=(hypothesis,))
 
     def retract(self, hypothesis: str) -> list[Occurrence]:
-        """Take a hypothesis for false from now on: as if the events that rest on it had never come.
+        """Take a hypothesis for false from now on; see `revise`."""
+        return self.revise(refuted=(hypothesis,))
 
-        The time that those events told has passed all the same. Events with it that come later are left out.
+    def revise(
+        self,
+        *,
+        opened: Sequence[tuple[str, int]] = (),
+        refuted: Collection[str] = (),
+        confirmed: Collection[str] = (),
+        undecided: Collection[str] = (),
+        events: Sequence[Event] = (),
+    ) -> list[Occurrence]:
+        """Take all that became known together, which costs one revision at most.
+
+        Parameters
+        ----------
+        opened : see `open`.
+        refuted : it is as if the events that rest on them had never come. The time that those events told has passed
+            all the same. Events with them that come later are left out.
+        confirmed : taken for true.
+        undecided : nobody will ever know: what rests on them stays tentative for good, and nothing waits for them.
+            Of each hypothesis the first verdict stands.
+        events : as for `observe`. Those from before the watermark are taken as if they had come in time, unless they
+            are from before what an open hypothesis holds back.
 
         Returns
         -------
-        First the occurrences that fall ("retracted"), then those that rest on other events now and stand ("confirmed"),
-        then those that only the events taken back had prevented.
+        First the occurrences that fall ("retracted"), then those that rest on no open hypothesis any more
+        ("confirmed"), then those that appear.
 
         Examples
         --------
@@ -144,18 +172,29 @@ class Recogniser:
         []
         >>> recogniser.advance(5_000_000)
         []
-        >>> [(found.status, found.roles) for found in recogniser.retract("it was car1")]
+        >>> [(found.status, found.roles) for found in recogniser.revise(refuted=["it was car1"])]
         [('recognised', {'car': 'car1'})]
         """
+        if self._revision is None and not (opened or refuted or confirmed or undecided or _rest_on_any(events)):
+            return [found for event in sorted(events, key=attrgetter("t_us")) for found in self.observe(event)]
         revision = self._revising()
-        found = revision.retract(hypothesis)
-        self._engine = revision.live
-        return found
+        in_time = [event for event in events if event.t_us >= revision.settled_us]
+        self.late_count += len(events) - len(in_time)
+        told: tuple[tuple[Collection[str], Verdict], ...] = (
+            (refuted, "refuted"),
+            (confirmed, "confirmed"),
+            (undecided, "undecided"),
+        )
+        return revision.revise(opened, [(label, verdict) for labels, verdict in told for label in labels], in_time)
 
     def _revising(self) -> Revision:
         if self._revision is None:
-            self._revision = Revision(self._engine, self._make_engine)
+            self._revision = Revision(self._engine, early=self._early)
         return self._revision
+
+    @property
+    def _live(self) -> Engine:
+        return self._engine if self._revision is None else self._revision.live
 
     # ---- checkpoints
 
@@ -176,7 +215,7 @@ class Recogniser:
         state = to_plain(
             {
                 "late_count": self.late_count,
-                "engine": self._engine.state(),
+                "engine": self._engine.state() if self._revision is None else None,
                 "revision": None if self._revision is None else self._revision.state(),
             }
         )
@@ -198,9 +237,10 @@ class Recogniser:
         state = from_plain(checkpoint["state"])
         self.late_count = state["late_count"]
         self._engine, self._revision = self._make_engine(), None
-        if state["revision"] is not None:  # made while the engine is new: what is restored into must be empty
+        if state["revision"] is None:
+            self._engine.restore(state["engine"])
+        else:
             self._revising().restore(state["revision"])
-        self._engine.restore(state["engine"])
 
 
 def recognise(
@@ -253,6 +293,10 @@ def recognise(
     if until_us is not None:
         found += recogniser.advance(until_us)
     return found
+
+
+def _rest_on_any(events: Iterable[Event]) -> bool:
+    return any(event.hypotheses for event in events)
 
 
 def _digest(state: object) -> str:

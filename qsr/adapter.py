@@ -59,6 +59,8 @@ class HasCars(Protocol):
     def validated(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def refuted(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def undecided(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ class FrameRelations:
     validated, refuted : labels of hypotheses that are decided now.
     absences : labels of the hypotheses that an object that is hidden does not come back.
     opened : labels of hypotheses, each with the time from which on changes may still come or be taken back by it.
+    undecided : labels of hypotheses that nobody will ever decide.
     """
 
     changes: tuple[RelationChange, ...]
@@ -80,6 +83,7 @@ class FrameRelations:
     refuted: tuple[str, ...] = ()
     absences: Mapping[str, str] = field(default_factory=dict)
     opened: tuple[tuple[str, int], ...] = ()
+    undecided: tuple[str, ...] = ()
 
     def hypotheses_of(self, change: RelationChange) -> tuple[str, ...]:
         """Give the open hypotheses that a change rests on, when it was decided.
@@ -116,7 +120,13 @@ class RelationUnit:
         filled = [_footprints(cars) for cars in value.filled]
         changes = tuple(self._observer.observe(_footprints(value.cars), hidden=value.cars.hidden, filled=filled))
         relations = FrameRelations(
-            changes, value.hypotheses, value.validated, value.refuted, value.absences, value.opened
+            changes,
+            value.hypotheses,
+            value.validated,
+            value.refuted,
+            value.absences,
+            value.opened,
+            value.undecided,
         )
         return (Sample(sample.available_us, sample.valid_us, relations),)
 

@@ -17,7 +17,7 @@ InputKind = Literal["video", "trajectory", "detections"]
 StartFrom = Literal["option", "site", "video", "unknown"]
 LinkKind = Literal["established", "reestablished", "lost", "refuted", "ended"]
 LinkLevel = Literal["world", "on_road", "car"]
-Verdict = Literal["validated", "refuted"]
+Verdict = Literal["validated", "refuted", "undecided"]
 
 
 class ChronicleRef(Struct, frozen=True):

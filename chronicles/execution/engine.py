@@ -4,6 +4,8 @@ The engine keeps the clock and the watermark, gives events to the stages that lo
 to later stages. It knows nothing of late events or of events taken back: `recogniser.py` sees to those.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from heapq import heappush
 from typing import Any  # states are plain nested data
@@ -39,7 +41,8 @@ class Engine:
     def __init__(self, chronicles: ChronicleSet, lateness_us: int, stored: Sequence[Event] | None = None) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
-        self._lateness_us = lateness_us
+        self.lateness_us = lateness_us
+        self._chronicles = chronicles
         self.due_us = UNBOUNDED_US
         self._sequence = 0
         self._stages = _stages(chronicles, is_stored=stored is not None)
@@ -62,7 +65,7 @@ class Engine:
         t_us = event.t_us
         if t_us > self.clock_us:
             self.clock_us = t_us
-            self.watermark_us = t_us - self._lateness_us
+            self.watermark_us = t_us - self.lateness_us
         if event.name in self._stages_of:
             if self._direct is not None:
                 return self._take(self._direct, event)
@@ -96,7 +99,7 @@ class Engine:
     def _let_pass(self, t_us: int) -> None:
         if t_us > self.clock_us:
             self.clock_us = t_us
-            self.watermark_us = t_us - self._lateness_us
+            self.watermark_us = t_us - self.lateness_us
 
     def _push(self, event: Event) -> None:
         self._sequence += 1
@@ -127,6 +130,12 @@ class Engine:
                         self._push(event)
         self.due_us = min([stage.due_us for stage in self._stages], default=UNBOUNDED_US)
         return findings, unbuilt
+
+    def copy(self) -> Engine:
+        """Make an engine that goes on from here on its own."""
+        copy = Engine(self._chronicles, self.lateness_us)
+        copy.restore(self.state())
+        return copy
 
     # ---- checkpoints
 

@@ -147,7 +147,11 @@ class Recorder:
 
     def _record_relations(self, sample: Sample[FrameRelations]) -> None:
         frame = sample.value
-        verdicts: list[tuple[tuple[str, ...], Verdict]] = [(frame.refuted, "refuted"), (frame.validated, "validated")]
+        verdicts: list[tuple[tuple[str, ...], Verdict]] = [
+            (frame.refuted, "refuted"),
+            (frame.validated, "validated"),
+            (frame.undecided, "undecided"),
+        ]
         self._writer.append_hypotheses(
             HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels
         )

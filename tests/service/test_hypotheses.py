@@ -93,21 +93,17 @@ class FakeRecogniser:
     def __init__(self) -> None:
         self.told: list[object] = []
 
-    def observe(self, event: Event) -> list[Occurrence]:
-        self.told.append(event)
-        return []
+    @property
+    def open_hypotheses(self) -> tuple[str, ...]:
+        return ("f#6",)
 
     def advance(self, t_us: int) -> list[Occurrence]:
         self.told.append(("advance", t_us))
         return []
 
-    def confirm(self, hypothesis: str) -> list[Occurrence]:
-        self.told.append(("confirm", hypothesis))
-        return [occurrence("confirmed")]
-
-    def retract(self, hypothesis: str) -> list[Occurrence]:
-        self.told.append(("retract", hypothesis))
-        return [occurrence("retracted")]
+    def revise(self, **told: object) -> list[Occurrence]:
+        self.told.append({name: value for name, value in told.items() if value})
+        return [occurrence("retracted"), occurrence("confirmed")]
 
 
 def occurrence(status: Status, overtaken: str = "car2") -> Occurrence:
@@ -130,21 +126,30 @@ def occurrence(status: Status, overtaken: str = "car2") -> Occurrence:
     )
 
 
-def test_the_recogniser_hears_verdicts_first_and_events_with_their_open_hypotheses() -> None:
+def test_the_recogniser_hears_at_once_what_a_frame_decided() -> None:
     recogniser = FakeRecogniser()
     changes = (
         RelationChange("behind", ("car1", "car2"), 5, 9, None, True),
         RelationChange("turn", ("car3", "from", "j1"), 6, 9, None, "left"),
     )
-    frame = FrameRelations(changes, {"car1": ("a#1", "b#2"), "car2": ("c#3",)}, ("d#4",), ("e#5",))
-    found = list(RecognitionUnit(recogniser, horizon_us=0).update(Sample(9, 9, frame)))
-    assert recogniser.told == [
-        ("retract", "e#5"),
-        ("confirm", "d#4"),
+    frame = FrameRelations(
+        changes,
+        {"car1": ("a#1", "b#2"), "car2": ("c#3",)},
+        ("d#4",),
+        ("e#5",),
+        opened=(("f#6", 3),),
+        undecided=("g#7",),
+    )
+    unit = RecognitionUnit(recogniser, horizon_us=2)
+    found = list(unit.update(Sample(9, 9, frame)))
+    events = [
         Event("behind", ("car1", "car2"), 5, "unknown", "true", ("a#1", "b#2", "c#3")),
         Event("turn", ("car3", "from", "j1"), 6, "unknown", "left"),
-        ("advance", 9),
     ]
+    told = {"opened": (("f#6", 3),), "refuted": ("e#5",), "confirmed": ("d#4",), "undecided": ("g#7",)}
+    assert recogniser.told == [told | {"events": events}, ("advance", 9)]
+    assert list(unit.finish())
+    assert recogniser.told[2:] == [{"undecided": ("f#6",)}, ("advance", 11)]
     assert [sample.value.status for sample in found] == ["retracted", "confirmed"]
 
 
