@@ -7,18 +7,18 @@ objects. Work on arrays, except for the few bodies whose conditions wait for som
 
 import math
 from collections import Counter, deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
-from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, Weighing, default_linkages
+from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, Weighing
+from anchoring.hypotheses.language import LinkageText, default_linkage
 from anchoring.hypotheses.trials import Trials
 from anchoring.linking.births import Outline
 from anchoring.linking.bodies import END, HEADING, LOST, NOW, OLD, START, VX, VY, Bodies, X, Y
-from anchoring.linking.classes import CAR, CLASS_NAMES
+from anchoring.linking.classes import CLASS_NAMES
 from anchoring.linking.evidence import NewCars, weigh
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
@@ -45,12 +45,6 @@ class Away:
     y_m: float
 
 
-# Sizes of five cars that are as usual anywhere, (2, 5): what is known before any is seen here.
-_USUAL_SIZES_M = np.array(
-    [[mean_m + off * spread_m for off in (-1, -1, 0, 1, 1)] for mean_m, spread_m in (CAR.length_m, CAR.width_m)]
-)
-
-
 class Anchorer:
     """Keep car symbols for the vision objects of one source.
 
@@ -58,8 +52,8 @@ class Anchorer:
     ----------
     network : the roads; None works in free space.
     settings : numbers.
-    linkages : the levels and their conditions, lowest first, the car last; None for the usual ones. The first must be
-        of level "world", the last of level "car".
+    linkage : the levels with their conditions, and the norms of classes; None for those of ``default.linkage``. The
+        first level must be "world", the last "car"; "on_road" is left out where there is no network.
     trusts_ids : whether the names of vision objects are somebody's word for what is the same: one that comes back is
         then the same car, however long it was away, unless the way was too far. Our own tracker never says so.
 
@@ -95,17 +89,19 @@ class Anchorer:
         network: RoadNetwork | None,
         settings: AnchoringSettings | None = None,
         *,
-        linkages: Sequence[Linkage] | None = None,
+        linkage: LinkageText | None = None,
         trusts_ids: bool = False,
     ) -> None:
         self.settings = AnchoringSettings() if settings is None else settings
         self._roads = RoadMap(network, self.settings)
-        usual = default_linkages(self.settings, has_roads=network is not None)
-        self._linkages = usual if linkages is None else tuple(linkages)
+        linkages, _, norms = linkage or default_linkage(self.settings)
+        self._linkages = tuple([one for one in linkages if network is not None or one.level != "on_road"])
         levels = [linkage.level for linkage in self._linkages]
         if len(levels) < 2 or levels[0] != "world" or levels[-1] != "car":
             raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
-        self._bodies = Bodies(self.settings)
+        self._bodies = Bodies(self.settings, norms)
+        # Sizes of five usual cars, (2, 5): what is known before any is seen here.
+        self._usual_m = norms.usual_m[:, :1] + norms.usual_m[:, 1:] * np.array([-1.0, -1.0, 0.0, 1.0, 1.0])
         self._outline = Outline()
         self.trials = Trials(self.settings)
         self._weighed_us = 0
@@ -403,7 +399,7 @@ class Anchorer:
         inside = self._outline.holds(begun.centre_m.T - back_m, slack_m=settings.outline_slack_m)
         births_per_m = np.where(clipped | ~inside, settings.edge_births_per_m, settings.births_per_m)
         known_m = np.stack([bodies.length_m, bodies.width_m])[:, bodies.is_established & bodies.is_measured()]
-        sizes_m = np.concatenate([_USUAL_SIZES_M, known_m], axis=1)
+        sizes_m = np.concatenate([self._usual_m, known_m], axis=1)
         return NewCars(births_per_m, sizes_m.mean(axis=1), sizes_m.std(axis=1))
 
     def _merge(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:

@@ -47,7 +47,7 @@ GOLDEN: Mapping[str, str] = {"detections": "found.csv", "junction_tracks": "trac
 ROOT = Path(__file__).parents[1]
 GOLDEN_FOLDER = ROOT / "tests" / "golden"
 PACKAGES = ("anchoring", "chronicles", "data_gen", "dyknow", "gis", "qsr", "service", "vision")
-CODE = (".py", ".lark", ".kpl", ".chronicle")
+CODE = (".py", ".lark", ".kpl", ".chronicle", ".linkage")
 SCENES_OF: Mapping[str, tuple[str, ...]] = {
     "vision.registration": ("drone",),
     "vision.networks": ("detections",),

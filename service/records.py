@@ -349,6 +349,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     relations : names of the relations that were watched; no other is in the log.
     detector : which detector looked at the input, and what computed it; empty for trajectories.
     kpl : the text that declared the streams; empty for the shipped one.
+    linkage : the text of classes and links of anchoring; empty for the shipped one.
     settings : the settings that differ from the defaults, as text.
     reason : why the run stopped early; empty when it finished.
     """
@@ -368,6 +369,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     texts: tuple[SourceText, ...] = ()
     relations: tuple[str, ...] = ()
     kpl: str = ""
+    linkage: str = ""
     settings: dict[str, str] = {}
     warnings: tuple[str, ...] = ()
     software: str = ""

@@ -1,16 +1,19 @@
 """What does a link wait for, and what does it need to live on? Conditions over time, answered in three values.
 
-A condition looks at a stream of states. It may be a formula of a temporal logic or one of the small ones below: the
-linker only asks for `progress`.
+A condition looks at a stream of states; it is a formula of the linkage text. What a formula means is what a progressor
+says of it; here the formulas of usual shapes are compiled into a few comparisons, which say the same (by test).
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from enum import Enum
+from functools import partial
 from typing import Protocol
 
 
 class Verdict(Enum):
-    """Answer of a condition so far; TRUE and FALSE of a maintain condition are final."""
+    """Answer of a condition so far; FALSE of a maintain condition is final."""
 
     TRUE = "true"
     FALSE = "false"
@@ -21,6 +24,9 @@ class Condition(Protocol):
     """Take one state after another and say what is known.
 
     States map the names of fluents to truth values; `anchoring.linking.fluents` lists them.
+
+    An establish or reestablish condition that has failed starts anew with the next state. While it is true and its link
+    waits for the one below, it is dropped when its formula, asked in the present state alone, would be false.
     """
 
     def progress(self, t_us: int, state: Mapping[str, bool]) -> Verdict:
@@ -31,13 +37,17 @@ class Condition(Protocol):
         """Tell whether more states equal to the last one would change nothing; False is always safe."""
 
 
+Maker = Callable[[], Condition]  # of a fresh condition for one link
+
+
 class HeldFor:
-    """TRUE while all fluents have held without a break for a while; UNKNOWN otherwise.
+    """TRUE once fluents have held without a break for a while, and others with them at last; dropped when one fails.
 
     Parameters
     ----------
     fluents : names.
     duration_us : how long, from the first state in which they held.
+    at_last : what must hold besides when the time is over, in the state in which it becomes TRUE.
 
     Examples
     --------
@@ -48,39 +58,43 @@ class HeldFor:
     'true'
     """
 
-    __slots__ = ("_duration_us", "_fluents", "_since_us", "is_idle")
+    __slots__ = ("_at_last", "_duration_us", "_fluents", "_is_true", "_since_us", "is_idle")
 
-    def __init__(self, fluents: Sequence[str], duration_us: int) -> None:
+    def __init__(self, fluents: Sequence[str], duration_us: int, at_last: Sequence[str] = ()) -> None:
         self._fluents = tuple(fluents)
+        self._at_last = tuple(at_last)
         self._duration_us = duration_us
         self._since_us: int | None = None
+        self._is_true = False
         self.is_idle = False  # until the first state
 
     def progress(self, t_us: int, state: Mapping[str, bool]) -> Verdict:
         """Take the next state."""
         self.is_idle = not all(state[fluent] for fluent in self._fluents)
         if self.is_idle:
-            self._since_us = None
+            self._since_us, self._is_true = None, False
             return Verdict.UNKNOWN
         if self._since_us is None:
             self._since_us = t_us
-        return Verdict.TRUE if t_us - self._since_us >= self._duration_us else Verdict.UNKNOWN
+        if t_us - self._since_us >= self._duration_us and all(state[fluent] for fluent in self._at_last):
+            self._is_true = True
+        return Verdict.TRUE if self._is_true else Verdict.UNKNOWN
 
 
-class NotLostLongerThan:
-    """FALSE once a fluent has failed without a break for longer than a while; UNKNOWN until then.
+class NotLostFor:
+    """FALSE once a fluent has failed without a break for a while; UNKNOWN until then.
 
     Parameters
     ----------
     fluent : name.
-    duration_us : how long it may fail, from the first state in which it does; 0 allows no failure at all.
+    duration_us : how long it must have failed, from the first state in which it does; 0 allows no failure at all.
 
     Examples
     --------
-    >>> on_road = NotLostLongerThan("on_road", 100_000)
-    >>> [on_road.progress(t_us, {"on_road": False}).value for t_us in (0, 100_000, 100_001)]
+    >>> on_road = NotLostFor("on_road", 100_000)
+    >>> [on_road.progress(t_us, {"on_road": False}).value for t_us in (0, 99_999, 100_000)]
     ['unknown', 'unknown', 'false']
-    >>> NotLostLongerThan("no_jump", 0).progress(0, {"no_jump": False}).value
+    >>> NotLostFor("no_jump", 0).progress(0, {"no_jump": False}).value
     'false'
     """
 
@@ -100,8 +114,7 @@ class NotLostLongerThan:
             return Verdict.UNKNOWN
         if self._lost_since_us is None:
             self._lost_since_us = t_us
-        too_long = t_us - self._lost_since_us > self._duration_us or self._duration_us == 0
-        return Verdict.FALSE if too_long else Verdict.UNKNOWN
+        return Verdict.FALSE if t_us - self._lost_since_us >= self._duration_us else Verdict.UNKNOWN
 
 
 class AllOf:
@@ -128,3 +141,50 @@ class AllOf:
     def is_idle(self) -> bool:
         """Tell whether every part is idle."""
         return all(condition.is_idle for condition in self._conditions)
+
+
+def compiled(formula: str, fluents: AbstractSet[str], *, is_lasting: bool) -> Maker | None:
+    """Compile a formula of a usual shape; None for all others.
+
+    Parameters
+    ----------
+    formula : its words with a blank between each two; times are 0 or in whole microseconds.
+    fluents : all names that it may use.
+    is_lasting : whether it is to be maintained: then conditions like ``always p`` are compiled, else ``p until p``.
+
+    Examples
+    --------
+    >>> kept = compiled("always p and always not ( not q until [ 5us , oo ] not q )", {"p", "q"}, is_lasting=True)
+    >>> [kept().progress(0, {"p": p, "q": False}).value for p in (True, False)]
+    ['unknown', 'false']
+    >>> compiled("eventually p", {"p"}, is_lasting=False), compiled("p", {"q"}, is_lasting=False)
+    (None, None)
+    """
+    if is_lasting:
+        parts = list(_KEPT.finditer(formula)) if _ALL_KEPT.fullmatch(formula) else []
+        kept = [(part["always"] or part["kept"], _us(part["lost"])) for part in parts]
+        is_usual = all(part["always"] or part["kept"] == part["again"] for part in parts)
+        if not parts or not is_usual or not fluents >= {fluent for fluent, _ in kept}:
+            return None
+        return lambda: AllOf(*(NotLostFor(fluent, duration_us) for fluent, duration_us in kept))
+    held = _HELD.fullmatch(formula) or _NOW.fullmatch(formula)
+    if held is None:
+        return None
+    names, last = (held[group].strip("() ").split(" and ") for group in (1, held.lastindex or 1))
+    if not fluents >= {*names, *last} or not {*last} >= {*names}:
+        return None
+    return partial(HeldFor, names, _us(held.groupdict().get("for")), [one for one in last if one not in names])
+
+
+def _us(text: str | None) -> int:
+    return int((text or "0").removesuffix("us"))
+
+
+_NAMES = r"\w+(?: and \w+)*"
+_US = r"0|\d+us"
+_NOW = re.compile(rf"({_NAMES})")
+_HELD = re.compile(rf"(\w+|\( {_NAMES} \)) until \[ (?P<for>{_US}) , oo \] (\w+|\( {_NAMES} \))")
+_PART = r"always (?:not \( not (?P<kept>\w+) until \[ (?P<lost>US) , oo \] not (?P<again>\w+) \)|(?P<always>\w+))"
+_KEPT = re.compile(_PART.replace("US", _US))
+_UNNAMED = re.sub(r"\?P<\w+>", "?:", _KEPT.pattern)
+_ALL_KEPT = re.compile(rf"{_UNNAMED}(?: and {_UNNAMED})*")

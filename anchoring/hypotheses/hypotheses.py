@@ -8,9 +8,8 @@ object), or its *reestablish* condition (an upper object that had lost its lower
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from anchoring.hypotheses.conditions import AllOf, Condition, HeldFor, NotLostLongerThan, Verdict
+from anchoring.hypotheses.conditions import Condition, Maker, Verdict
 from anchoring.observations import NEW, Level, LinkChange, LinkKind
-from anchoring.settings import AnchoringSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,48 +26,9 @@ class Linkage:
 
     level: Level
     prefix: str
-    establish: Callable[[], Condition]
-    reestablish: Callable[[], Condition]
-    maintain: Callable[[], Condition]
-
-
-def default_linkages(settings: AnchoringSettings, *, has_roads: bool) -> tuple[Linkage, ...]:
-    """Make the chain vision object -> world object -> on-road object -> car.
-
-    Parameters
-    ----------
-    settings : durations.
-    has_roads : False leaves the on-road object out: nothing is known about roads.
-    """
-    while_us, odd_us = settings.establish_us, settings.odd_size_us
-    world = Linkage(
-        "world",
-        "w",
-        establish=lambda: AllOf(HeldFor(("visible", "separate"), while_us), HeldFor(("uncontested",), 0)),
-        reestablish=lambda: HeldFor(("visible", "fits"), 0),
-        maintain=lambda: AllOf(
-            NotLostLongerThan("no_jump", 0),
-            NotLostLongerThan("not_swapped", settings.swap_us // 2),
-            NotLostLongerThan("same_heading", settings.swap_us),
-            NotLostLongerThan("same_speed", settings.swap_us),
-            NotLostLongerThan("same_size", 5 * settings.swap_us),
-        ),
-    )
-    on_road = Linkage(
-        "on_road",
-        "r",
-        establish=lambda: HeldFor(("on_road",), while_us),
-        reestablish=lambda: HeldFor(("on_road",), while_us),
-        maintain=lambda: NotLostLongerThan("on_road", settings.off_road_us),
-    )
-    car = Linkage(
-        "car",
-        "car",
-        establish=lambda: HeldFor(("size_ok", "speed_ok"), while_us),
-        reestablish=lambda: HeldFor(("size_ok", "speed_ok"), while_us),
-        maintain=lambda: AllOf(NotLostLongerThan("size_ok", odd_us), NotLostLongerThan("speed_ok", odd_us)),
-    )
-    return (world, on_road, car) if has_roads else (world, car)
+    establish: Maker
+    reestablish: Maker
+    maintain: Maker
 
 
 @dataclass(slots=True)
@@ -187,8 +147,6 @@ class Chain:
                 link.upper = link.upper or name(link.linkage)
                 link.join()
                 yield self.change(t_us, kind, link, "the establish condition became true")
-            elif not link.is_linked and verdict is Verdict.FALSE:
-                link.condition = link.linkage.establish()
 
     def lose(self, t_us: int, reason: str, *, kind: LinkKind = "lost") -> LinkChange:
         """Take the vision object away from the world object: it is gone, or was another thing all the time."""

@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from anchoring.hypotheses.hypotheses import Chain
-from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, classify
+from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, Norms
 from anchoring.linking.ways import Looks
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
 from anchoring.settings import AnchoringSettings
@@ -72,6 +72,7 @@ class Bodies:
     is_returned : (n,) True for a world object that was lost and is linked to another vision object by evidence.
     is_contested : (n,) True for a vision object that looks like a lost car, clearly or not.
     car_number : (n,) number of the symbol while every link up to the car holds, else 0.
+    norms : how classes are told by sizes, and what they allow.
     """
 
     states: FloatArray
@@ -95,8 +96,9 @@ class Bodies:
     _sample_count: LongArray
     _sampled_us: LongArray
 
-    def __init__(self, settings: AnchoringSettings) -> None:
+    def __init__(self, settings: AnchoringSettings, norms: Norms) -> None:
         self._settings = settings
+        self.norms = norms
         self.chains: list[Chain] = []
         for name, (shape, kind, _) in _COLUMNS.items():
             setattr(self, name, np.zeros((*shape, 0), dtype=kind))
@@ -209,7 +211,7 @@ class Bodies:
         median_m = (sorted_m[:, (filled - 1) // 2, row] + sorted_m[:, filled // 2, row]) / 2
         self.length_m[columns], self.width_m[columns] = median_m
         told = self.told_classes.take(columns)
-        by_size = classify(median_m[0], median_m[1], settings)
+        by_size = self.norms.classify(median_m[0], median_m[1], settings)
         self.classes[columns] = np.where(told == UNKNOWN_CLASS, by_size, told)
 
     def looks(self, columns: LongArray, snapshot: int | LongArray) -> Looks:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
-from anchoring.linking.classes import is_plausible_size, is_plausible_speed
+from anchoring.linking.classes import is_plausible_size
 from anchoring.linking.evidence import explained
 from anchoring.linking.frame import Frame, RoadMap
 from anchoring.observations import BoolArray, LongArray
@@ -33,7 +33,7 @@ class Fluent(IntFlag):
     separate: it is not inside the body of another object that is older.
     uncontested: it does not look like a car that is lost at the moment.
     on_road: its centre is on a road or in a junction; always, where no roads are known.
-    size_ok, speed_ok: a vehicle can be like this.
+    size_ok, speed_ok: a vehicle can be like this; the speed by the norm of its class, as far as that is known.
     no_jump: it is where it was expected.
     same_heading, same_speed, same_size: no vehicle can change so quickly.
     not_swapped: what is seen of it does not fit another body better.
@@ -105,7 +105,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
         if roads.has_roads
         else np.ones(count, dtype=np.bool_),
         Fluent.SIZE_OK: is_plausible_size(frame.length_m, frame.width_m, settings),
-        Fluent.SPEED_OK: is_plausible_speed(speed_mps),
+        Fluent.SPEED_OK: bodies.norms.is_plausible_speed(speed_mps, bodies.classes),
         Fluent.NO_JUMP: _no_jump(bodies, frame, settings),
         **_same_motion(bodies, frame, comparable, settings),
         Fluent.NOT_SWAPPED: ~swapped(bodies, frame, comparable, settings),

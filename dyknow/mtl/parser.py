@@ -4,7 +4,7 @@ A text of monitors is cut at the word ``monitor``, and each piece is parsed on i
 malformed place in each monitor and everything that is wrong with the meaning of the others.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from dyknow.errors import FormulaError
 from dyknow.language.diagnostics import Reporter
@@ -55,13 +55,33 @@ def parse_formula(
     text = normalised(text)
     reporter = Reporter({name: text})
     source = Source(name, "F", reporter)
-    tree = _parse(_words(text, source), "formula", source)
+    formula = _formula(_words(text, source), source, signature, variables)
     reporter.raise_if_any(FormulaError)
-    assert tree is not None
-    formula = TreeBuilder(source, signature).formula(tree, dict.fromkeys(variables, None))
-    check_nesting(formula, tree, reporter)
-    reporter.raise_if_any(FormulaError)
+    assert formula is not None
     return formula
+
+
+def read_formula(words: Iterable[Word], source: Source, *, signature: Signature | None = None) -> Formula | None:
+    """Read a formula that stands in a text of another language.
+
+    Parameters
+    ----------
+    words : of the formula, as the other language has cut them; their kinds do not matter.
+    source : of that text; its reporter takes the errors.
+    signature : as for `parse_formula`.
+
+    Returns
+    -------
+    The formula without free variables; None if it is malformed or means nothing.
+    """
+    errors, grammar = source.reporter.error_count, _grammar()
+    own: list[Word] = []
+    for word in words:
+        found = grammar.pattern.fullmatch(word.text)
+        kind = (found.lastgroup if found else None) or ""  # "" fits nowhere
+        own.append(word._replace(kind=grammar.keywords.get(word.text, kind)))
+    formula = _formula(own, source._replace(letter="F"), signature)
+    return formula if source.reporter.error_count == errors else None
 
 
 def parse_monitors(text: str, *, name: str = "monitors", signature: Signature | None = None) -> tuple[Monitor, ...]:
@@ -97,6 +117,17 @@ def parse_monitors(text: str, *, name: str = "monitors", signature: Signature | 
     monitors = [builder.monitor(tree) for tree in trees if tree is not None]
     reporter.raise_if_any(FormulaError)
     return tuple(one for one in monitors if one is not None)
+
+
+def _formula(
+    words: list[Word], source: Source, signature: Signature | None, variables: Collection[str] = ()
+) -> Formula | None:
+    tree = _parse(words, "formula", source)
+    if tree is None:
+        return None
+    formula = TreeBuilder(source, signature).formula(tree, dict.fromkeys(variables, None))
+    check_nesting(formula, tree, source.reporter)
+    return formula
 
 
 def _grammar() -> Grammar:

@@ -2,6 +2,7 @@
 
 import difflib
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -52,7 +53,7 @@ def check(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check chronicle files, taken together as `process` takes them; exit with 3 if one has an error."""
+    """Check chronicle files, taken together as `process` takes them, and linkage files; exit with 3 on an error."""
     if explain is not None:
         from chronicles.language.codes import explain_code
 
@@ -69,9 +70,11 @@ def check(
     from dyknow.language.rendering import render_json
     from service.monitoring.monitor_files import load_monitor_files
     from service.texts.chronicle_files import check_chronicles, read_text_or_input, with_relations
+    from service.texts.linkage_files import LINKAGE_SUFFIX, check_linkages
 
     rates_hz = read_rates(rates or ())
-    texts = [(name, read_text_or_input(name)) for name in files]
+    every = [(name, read_text_or_input(name)) for name in files]
+    texts = [one for one in every if not one[0].endswith(LINKAGE_SUFFIX)]
     try:
         messages = load_monitor_files(monitors or ()).messages
     except TextError as error:
@@ -81,6 +84,8 @@ def check(
         raise typer.Exit(INVALID) from None
     chosen = _chosen(stream, has_monitors=bool(monitors))
     checked = check_chronicles(texts, chosen, messages)
+    links = tuple(check_linkages(one for one in every if one not in texts))
+    checked = replace(checked, findings=checked.findings + links)
     costs = _costs(with_relations(texts, checked.stream), rates_hz, keys) if cost and not checked.errors else []
     if as_json:
         findings = msgspec.Raw(render_json(checked.findings).encode())

@@ -19,6 +19,7 @@ from typing import Any  # a sample carries whatever its stream was declared to c
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
+from anchoring.hypotheses.language import LinkageText
 from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.recogniser import Recogniser
@@ -124,11 +125,13 @@ class EngineSettings:
 
     Attributes
     ----------
+    linkage : what anchoring links to what; None: as usual.
     early_events : events that rest on open hypotheses are told as tentative; else only when they are decided.
     """
 
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
     relations: RelationSettings = field(default_factory=RelationSettings)
+    linkage: LinkageText | None = None
     early_events: bool = True
 
 
@@ -208,9 +211,11 @@ def _host_code(
     else:
         registry.source(feed.source, output="Frame")
         registry.unit("vision", inputs=("Frame",), output=OBJECTS)(partial(VisionUnit, feed.vision))
+    # Names that come with a file are somebody's word for what is the same; our own tracker's are never used again.
     registry.unit("anchoring", inputs=(OBJECTS,), output=CARS)(
-        # Names that come with a file are somebody's word for what is the same; our own tracker's are never used again.
-        lambda: AnchoringUnit(Anchorer(network, settings.anchoring, trusts_ids=feed.vision is None))
+        lambda: AnchoringUnit(
+            Anchorer(network, settings.anchoring, linkage=settings.linkage, trusts_ids=feed.vision is None)
+        )
     )
     registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(
         lambda: RelationUnit(_observer(network, settings.relations, watched))

@@ -13,6 +13,7 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
@@ -29,6 +30,7 @@ from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
 from service.texts.idle_chronicles import idle_in_stream, idle_without_roads, unfit_told
+from service.texts.linkage_files import load_linkage_file
 from service.times import utc_us
 from vision.errors import VideoBroken
 from vision.video.frames import VideoSource
@@ -49,6 +51,7 @@ class RunRequest:
     columns : our trajectory column names to the file's.
     monitor_files : texts of monitors to run besides.
     kpl_file : declares the streams instead of the shipped text.
+    linkage_file : classes and links of anchoring instead of the shipped text.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
     start_utc_us : UTC time of media time zero, before what site file and video say.
     final : events are told when nothing can take them back any more.
@@ -62,6 +65,7 @@ class RunRequest:
     columns: Mapping[str, str] | None = None
     monitor_files: tuple[Path, ...] = ()
     kpl_file: Path | None = None
+    linkage_file: Path | None = None
     detector: str | None = None
     start_utc_us: int | None = None
     final: bool = False
@@ -155,8 +159,9 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
+    linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
     engines = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
-    settings = replace(engines, early_events=not request.final)
+    settings = replace(engines, linkage=linkage, early_events=not request.final)
     pipeline = declared_pipeline(
         source.feed(),
         source.network,
@@ -167,7 +172,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         clock=time.perf_counter_ns,
     )
     recorded = recorded_streams(pipeline)
-    record = _run_record(request, source, site, chronicles, monitors, pipeline=pipeline)
+    record = _run_record(request, source, site, chronicles, monitors, pipeline=pipeline, linkage=linkage_text)
     with open_log(request.log_url, "w") as log:
         if not request.again and log.has_finished(record.id):
             return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
@@ -265,6 +270,7 @@ def _run_record(
     monitors: LoadedMonitors,
     *,
     pipeline: Pipeline,
+    linkage: str,
 ) -> RunRecord:
     """Describe a run; its identifier is a digest of all that its rows depend on."""
     software = f"dyknow {software_version()}"
@@ -281,6 +287,7 @@ def _run_record(
         *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
         *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
         pipeline.kpl.text,
+        *((linkage,) if linkage else ()),
         *((f"start {start_utc_us}",) if start_from == "option" else ()),
         *(("final",) if request.final else ()),
     )
@@ -300,6 +307,7 @@ def _run_record(
         relations=watched_relations(chronicles.merged, monitors),
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
+        linkage=linkage,
         settings={"events": "final"} if request.final else {},
         warnings=(
             *source.warnings,

@@ -11,7 +11,7 @@ import pytest
 from anchoring.anchorer import Anchorer
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
-from anchoring.hypotheses.hypotheses import default_linkages
+from anchoring.hypotheses.language import default_linkage
 from anchoring.observations import link_intervals
 from anchoring.settings import AnchoringSettings
 from tests.anchoring.support import BEND_RADIUS_M, Seen, bend, observations, run, straight_road
@@ -366,9 +366,10 @@ class NeverEstablish:
 
 
 def test_conditions_can_be_replaced() -> None:
-    world, on_road, car = default_linkages(AnchoringSettings(), has_roads=True)
-    linkages = (world, on_road, replace(car, establish=NeverEstablish))
-    cars, changes = run(Anchorer(straight_road(), linkages=linkages), film(lambda t: {"v1": east(10 * t)}, 2.0))
+    usual = default_linkage(AnchoringSettings())
+    world, on_road, car = usual.linkages
+    linkage = usual._replace(linkages=(world, on_road, replace(car, establish=NeverEstablish)))
+    cars, changes = run(Anchorer(straight_road(), linkage=linkage), film(lambda t: {"v1": east(10 * t)}, 2.0))
     assert not any(now.ids for now in cars)
     assert [c.level for c in changes] == ["world", "on_road"]
 
@@ -444,9 +445,9 @@ def test_frame_that_is_not_later_is_refused() -> None:
 
 
 def test_linkages_must_lead_from_world_object_to_car() -> None:
-    world, on_road, _ = default_linkages(AnchoringSettings(), has_roads=True)
+    usual = default_linkage(AnchoringSettings())
     with pytest.raises(AnchoringError, match=r"got levels \['world', 'on_road'\]"):
-        Anchorer(None, linkages=(world, on_road))
+        Anchorer(straight_road(), linkage=usual._replace(linkages=usual.linkages[:2]))
 
 
 def test_observations_refuse_arrays_of_another_length_and_double_ids() -> None:

@@ -5,12 +5,13 @@ import signal
 
 import typer.main
 
+from anchoring.hypotheses.language import FLUENTS, default_text
 from service.cli import printing
 from service.cli.app import COMMANDS, make_app
 from service.runs.inputs.site import SiteFile
 from service.runs.inputs.toml_tables import tables_of
 from service.store.schema import metadata
-from tests.contracts.tables import page, table
+from tests.contracts.tables import ROOT, page, table
 
 
 def test_command_line_page_lists_every_command() -> None:
@@ -51,3 +52,21 @@ def test_site_fields_are_those_of_the_page() -> None:
 def test_tables_are_those_of_the_page_on_the_event_log() -> None:
     listed = [name for row in table("event_log.md", "table") for name in re.findall(r"`(\w+)`", row[0])]
     assert sorted(listed) == sorted(metadata.tables)
+
+
+def test_fluents_are_those_of_the_page_on_linkage() -> None:
+    listed = [name for row in table("linkage.md", "fluent") for name in re.findall(r"`(\w+)`", row[0])]
+    assert sorted(listed) == sorted(FLUENTS)
+
+
+def test_codes_of_linkage_are_those_of_the_page() -> None:
+    source = (ROOT / "anchoring" / "hypotheses" / "language.py").read_text(encoding="utf-8")
+    listed = re.findall(r"L\d{4}", " ".join(row[0] for row in table("linkage.md", "code")))
+    assert {*listed} == {*re.findall(r"\"(L\d{4})\"", source), "L0101", "L0102", "L0103"}
+
+
+def test_excerpts_of_the_page_on_linkage_are_in_the_default_text() -> None:
+    blocks = re.findall(r"^```text\n((?:class|link) .*?)^```$", page("linkage.md"), re.MULTILINE | re.DOTALL)
+    shown = [line for block in blocks for line in block.splitlines() if "maintain" not in line]
+    assert len(shown) > 5
+    assert [line for line in shown if line not in default_text().splitlines()] == []

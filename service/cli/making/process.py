@@ -35,6 +35,9 @@ def process(
     kpl: Annotated[
         Path | None, typer.Option(help="KPL file: the streams and policies instead of the shipped ones.")
     ] = None,
+    linkage: Annotated[
+        Path | None, typer.Option(help="Linkage file: the classes and links of objects instead of the shipped ones.")
+    ] = None,
     columns: Annotated[str | None, typer.Option(help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
         str | None, typer.Option(help="motion, motion:thermal, motion:both, onnx:PATH or file:PATH.")
@@ -65,6 +68,7 @@ def process(
         columns=parse_columns(columns),
         monitor_files=tuple(monitors or ()),
         kpl_file=kpl,
+        linkage_file=linkage,
         detector=looks,
         start_utc_us=None if start_utc is None else parse_utc_us(start_utc, parameter="--start-utc"),
         final=final,
