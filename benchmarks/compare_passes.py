@@ -27,10 +27,10 @@ def main() -> None:
     parser.add_argument("--type", default="pass")
     options = parser.parse_args()
     with open_log(options.log) as log:
-        recognised = _recognised(log, options.type)
+        recognised = recognised_passes(log, options.type)
     listed = _listed(options.list)
-    found, listed_count = _overlapping(listed, recognised), sum(map(len, listed.values()))
-    on_list, claimed = _overlapping(recognised, listed), sum(map(len, recognised.values()))
+    found, listed_count = overlapping(listed, recognised), sum(map(len, listed.values()))
+    on_list, claimed = overlapping(recognised, listed), sum(map(len, recognised.values()))
     low, high = wilson_interval(found, listed_count)
     print(
         f"listed passes found: {found} of {listed_count} = {found / listed_count:.3f} (95 %: {low:.3f} to {high:.3f})"
@@ -38,7 +38,8 @@ def main() -> None:
     print(f"recognised, on the list: {on_list} of {claimed}; the others are {_sort_of_others(recognised, listed)}")
 
 
-def _recognised(log: EventLog, event_type: str) -> Intervals:
+def recognised_passes(log: EventLog, event_type: str = "pass") -> Intervals:
+    """List when each object of a trajectory file passed each other one."""
     run = log.run()
     intervals: Intervals = defaultdict(list)
     for text in iterate_events(log, EventFilter(types=(event_type,), runs=(run.id,))):
@@ -50,8 +51,10 @@ def _recognised(log: EventLog, event_type: str) -> Intervals:
 
 def _file_id(log: EventLog, run_id: str, event: EventRecord, role: str) -> str:
     """Return which object of the trajectory file played a role: a car symbol may have several, one after another."""
-    states = log.states(run_id, car=event.roles[role], from_us=event.start_us - MARGIN_US, to_us=event.end_us)
-    return Counter(state.vision_id for state in states if state.vision_id).most_common(1)[0][0]
+    states = [state for state in log.states(run_id, car=event.roles[role], to_us=event.end_us) if state.vision_id]
+    during = [state.vision_id for state in states if state.t_us >= event.start_us - MARGIN_US]
+    # Who was hidden all the time is whom we saw last.
+    return Counter(during or [states[-1].vision_id]).most_common(1)[0][0]
 
 
 def _listed(path: Path) -> Intervals:
@@ -63,7 +66,7 @@ def _listed(path: Path) -> Intervals:
     return intervals
 
 
-def _overlapping(these: Intervals, those: Intervals) -> int:
+def overlapping(these: Intervals, those: Intervals) -> int:
     """Count the intervals of one list that overlap one of the same pair in the other, within the margin."""
     return sum(
         any(start <= other_end + MARGIN_US and other_start <= end + MARGIN_US for other_start, other_end in those[pair])
@@ -76,7 +79,7 @@ def _sort_of_others(recognised: Intervals, listed: Intervals) -> str:
     same_pair = sum(len(times) for pair, times in recognised.items() if listed[pair])
     total = sum(map(len, recognised.values()))
     return (
-        f"of a pair that is listed at another time ({same_pair - _overlapping(recognised, listed)}) or not at all "
+        f"of a pair that is listed at another time ({same_pair - overlapping(recognised, listed)}) or not at all "
         f"({total - same_pair})"
     )
 

@@ -163,12 +163,12 @@ class _VehiclesByTrack:
         return rows[place - 1][1] if place else ""
 
 
-def count_returns(named: NamedRows) -> Returns:
-    """Count what became of the symbols of vehicles that were not seen for a while."""
+def count_returns(named: NamedRows, *, step_us: int = STEP_US) -> Returns:
+    """Count what became of the symbols of vehicles that were not seen for longer than from row to row."""
     bearers = _first_bearers(named)
     returns = Returns()
     for vehicle, rows in _rows_of(named.vehicles).items():
-        stretches = np.split(rows, np.flatnonzero(np.diff(named.t_us[rows]) > STEP_US) + 1)
+        stretches = np.split(rows, np.flatnonzero(np.diff(named.t_us[rows]) > step_us) + 1)
         symbols = [_last_symbol(named, one) for one in stretches]
         for before, after, stretch in zip(symbols, symbols[1:], stretches[1:], strict=False):
             start_us, end_us = named.t_us[stretch[[0, -1]]].tolist()

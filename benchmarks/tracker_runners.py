@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast  # each setting has a type of its own
@@ -19,9 +19,10 @@ from typing import Any, cast  # each setting has a type of its own
 import numpy as np
 from numpy.typing import NDArray
 
+from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
-from anchoring.observations import Observations
 from benchmarks.tracked_traffic import DetectedTraffic
+from dyknow.sample import Sample
 from vision.detection.detector import Detections, Expected
 from vision.detection.settings import DetectionSettings
 from vision.objects import VisionObjects
@@ -34,7 +35,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Settings = Mapping[str, float | int]
 Job = tuple[DetectedTraffic, Settings]
-Shown = tuple[tuple[str, ...], FloatArray, NDArray[np.bool_]]
+Shown = tuple[int, tuple[str, ...], FloatArray, NDArray[np.bool_]]
 
 OURS, OURS_ANCHORED = "ours", "ours, with anchoring"
 PEERS = ("norfair", "ByteTrack", "OC-SORT")
@@ -122,32 +123,33 @@ def run_ours(jobs: Sequence[Job]) -> list[Followed]:
     jobs : settings are fields of `TrackingSettings`, and the noise of detections; what is not named is as shipped.
     """
     return [
-        _follow(traffic, settings, lambda objects: (objects.ids, objects.centre_m, objects.observed))
+        _follow(traffic, settings, lambda objects: [(objects.t_us, objects.ids, objects.centre_m, objects.observed)])
         for traffic, settings in jobs
     ]
 
 
 def run_anchored(jobs: Sequence[Job]) -> list[Followed]:
-    """Let anchoring, without a road network, join what the tracker loses; cars count where they are linked.
+    """Let anchoring, without a road network, join what the tracker loses.
+
+    Cars count where they are linked, as the log has them: from the first row of their vision objects on.
 
     Parameters
     ----------
     jobs : as for `run_ours`; anchoring is as shipped.
     """
-    return [_follow(traffic, settings, _anchored(Anchorer(None))) for traffic, settings in jobs]
+    return [_follow(traffic, settings, _anchored(AnchoringUnit(Anchorer(None)))) for traffic, settings in jobs]
 
 
-def _anchored(anchorer: Anchorer) -> Callable[[VisionObjects], Shown]:
-    def cars(objects: VisionObjects) -> Shown:
-        seen, _ = anchorer.observe(
-            Observations(**{one.name: getattr(objects, one.name) for one in fields(Observations)})
-        )
-        return seen.ids, seen.centre_m, seen.linked
+def _anchored(unit: AnchoringUnit) -> Callable[[VisionObjects], Iterable[Shown]]:
+    def cars(objects: VisionObjects) -> Iterable[Shown]:
+        for one in unit.update(Sample(objects.t_us, objects.t_us, objects)):
+            for seen in (*one.value.former, one.value.cars):
+                yield seen.t_us, seen.ids, seen.centre_m, seen.linked
 
     return cars
 
 
-def _follow(traffic: DetectedTraffic, settings: Settings, show: Callable[[VisionObjects], Shown]) -> Followed:
+def _follow(traffic: DetectedTraffic, settings: Settings, show: Callable[[VisionObjects], Iterable[Shown]]) -> Followed:
     own = {name: value for name, value in settings.items() if name != "position_noise_m"}
     tracking = TrackingSettings(**cast(dict[str, Any], own))
     noise_m = float(settings.get("position_noise_m", DetectionSettings().position_noise_m))
@@ -157,16 +159,17 @@ def _follow(traffic: DetectedTraffic, settings: Settings, show: Callable[[Vision
     numbers: dict[str, int] = {}
     rows: list[tuple[int, int, float, float]] = []
     start_s = time.process_time()
-    for frame in range(traffic.frame_count):
-        expected = tracker.predict(frame * 1_000_000 // traffic.frames_per_s)
+    frames = {frame * 1_000_000 // traffic.frames_per_s: frame for frame in range(traffic.frame_count)}
+    for t_us, frame in frames.items():
+        expected = tracker.predict(t_us)
         # What our detections claim of their noise is the setting, not the truth.
         found = _detections(traffic, slice(bounds[frame], bounds[frame + 1]), expected, noise_m)
-        ids, centre_m, is_seen = show(tracker.update(found))
-        for place in np.flatnonzero(is_seen).tolist():
-            number = numbers.setdefault(ids[place], len(numbers))
-            rows.append((frame, number, *centre_m[place].tolist()))
+        for then_us, ids, centre_m, is_seen in show(tracker.update(found)):
+            for place in np.flatnonzero(is_seen).tolist():
+                number = numbers.setdefault(ids[place], len(numbers))
+                rows.append((frames[then_us], number, *centre_m[place].tolist()))
     elapsed_s = time.process_time() - start_s
-    table = np.array(rows, np.float64).reshape(-1, 4)
+    table = np.array(sorted(rows), np.float64).reshape(-1, 4)
     return Followed(table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2:], elapsed_s)
 
 

@@ -135,9 +135,13 @@ class Recorder:
     def _record_cars(self, sample: Sample[Anchored]) -> None:
         cars, filled = sample.value.cars, sample.value.filled
         last_us = {car: self._history.last_us(car) for one in filled for car in one.ids}
+        # A vision object may have been seen for a while before it was taken for a hidden car: those rows are better.
+        seen = {(one.t_us, car) for one in sample.value.former for car in one.ids}
         for one in filled:
             self._history.insert(one)
-            self._writer.append_states(row for row in self._rows.of(one) if row.t_us > last_us[row.car])
+            self._writer.append_states(
+                row for row in self._rows.of(one) if row.t_us > last_us[row.car] and (row.t_us, row.car) not in seen
+            )
         self._history.remember(cars)
         for one in (*sample.value.former, cars):
             self._writer.append_states(self._rows.of(one))
