@@ -143,7 +143,7 @@ class RelationObserver:
         self._turns = ()
         for then, returned in self._hidden_time.moments(filled):
             found = self._update(then, self._measure(then), returned)
-            changes += [replace(change, decided_us=t_us) for change in found]
+            changes += [RelationChange(one.name, one.args, one.t_us, t_us, one.old, one.new) for one in found]
         footprints = self._hidden_time.complete(footprints, hidden)
         quantities, gone = self._measure(footprints), dict[str, Gone]()
         if footprints.ids != self._ids:

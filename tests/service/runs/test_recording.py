@@ -1,14 +1,24 @@
-"""What the recorder remembers to place events, and what it calls them."""
+"""What the recorder writes of cars, remembers to place events, and what it calls them."""
 
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 
-from anchoring.observations import Cars
+from anchoring.adapter import Anchored
+from anchoring.observations import Cars, nowhere
+from chronicles.execution.unfit_events import UnfitCounter
+from chronicles.library import load_library
+from dyknow.kpl.loader import DeclaredStream
+from dyknow.sample import Sample
 from gis.road_network import RoadPositions
 from service.cli.app import run
-from service.runs.recording import CarHistory
+from service.records import CarState
+from service.runs.recording import CarHistory, Recorder
+from service.store.log import RunWriter
 from tests.service.logs import read_all
 from tests.service.tracks import write_tracks
 
@@ -39,6 +49,47 @@ def cars_at(t_us: int, *names: str) -> Cars:
         vision_ids=("v1",) * n,
         positions=positions,
     )
+
+
+class Rows(list[CarState]):
+    """Stand in for the writer of a run, and for the stream of cars."""
+
+    def append_states(self, rows: Iterable[CarState]) -> None:
+        self.extend(rows)
+
+    def append_links(self, links: Iterable[object]) -> None:
+        assert not list(links)
+
+    def subscribe(self, consumer: Callable[[Sample[object]], None]) -> None:
+        self.consumer = consumer
+
+
+def off_road(t_us: int, *names: str) -> Cars:
+    return replace(cars_at(t_us, *names), positions=nowhere(len(names)))
+
+
+def test_a_hidden_car_has_one_row_a_time_and_the_seen_one_goes_first() -> None:
+    written = Rows()
+    unfit = UnfitCounter(load_library(["overtake"]))
+    recorder = Recorder(cast(RunWriter, written), None, unfit, history_us=60 * SECOND)
+    recorder.attach({"recorded_cars": cast(DeclaredStream, written)})
+    absent = replace(off_road(0, "car1"), linked=np.zeros(1, np.bool_))
+    values = [
+        Anchored(off_road(0, "car1"), ()),
+        Anchored(replace(absent, t_us=SECOND), ()),  # predicted
+        *(Anchored(off_road(t * SECOND), ()) for t in (2, 3)),
+        # Seen at 3 s as something unknown, and known to be the hidden car since 4 s.
+        Anchored(
+            off_road(4 * SECOND, "car1"),
+            (),
+            former=(off_road(3 * SECOND, "car1"),),
+            filled=tuple(replace(absent, t_us=t * SECOND) for t in (1, 2, 3)),
+        ),
+    ]
+    for value in values:
+        written.consumer(Sample(value.cars.t_us, value.cars.t_us, value))
+    rows = sorted((row.t_us // SECOND, row.linked) for row in written)
+    assert rows == [(0, True), (1, False), (2, False), (3, True), (4, True)]
 
 
 def test_history_gives_the_last_place_up_to_a_time() -> None:
