@@ -177,7 +177,7 @@ class Revision:
         at = bisect_left(self._found, place, key=itemgetter(0))
         before = _Occurrences(one for _, one in self._found[at:])
         del self._found[at:]
-        changed, appeared = [], []
+        changed, appeared = self._reconsidered(), []
         for number in range(place, len(self._journal)):
             for occurrence in self._follow(number):
                 earlier = before.take(occurrence.key)

@@ -9,7 +9,7 @@ from random import Random
 import pytest
 
 from chronicles.chronicle_set import load
-from chronicles.events import Event, Occurrence
+from chronicles.events import Event, Occurrence, OccurrenceKey
 from chronicles.recogniser import Recogniser, recognise
 from tests.cases import seeds
 from tests.chronicles.execution.case_runner import FAR_US, Case, make_case
@@ -88,6 +88,17 @@ def test_same_event_told_twice_may_be_taken_back_once() -> None:
     assert statuses(recogniser.retract("h1")) == ["retracted", "retracted"]
 
 
+def test_occurrence_before_what_falls_is_confirmed_in_the_same_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("chronicles.execution.live.revision._STATE_EVERY", 1)
+    recogniser = Recogniser(load(RACE))
+    recogniser.observe(Event("start", ("u",), 0, hypotheses=("h1",)))
+    assert statuses(recogniser.observe(Event("goal", ("u",), 5))) == ["tentative"]
+    recogniser.observe(Event("start", ("v",), 6, hypotheses=("h2",)))
+    recogniser.observe(Event("goal", ("v",), 7))
+    told = recogniser.revise(refuted=["h2"], confirmed=["h1"])
+    assert [(one.status, one.roles["x"]) for one in told] == [("retracted", "v"), ("confirmed", "u")]
+
+
 def test_nothing_is_kept_of_what_can_no_longer_be_taken_back() -> None:
     recogniser = Recogniser(load(RACE))
     recogniser.observe(Event("start", ("u",), 0, hypotheses=("h1",)))
@@ -102,8 +113,8 @@ class Standing:
     """What a reader of the results believes."""
 
     def __init__(self) -> None:
-        self.found: Counter[object] = Counter()
-        self.tentative: Counter[object] = Counter()
+        self.found: Counter[OccurrenceKey] = Counter()
+        self.tentative: Counter[OccurrenceKey] = Counter()
 
     def read(self, occurrences: Iterable[Occurrence]) -> None:
         for one in occurrences:
@@ -123,11 +134,11 @@ class Standing:
                     source[key] -= 1
 
     @property
-    def all(self) -> Counter[object]:
+    def all(self) -> Counter[OccurrenceKey]:
         return +(self.found + self.tentative)
 
 
-def bare(occurrence: Occurrence) -> object:
+def bare(occurrence: Occurrence) -> OccurrenceKey:
     chronicle, roles, sub_events, events = occurrence.key
     return chronicle, roles, sub_events, tuple(replace(event, hypotheses=()) for event in events)
 
@@ -146,13 +157,15 @@ def delayed(
     steps: list[Event | int], said: int, since_us: int, random: Random
 ) -> tuple[list[Event | int], list[Event]]:
     """Tell some of the events from a time on much later; give the new order, and these events."""
-    late = [
-        step for step in steps[said:] if isinstance(step, Event) and step.t_us >= since_us and random.random() < 0.5
-    ]
-    moved = [step for step in steps if not any(step is one for one in late)]
-    for event in late:
-        moved.insert(random.randrange(said, len(moved) + 1), event)
-    return moved, late
+    late = {
+        number
+        for number, step in enumerate(steps)
+        if number >= said and isinstance(step, Event) and step.t_us >= since_us and random.random() < 0.5
+    }
+    # None comes earlier than it would, which would make others late.
+    places = [random.randint(number, len(steps)) if number in late else number for number in range(len(steps))]
+    order = sorted(range(len(steps)), key=places.__getitem__)
+    return [steps[number] for number in order], [one for one in map(steps.__getitem__, late) if isinstance(one, Event)]
 
 
 def batches(steps: list[Event | int], random: Random) -> list[list[Event | int]]:
@@ -165,7 +178,7 @@ def batches(steps: list[Event | int], random: Random) -> list[list[Event | int]]
     return cut
 
 
-def check_case(seed: int, *, early: bool) -> tuple[bool, bool]:
+def check_case(seed: int, *, early: bool, patience_us: int) -> tuple[bool, bool]:
     """Tell late events, and decide hypotheses, at random times; say whether late and whether refuted events matter."""
     case, random = make_case(seed), Random(seed)
     chronicles, lateness_us = case.chronicles, case.lateness_us
@@ -177,7 +190,7 @@ def check_case(seed: int, *, early: bool) -> tuple[bool, bool]:
     # Mostly in the second half, when there is something to take back.
     moments = {label: random.choice((random.randrange(len(steps)), len(steps) - 1)) for label in LABELS}
     moments["late"] = len(steps) - 1
-    recogniser = Recogniser(chronicles, lateness_us, early=early)
+    recogniser = Recogniser(chronicles, lateness_us, early=early, patience_us=patience_us)
     standing, index = Standing(), 0
     for batch in batches(steps, random):
         places = range(index, index + len(batch))
@@ -198,27 +211,42 @@ def check_case(seed: int, *, early: bool) -> tuple[bool, bool]:
         standing.read(found)
         if random.random() < 0.05:
             checkpoint = json.loads(json.dumps(recogniser.checkpoint()))
-            recogniser = Recogniser(chronicles, lateness_us, early=early)
+            recogniser = Recogniser(chronicles, lateness_us, early=early, patience_us=patience_us)
             recogniser.restore(checkpoint)
     told = [step for step in steps if isinstance(step, Event)]
     stands = [one for one in told if not any(verdicts[label] == "refuted" for label in one.hypotheses)]
     expected = occurring(case, stands)
-    assert "undecided" in verdicts.values() or not +standing.tentative
+    undecided = {label for label, verdict in verdicts.items() if verdict == "undecided"}
+    tentative = Counter(key[:3] for key in standing.tentative.elements())
+    assert tentative <= doubtful(case, stands, undecided), (case.text, lateness_us, steps, verdicts, moments)
     assert recogniser.late_count == 0
     assert standing.all == expected, (case.text, lateness_us, steps, verdicts, moments)
     in_time = [one for one in stands if not any(one is other for other in late)]
     return expected != occurring(case, in_time), expected != occurring(case, told)
 
 
-def occurring(case: Case, events: Iterable[Event]) -> Counter[object]:
+def occurring(case: Case, events: Iterable[Event]) -> Counter[OccurrenceKey]:
     """Give what the stored executor finds."""
     found = recognise(case.chronicles, [replace(one, hypotheses=()) for one in events], until_us=FAR_US)
     return Counter(map(bare, found))
 
 
+def doubtful(case: Case, events: Iterable[Event], undecided: set[str]) -> Counter[object]:
+    """Give what the stored executor finds on the word of hypotheses that nobody will ever know."""
+    found = recognise(case.chronicles, list(events), until_us=FAR_US)
+    return Counter(one.key[:3] for one in found if not undecided.isdisjoint(one.hypotheses))
+
+
 @seeds(range(400), kept=100)
-@pytest.mark.parametrize("early", [True, False], ids=["early", "final"])
-def test_recogniser_of_late_and_refuted_events_ends_where_the_stored_executor_does(seeds: range, early: bool) -> None:
-    came, fell = zip(*(check_case(seed, early=early) for seed in seeds), strict=True)
+@pytest.mark.parametrize(
+    ("early", "patience_us"), [(True, 0), (True, 5), (False, 0)], ids=["early", "patient", "final"]
+)
+def test_recogniser_of_late_and_refuted_events_ends_where_the_stored_executor_does(
+    seeds: range, early: bool, patience_us: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # So few that replays start in the middle of these short streams.
+    monkeypatch.setattr("chronicles.execution.live.revision._STATE_EVERY", 2)
+    monkeypatch.setattr("chronicles.execution.live.revision._STATES_KEPT", 4)
+    came, fell = zip(*(check_case(seed, early=early, patience_us=patience_us) for seed in seeds), strict=True)
     # Cases in which nothing that is late or refuted changes anything would prove nothing.
     assert min(sum(came), sum(fell)) >= len(seeds) // 20
