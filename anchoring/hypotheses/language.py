@@ -162,9 +162,7 @@ class _Builder:
         if maker is None and self._read_formula is not None:
             return self._read_formula(words, self._source, is_lasting=is_lasting)
         if maker is None:
-            self._error(
-                "L0207", "expected a formula of a usual shape where none can be progressed, got another", words[0]
-            )
+            self._error("L0207", "expected a formula of a shape that is compiled, got another", words[0])
         return maker
 
     def _with_durations(self, parts: list[Any]) -> Iterator[Word]:
@@ -184,7 +182,7 @@ class _Builder:
 
     def _amount(self, word: Word, norm: str) -> float:
         digits, unit = split_quantity(word.text)
-        if unit not in _UNITS[norm] or not float(digits):
+        if unit not in _UNITS[norm] or not 0 < float(digits) < 1e6:
             expected = f"a {norm} above 0 in {listed(_UNITS[norm])}"
             self._error("L0301", f"expected {expected}, got {word.text!r}", word)
         return float(digits) * _UNITS[norm].get(unit, 1.0)

@@ -52,6 +52,7 @@ FAULTS = {
     ),
     "a length in seconds": ("length 4.5 m", "length «4.5 s»", "L0301", "a length above 0 in m, got '4.5 s'", ""),
     "a spread of nothing": ("spread 0.8 m", "spread «0 m»", "L0301", "a length above 0 in m, got '0 m'", ""),
+    "a width without end": ("width 1.8 m", f"width «{'9' * 400} m»", "L0301", "a width above 0 in m", ""),
     "a speed in metres": ("up to 80 m/s", "up to «80 m»", "L0301", "a speed above 0 in m/s or km/h, got '80 m'", ""),
     "a formula that is none": ("visible and fits", "visible and «and» fits", "F0102", "a formula after 'and'", "'and'"),
     "an unknown fluent": ("visible and fits", "visible and «fts»", "F0201", "a known feature, got 'fts'", "'fits'?"),
@@ -92,7 +93,7 @@ def test_all_faults_are_told_at_once() -> None:
 def test_formulas_of_other_shapes_need_somebody_who_progresses_them() -> None:
     text = changed("visible and fits;", "eventually[0, 1s] (visible and fits);")
     assert load_linkage(text, USUAL).linkages[0].reestablish().progress(0, _all(fits=False)) is Verdict.UNKNOWN
-    with pytest.raises(LinkageError, match=r"L0207.*expected a formula of a usual shape"):
+    with pytest.raises(LinkageError, match=r"L0207.*expected a formula of a shape that is compiled"):
         read_linkage(text, USUAL)
 
 
