@@ -59,7 +59,7 @@ class AnchoringSettings:
     outline_slack_m : how far outside of all that was seen is still inside.
     margin_nats : a link must be so much likelier than every other choice (e^1.5 is 4 to 1).
     decided_nats : a link is validated if it never was less likelier than all else than this (e^3 is 20 to 1); in the
-        lost tracks of seeds 1 to 5 one in three of those below is wrong, and three in a thousand of those above.
+        lost tracks of seeds 1 to 5 one in four of those below is wrong, and one in seven hundred of those above.
     open_us : how long after a track began its link may be given up for a better one, and waits for its verdict.
     overlap_us : a vision object may be older by this than the last sight of the car that it is.
     leaving_mps : a slower car at the edge of the view may be waiting there.

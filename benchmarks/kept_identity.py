@@ -126,6 +126,7 @@ def _judge_links(
     said: Sequence[Anchored], vehicle_of: Mapping[tuple[int, str], str]
 ) -> tuple[int, tuple[WrongLink, ...], int]:
     """Count the links that found a lost car again; list the wrong ones; count the others that ended undecided."""
+    before: dict[str, str] = {}  # and whose before it was found again
     last_of: dict[str, str] = {}  # whose car a world object has been last
     found: set[str] = set()  # labels
     wrong: dict[str, tuple[int, str]] = {}  # by the label
@@ -137,8 +138,12 @@ def _judge_links(
             vehicle = rows.vehicle_at(change.lower, change.t_us)
             if change.kind == "reestablished":
                 found.add(change.label)
+                before[change.upper] = last_of[change.upper]
                 if last_of[change.upper] != vehicle:
                     wrong[change.label] = change.t_us, change.lower
+            # A link that is taken over leaves the car as it was lost; only faults of motion have reasons of fluents.
+            if change.kind == "refuted" and not change.reason.startswith("no longer: "):
+                last_of[change.upper] = before.get(change.upper, last_of[change.upper])
             # What is refuted goes back to the vehicle that it was linked to, whatever its track did since.
             if change.kind in ("established", "reestablished", "lost"):
                 last_of[change.upper] = vehicle

@@ -127,6 +127,17 @@ def test_car_is_of_whom_its_track_was_on_at_last_unless_that_was_refuted(gone: L
     assert bool(wrong) == is_wrong
 
 
+@pytest.mark.parametrize(
+    ("reason", "wrong"), [("another one explains it better", ["t2"]), ("no longer: no_jump", ["t2", "t3"])]
+)
+def test_car_that_is_taken_over_is_of_whom_it_was_when_it_was_lost(reason: str, wrong: list[str]) -> None:
+    """Track t2 of b is taken for the car of a, until t3, which is of a."""
+    back = LinkChange(12, "refuted", "world", "t2", "w1", reason)
+    said = [*LOST, FOUND, anchored(back, refuted=LABEL), anchored(link(12, "reestablished", "t3", "t3->w1#3"))]
+    _, links, _ = _judge_links(said, {(0, "t1"): "a", (9, "t2"): "b", (12, "t3"): "a"})
+    assert [one.vision_id for one in links] == wrong
+
+
 def test_anchoring_keeps_a_car_over_a_short_gap_and_is_told_nothing_of_the_truth() -> None:
     tracks = lose_tracks(drive(seconds=30), Case(hidden_m=20.0), Place(150.0, 0.0, is_disc=False), seed=1)
     found = follow(tracks, None)
