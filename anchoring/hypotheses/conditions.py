@@ -78,6 +78,7 @@ class HeldFor:
             self._since_us = t_us
         if t_us - self._since_us >= self._duration_us and all(state[fluent] for fluent in self._at_last):
             self._is_true = True
+        self.is_idle = self._is_true  # until a fluent fails, however long the link waits for the one below
         return Verdict.TRUE if self._is_true else Verdict.UNKNOWN
 
 

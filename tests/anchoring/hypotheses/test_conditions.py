@@ -31,3 +31,5 @@ def test_condition_is_idle_only_while_an_equal_state_would_change_nothing() -> N
     assert AllOf(held, kept).is_idle
     held.progress(1, {"a": True})
     assert not AllOf(held, kept).is_idle
+    assert held.progress(21, {"a": True}) is Verdict.TRUE
+    assert AllOf(held, kept).is_idle
