@@ -7,6 +7,7 @@ kept (letterbox); large pictures may be cut into tiles, so that vehicles far awa
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,9 +16,8 @@ import numpy as np
 
 from vision.errors import VisionError
 from vision.networks.box_detector import ImageBoxes, whole_boxes
-from vision.networks.onnx_header import OnnxHeader, read_header
+from vision.networks.network import Network
 from vision.networks.onnx_output import decode
-from vision.networks.onnx_runner import load_network
 from vision.networks.onnx_settings import OnnxSettings
 from vision.objects import ByteArray, Tensor
 from vision.video.frame import Frame
@@ -43,20 +43,20 @@ class OnnxDetector:
     """
 
     def __init__(self, path: Path, settings: OnnxSettings, image_size_px: tuple[int, int]) -> None:
-        data, header = _read(path)
+        self._path = path
         self._settings = settings
         self._image_size_px = image_size_px
-        self._input_size_px = _input_size(path, header, settings)
         self._tiles = tuple(_tiles(image_size_px, settings))
-        self._network = load_network(path, data, header, runtime=settings.runtime, output=settings.output)
-        self._path = path
         width, height = image_size_px
-        self._look(np.full((height, width, 3), PADDING, np.uint8))
+        with self._naming_file():
+            self._network = Network(path, settings.output)
+            self._input_size_px = _input_size(self._network.input_shape, settings)
+            self._look(np.full((height, width, 3), PADDING, np.uint8))
 
     @property
     def runtime(self) -> str:
         """What computes the network, with its version."""
-        return self._network.name
+        return self._network.runtime
 
     def detect(self, instant: Frame) -> ImageBoxes:
         """Find vehicles in a frame.
@@ -78,13 +78,19 @@ class OnnxDetector:
         came = (picture.shape[1], picture.shape[0])
         if came != self._image_size_px:
             raise VisionError(f"frame {instant.index}: expected {self._image_size_px!r} px, got {came!r}")
-        return self._look(picture)
+        with self._naming_file():
+            return self._look(picture)
 
-    def _look(self, picture: ByteArray) -> ImageBoxes:
+    @contextmanager
+    def _naming_file(self) -> Iterator[None]:
+        """Say in errors whose they are."""
         try:
-            found = [self._look_at_tile(picture, tile) for tile in self._tiles]
+            yield
         except VisionError as error:
             raise VisionError(f"{self._path}: {error}") from error
+
+    def _look(self, picture: ByteArray) -> ImageBoxes:
+        found = [self._look_at_tile(picture, tile) for tile in self._tiles]
         return suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
 
     def _look_at_tile(self, picture: ByteArray, tile: Tile) -> ImageBoxes:
@@ -179,32 +185,20 @@ def suppress(boxes: ImageBoxes, settings: OnnxSettings) -> ImageBoxes:
     return boxes.select(np.asarray(kept, np.intp).ravel())
 
 
-def _read(path: Path) -> tuple[bytes, OnnxHeader]:
-    try:
-        data = path.read_bytes()
-        return data, read_header(data)
-    except OSError as error:
-        raise VisionError(f"{path}: expected readable weights, got {error.strerror or error}") from error
-    except ValueError as error:
-        raise VisionError(f"{path}: expected an ONNX file with one input, got {error}") from error
-
-
-def _input_size(path: Path, header: OnnxHeader, settings: OnnxSettings) -> tuple[int, int]:
+def _input_size(shape: tuple[int, ...], settings: OnnxSettings) -> tuple[int, int]:
     """Agree on the size of the input: the weights' own, where they fix it."""
-    shape, wanted = header.input_shape, settings.input_size_px
+    wanted = settings.input_size_px
     channels = 1 if settings.colours == "grey" else 3
     if len(shape) != 4 or shape[0] not in (0, 1) or shape[1] not in (0, channels):
         expected = f"an input of (1, {channels}, height, width) for colours = {settings.colours!r}"
-        raise VisionError(f"{path}: expected {expected}, got {shape!r}")
+        raise VisionError(f"expected {expected}, got {shape!r}")
     fixed = shape[3], shape[2]
     if wanted is None:
         if 0 in fixed:
-            raise VisionError(f"{path}: expected input_size_px for weights that take any size, got none")
+            raise VisionError("expected input_size_px for weights that take any size, got none")
         return fixed
     if any(own not in (0, one) for own, one in zip(fixed, wanted, strict=True)):
-        raise VisionError(
-            f"{path}: expected input_size_px = [{fixed[0]}, {fixed[1]}] as in the weights, got {wanted!r}"
-        )
+        raise VisionError(f"expected input_size_px = [{fixed[0]}, {fixed[1]}] as in the weights, got {wanted!r}")
     return wanted
 
 

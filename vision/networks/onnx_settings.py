@@ -14,7 +14,6 @@ from vision.networks.box_detector import CLASS_NAMES
 
 Layout = Literal["yolo", "yolo-oriented", "rows", "rows-oriented"]
 Colours = Literal["rgb", "bgr", "grey"]
-Runtime = Literal["auto", "opencv", "onnxruntime"]
 
 _Share = Annotated[float, Meta(ge=0, le=1)]
 _Finite = Annotated[float, Meta(ge=-1e300, le=1e300, description="a finite number")]
@@ -46,7 +45,6 @@ class OnnxSettings:
     scale, mean, deviation : the input is (value * scale - mean) / deviation, values from 0 to 255.
     tiles : (columns, rows) into which the picture is cut, each of which is looked at by itself.
     overlap : part of a tile that it shares with the next one; at least the longest vehicle should fit.
-    runtime : what runs the network; ``auto`` is ONNX Runtime where it is installed, else OpenCV.
     output : name of the output, for a network with several.
     """
 
@@ -62,5 +60,4 @@ class OnnxSettings:
     deviation: _Above0 = 1.0
     tiles: Annotated[tuple[_Tiles, _Tiles], Meta(description="columns and rows from 1 to 16")] = (1, 1)
     overlap: Annotated[float, Meta(ge=0, le=0.9)] = 0.2
-    runtime: Runtime = "auto"
     output: str = ""

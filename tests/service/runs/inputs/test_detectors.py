@@ -33,9 +33,7 @@ speed_limit_mps = 22.2
 [camera]
 homography = [[0.25, 0.0, 0.0], [0.0, -0.25, 15.75], [0.0, 0.0, 1.0]]
 """
-NETWORK = (
-    'layout = "yolo"\nclasses = { "0" = "car" }\nscore_threshold = 0.8\nnms_threshold = 0.05\nruntime = "opencv"\n'
-)
+NETWORK = 'layout = "yolo"\nclasses = { "0" = "car" }\nscore_threshold = 0.8\nnms_threshold = 0.05\n'
 
 
 def east_m(frame: int) -> float:
@@ -99,7 +97,7 @@ def test_network_runs_from_the_command_line_and_the_log_says_so(tmp_path: Path) 
     assert run(["process", str(video), "--site", str(site), "--log", str(log), "--detector", detector]) == 0
     record, [car] = last_states(log)
     assert car == pytest.approx((east_m(FRAMES - 1), NORTH_M), abs=0.8)
-    assert record.detector.startswith("onnx:net.onnx (OpenCV ")
+    assert record.detector.startswith("onnx:net.onnx (ONNX Runtime ")
 
 
 def test_mot_file_is_joined_to_a_video_that_shows_nothing(tmp_path: Path) -> None:

@@ -32,7 +32,6 @@ def test_all_fields_are_read(tmp_path: Path) -> None:
         deviation = 0.25
         tiles = [2, 1]
         overlap = 0.1
-        runtime = "opencv"
         output = "boxes"
     """
     assert read_onnx_settings(written(tmp_path, text)) == OnnxSettings(
@@ -47,7 +46,6 @@ def test_all_fields_are_read(tmp_path: Path) -> None:
         deviation=0.25,
         tiles=(2, 1),
         overlap=0.1,
-        runtime="opencv",
         output="boxes",
     )
 
@@ -78,7 +76,6 @@ BASE = 'layout = "yolo"\nclasses = { "0" = "car" }\n'
         (BASE + "tiles = 2", r"tiles: expected columns and rows from 1 to 16, got 2"),
         (BASE + "input_size_px = [640]", r"input_size_px: expected 1 to 8192, twice, got \[640\]"),
         (BASE + "overlap = 1.0", r"overlap: expected a number from 0 to 0.9, got 1.0"),
-        (BASE + 'runtime = "tensorrt"', r"runtime: expected one of auto, opencv, onnxruntime, got 'tensorrt'"),
     ],
 )
 def test_wrong_fields_are_told(tmp_path: Path, text: str, message: str) -> None:
