@@ -1,4 +1,4 @@
-"""Is who drives behind told to be behind, also where cars turn? `behind` and `following` against where cars will drive.
+"""Is who drives behind told to be behind, and who comes to be oncoming, also where cars turn? Told against driven.
 
 Truth: a will drive over the place where b is now, going the same way there, within 33 m of its own path (that of the
 simulation, no map is asked), and their lengths do not overlap along it. `following`: b is also the first one there, and
@@ -8,6 +8,11 @@ less than 3 s away. For each relation and kind of pair, by headings and with the
 * *opposite*: the part of true pairs that are told to be the other way round.
 * *false*: the part of what is told where a does not come within 2.5 m of the place on its next 78 m. Cars on
   neighbouring lanes count here for `behind`, which they are by its meaning: it is to be compared, not read alone.
+
+`oncoming` is true of two that will meet (`benchmarks.true_meetings`) in 3 s as fast as they are now, and untrue of two
+that will not; by the margins of the relation nobody is asked about those who will meet in 2.6 to 3.4 s, nor about those
+of whom the truth ends too soon to know. Who is neither on a road nor in a junction is parked. *Agreement* is the
+harmonic mean of the part of true pairs that is told and of the part of told pairs that is not false.
 
 Run with ``python -m benchmarks.evaluate_routes [--scenarios junction] [--seeds 1,2] [--seconds 60] [--noise-m 0.1]``.
 """
@@ -26,6 +31,7 @@ import shapely
 import shapely.ops
 from numpy.typing import NDArray
 
+from benchmarks.true_meetings import TrueMeetings
 from data_gen.track_scene import make_track_scene
 from data_gen.trajectories import TrackFaults, disturb
 from gis.lane_graph import LaneGraph
@@ -36,12 +42,13 @@ from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 # (relation, a, b): times and values, as told.
 Told = dict[tuple[str, str, str], tuple[list[int], list[bool]]]
 
 SCENARIOS = ("junction", "roundabout", "urban_grid")
 SEEDS = "1,2,3,4,5"
-NAMES = ("behind", "following")
+NAMES = ("behind", "following", "oncoming")
 KINDS = ("one road", "road and junction", "two roads", "both in junction")
 BY = ("headings", "routes")
 EVERY, RATE_HZ = 5, 10
@@ -50,6 +57,7 @@ DRIVES_OVER_M, PASSES_BY_M = 1.5, 2.5
 SAME_WAY_RAD = np.pi / 4
 SETTINGS = RelationSettings()
 FOLLOWING_S = SETTINGS.following_s - 2 * SETTINGS.time_gap_margin_s
+ONCOMING_S, NOT_ONCOMING_S = (SETTINGS.oncoming_s + sign * 2 * SETTINGS.oncoming_margin_s for sign in (-1, 1))
 
 
 def main() -> None:
@@ -75,6 +83,7 @@ def main() -> None:
         for name in NAMES:
             for kind in KINDS:
                 print(line(counts, scenario, name, kind))
+        print(f"{scenario:<12} oncoming, all pairs: {agreement(counts)}")
         print(f"{scenario:<12} frames cost {median(ratios):.2f} times as much with routes", flush=True)
 
 
@@ -145,23 +154,14 @@ def observe(network: RoadNetwork, frames: Sequence[Footprints]) -> tuple[list[To
 def score(told: Told, truth: Sequence[Footprints], by: str) -> Counter[tuple[str, ...]]:
     """Count true pairs, those that are told, those told the other way round, and false ones."""
     counts: Counter[tuple[str, ...]] = Counter()
-    paths = _paths(truth)
+    paths, meetings = _paths(truth), TrueMeetings(truth)
     for frame in truth[::EVERY]:
-        along_m, off_m, is_over = _ways(frame, paths)
-        half_m = (frame.length_m[:, None] + frame.length_m) / 2
-        behind = is_over & (along_m > half_m + CLEAR_M) & (along_m <= FARTHEST_M)
-        gap_s = (along_m - half_m) / np.maximum(frame.speed_mps, 0.1)[:, None]
-        is_first = along_m == np.where(is_over, along_m, np.inf).min(axis=1, keepdims=True, initial=np.inf)
-        is_soon = (gap_s < FOLLOWING_S) & (frame.speed_mps > SETTINGS.moving_mps + SETTINGS.moving_margin_mps)[:, None]
-        near_m = np.hypot(*(frame.centre_m[:, None] - frame.centre_m).T)
-        for name, is_true in (("behind", behind), ("following", behind & is_first & is_soon)):
-            for row, column in np.argwhere(
-                (near_m < SETTINGS.enter_radius_m) & ~np.eye(len(near_m), dtype=bool)
-            ).tolist():
+        for name, asked, is_true, is_untrue in [*_behind(frame, paths), _oncoming(frame, meetings)]:
+            for row, column in np.argwhere(asked).tolist():
                 one, other = frame.ids[row], frame.ids[column]
                 is_told, is_right = _holds(told, (name, one, other), frame.t_us), bool(is_true[row, column])
-                is_opposite = is_right and _holds(told, (name, other, one), frame.t_us)
-                is_false = is_told and bool(off_m[row, column] > PASSES_BY_M)
+                is_opposite = name != "oncoming" and is_right and _holds(told, (name, other, one), frame.t_us)
+                is_false = is_told and bool(is_untrue[row, column])
                 for what, holds in (
                     ("true", is_right),
                     ("right", is_right and is_told),
@@ -171,6 +171,38 @@ def score(told: Told, truth: Sequence[Footprints], by: str) -> Counter[tuple[str
                 ):
                     counts[by, name, _kind(frame, row, column), what] += holds
     return counts
+
+
+# Of a relation: (n, n) which pairs to ask about, for which it is true, and for which untrue.
+Truth = tuple[str, BoolArray, BoolArray, BoolArray]
+
+
+def _behind(frame: Footprints, paths: dict[str, tuple[list[int], FloatArray]]) -> Iterator[Truth]:
+    along_m, off_m, is_over = _ways(frame, paths)
+    half_m = (frame.length_m[:, None] + frame.length_m) / 2
+    behind = is_over & (along_m > half_m + CLEAR_M) & (along_m <= FARTHEST_M)
+    gap_s = (along_m - half_m) / np.maximum(frame.speed_mps, 0.1)[:, None]
+    is_first = along_m == np.where(is_over, along_m, np.inf).min(axis=1, keepdims=True, initial=np.inf)
+    is_soon = (gap_s < FOLLOWING_S) & (frame.speed_mps > SETTINGS.moving_mps + SETTINGS.moving_margin_mps)[:, None]
+    asked = (_apart_m(frame) < SETTINGS.enter_radius_m) & ~np.eye(len(frame.ids), dtype=bool)
+    for name, is_true in (("behind", behind), ("following", behind & is_first & is_soon)):
+        yield name, asked, is_true, off_m > PASSES_BY_M
+
+
+def _oncoming(frame: Footprints, meetings: TrueMeetings) -> Truth:
+    to_drive_m, left_m = meetings.distances_m(frame)
+    closing_mps = frame.speed_mps[:, None] + frame.speed_mps
+    is_true = (to_drive_m > CLEAR_M) & (to_drive_m < ONCOMING_S * closing_mps)
+    late_m = NOT_ONCOMING_S * closing_mps + CLEAR_M
+    is_untrue = (to_drive_m > late_m) & (left_m >= late_m)
+    is_driver = (frame.road >= 0) | (frame.junction >= 0)
+    asked = np.triu((is_true | is_untrue) & is_driver[:, None] & is_driver, 1)
+    return "oncoming", asked & (_apart_m(frame) < SETTINGS.oncoming_enter_m), is_true, is_untrue
+
+
+def _apart_m(frame: Footprints) -> FloatArray:
+    apart_m: FloatArray = np.hypot(*(frame.centre_m[:, None] - frame.centre_m).T)
+    return apart_m
 
 
 def _paths(truth: Sequence[Footprints]) -> dict[str, tuple[list[int], FloatArray]]:
@@ -232,6 +264,20 @@ def line(counts: Counter[tuple[str, ...]], scenario: str, name: str, kind: str) 
     ]
     text = " ".join(f"{part / whole:8.3f}" if whole else f"{'-':>8}" for part, whole in shares)
     return f"{scenario:<11} {name:<10} {kind:<18} {counts[BY[0], name, kind, 'true']:>6} {text}"
+
+
+def agreement(counts: Counter[tuple[str, ...]]) -> str:
+    """Say how far `oncoming` and its truth agree, by headings and with routes."""
+    texts = []
+    for by in BY:
+        true, right, told, false = (
+            sum(counts[by, "oncoming", kind, what] for kind in KINDS) for what in ("true", "right", "told", "false")
+        )
+        texts.append(
+            f"{by} {right / true:.3f} of {true} told, {false / told:.3f} of {told} false, "
+            f"agreement {2 * right / (true + told):.3f}"
+        )
+    return "; ".join(texts)
 
 
 if __name__ == "__main__":

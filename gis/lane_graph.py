@@ -41,6 +41,8 @@ _IS_BEFORE = np.tri(_NEAREST, k=-1, dtype=np.bool_)
 _FEW_PAIRS = 100
 # The distances between all of so many lanes take 32 MB; those of a whole city would take gigabytes.
 _MOST_LANES = 2000
+# Who may turn off is taken to go straight on, by less than that. Roundabouts are left at 40 degrees or more.
+_STRAIGHT_RAD = math.radians(30.0)
 # Vertices of a change of lanes.
 _CHANGE_STEPS = 12
 
@@ -152,6 +154,9 @@ class LaneGraph:
         self._edge = np.array([*of_lanes, *range(len(edges), len(edges) + len(ways)), -1])
         self._is_forward = np.array([lane.direction > 0 for lane in lanes])
         self._opposite = _opposite_lanes(network)
+        # Between which ends of roads each lane leads: whose are the same the other way round is its other direction.
+        self._leads = [((lane.road, -lane.direction), (lane.road, lane.direction)) for lane in lanes]
+        self._leads += [(self._leads[start][1], self._leads[end][0]) for start, end in self._ends]
         self.graph = self._build_graph()
         # Points along the ways through junctions, in a tree over place and heading.
         self._sampled: IntArray = np.zeros(0, dtype=np.int32)
@@ -255,6 +260,31 @@ class LaneGraph:
         gaps_m: FloatArray = found.min(axis=(2, 3))
         return gaps_m
 
+    def facing_m(self, places: LanePlaces, pairs: IndexArray) -> FloatArray:
+        """Measure the way between vehicles of which one comes to the other direction of what the other is on.
+
+        Before a fork a vehicle is taken to go straight on, and in a junction to be on its likeliest way; if both are in
+        a junction, on any of them.
+
+        Parameters
+        ----------
+        places : (n,). pairs : (2, pairs) rows.
+
+        Returns
+        -------
+        (pairs,) metres that both together have to drive until they meet, below zero once they have; inf for all others.
+        """
+        starts_m, stride = self._facing_m, len(self._facing_m)
+        one, other = places.lane[:, 0].take(pairs)
+        gaps_m: FloatArray = starts_m.take(one * stride + other) - places.along_m[:, 0].take(pairs).sum(axis=0)
+        inside = np.flatnonzero((one >= self._ways) & (other >= self._ways))
+        if len(inside):
+            one, other = places.lane.take(pairs[:, inside], axis=0)
+            one_m, other_m = places.along_m.take(pairs[:, inside], axis=0)
+            ways_m = starts_m[one[:, :, None], other[:, None, :]] - one_m[:, :, None] - other_m[:, None, :]
+            gaps_m[inside] = ways_m.min(axis=(1, 2))
+        return gaps_m
+
     def exits_within(self, starts: LanePlaces, reach_m: float) -> list[dict[int, float]]:
         """List where each vehicle can come out of a junction: the lane, and how far it is to its start, if in reach."""
         exits = sorted({end for _, end in self._ends})
@@ -319,6 +349,29 @@ class LaneGraph:
     @cached_property
     def _times_s(self) -> FloatArray:
         return self._least_sums("time_s")
+
+    @cached_property
+    def _facing_m(self) -> FloatArray:
+        """Add up the way between the starts of every two lanes on which vehicles meet; the last is for no lane."""
+        count = len(self.lines_m)
+        turned = [way for way in range(self._ways, count) if self._turns_off(way)]
+        onward = nx.restricted_view(self.graph, [], list(self.graph.in_edges(turned)))
+        sums = dijkstra(nx.to_scipy_sparse_array(onward, range(count), weight="length_m"))
+        lanes_of: dict[object, list[int]] = {}
+        for lane, leads in enumerate(self._leads):
+            lanes_of.setdefault(leads, []).append(lane)
+        facing = np.full((count + 1, count + 1), np.inf)
+        for lane, (start, end) in enumerate(self._leads):
+            back = lanes_of.get((end, start), [])
+            facing[:count, lane] = (sums[:, back] + self.length_m[back]).min(axis=1, initial=np.inf)
+        return np.asarray(np.minimum(facing, facing.T))
+
+    def _turns_off(self, way: int) -> bool:
+        """Tell whether a way through a junction leads off to the side, from a lane that has other ways as well."""
+        start, end = self._ends[way - self._ways]
+        turn_rad = Route((), self.lines_m[end]).points([0.0])[1][0] - Route((), self.lines_m[start]).points([1.0])[1][0]
+        is_fork = len({self._leads[other][1] for other in self.graph[start]}) > 1
+        return is_fork and abs(math.remainder(turn_rad, math.tau)) > _STRAIGHT_RAD
 
     def _least_sums(self, weight: str) -> FloatArray:
         """Add up from the start of each lane to the start of each; the last row and column are for no lane.

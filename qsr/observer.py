@@ -17,7 +17,7 @@ from qsr.changes.pair_observer import Doubt, Gone
 from qsr.errors import QsrError
 from qsr.measuring.footprints import OBSERVED, Footprints, LongArray, object_table
 from qsr.measuring.routes import Routes
-from qsr.relations import NEAR_IN_TIME_RELATIONS, NEAR_RELATIONS, RANK, asked_for
+from qsr.relations import FACING_RELATIONS, NEAR_IN_TIME_RELATIONS, NEAR_RELATIONS, RANK, asked_for
 from qsr.settings import RelationSettings
 
 NOBODY: Mapping[str, Any] = MappingProxyType({})
@@ -100,7 +100,7 @@ class RelationObserver:
         self._place_counts = len(road_ids), len(junction_ids), len(lanes)
         self._widest_m = settings.widest_m
         # Places on the graph are found in every frame, so only for who asks for pairs.
-        self._graph = graph if asked_for((*NEAR_RELATIONS, *NEAR_IN_TIME_RELATIONS), names) else None
+        self._graph = graph if asked_for((*NEAR_RELATIONS, *NEAR_IN_TIME_RELATIONS, *FACING_RELATIONS), names) else None
         self._turns = turns if "turn" in names else ()
         self._last_t_us: int | None = None
         self._ids: tuple[str, ...] = ()  # as in the last frame

@@ -81,7 +81,7 @@ RELATIONS: tuple[Relation, ...] = (
     Relation("following", 2, "", _TRAVEL, "b is the next car in a's path, at a time gap below following_s"),
     Relation("short_headway", 2, "", _TRAVEL, "b is the next car in a's path, at a time gap below short_headway_s"),
     Relation("conflict", 2, "", _TRAVEL, "contact in less than conflict_ttc_s but for hard braking; b was seen later"),
-    Relation("oncoming", 2, "oncoming", "road", "the two drive towards each other and meet in less than oncoming_s"),
+    Relation("oncoming", 2, "oncoming", "road, else route", "both drive towards each other, to meet within oncoming_s"),
     Relation("turn", 3, "", "map", "a way from road to road over a junction: left, right, straight or uturn; static"),
 )
 

@@ -54,8 +54,8 @@ class RelationSettings:
         more slowly than twice this times ``conflict_braking_mps2``, 0.7 m/s, are never in conflict.
     oncoming_s, oncoming_margin_s : two cars that drive towards each other are oncoming when they meet in less time;
         by reason.
-    oncoming_enter_m, oncoming_leave_m : how far along the road such pairs are looked at, bumper to bumper; by reason:
-        two cars at 25 m/s are then ``oncoming_s`` apart.
+    oncoming_enter_m, oncoming_leave_m : how far along the road or route such pairs are looked at, bumper to bumper; by
+        reason: two cars at 25 m/s are then ``oncoming_s`` apart.
     backdate_us : how far a change may be dated back before the frame that decided it; by reason: whoever reads changes
         waits for so long.
     """

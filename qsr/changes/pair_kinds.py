@@ -135,7 +135,7 @@ class NearCars:
 
 
 class FacingCars:
-    """Look at cars that drive in opposite directions on one road, from further away."""
+    """Look at cars that drive in opposite directions on one road or on a route, from further away."""
 
     def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
         relations = asked_for(FACING_RELATIONS, names)
@@ -146,9 +146,11 @@ class FacingCars:
         """Take one frame and return the changes, in no particular order."""
         if self._kept is None:
             return []
-        pairs, distance_m = facing_pairs(now.table, self._settings)
+        pairs, distance_m = facing_pairs(now.table, self._settings, now.routes)
         facing = self._kept.find(now, pairs, distance_m <= self._settings.oncoming_enter_m)
-        return self._kept.update(now, facing, oncoming_values(now.table.take(facing.columns, axis=1), self._settings))
+        route_m = None if now.routes is None else now.routes.facing_m(facing.columns)
+        ends = now.table.take(facing.columns, axis=1)
+        return self._kept.update(now, facing, oncoming_values(ends, self._settings, route_m))
 
     def doubt(self, t_us: int, doubt: Doubt) -> list[RelationChange]:
         """Tell unknown what concerns objects of which nothing is known; see `PairObserver.doubt`."""

@@ -19,12 +19,14 @@ from qsr.measuring.footprints import (
     COS,
     HALF_LENGTH,
     HALF_PATH,
+    ROAD,
     SIN,
     SPEED,
     TRAVEL,
     BoolArray,
     FloatArray,
     LongArray,
+    shares_road,
 )
 from qsr.measuring.free_space import FreeSpace
 from qsr.relations import FacingSwitch, Switch
@@ -140,22 +142,28 @@ def fill_headways(
         values[row : row + 2] = np.where(is_next, np.maximum(short_s, _NOT_NEXT_S), _NOT_NEXT_S)
 
 
-def oncoming_values(ends: FloatArray, settings: RelationSettings) -> FloatArray:
+def oncoming_values(ends: FloatArray, settings: RelationSettings, route_m: FloatArray | None) -> FloatArray:
     """Measure the quantities of `qsr.relations.FacingSwitch`.
 
     Parameters
     ----------
-    ends : (13, 2, pairs) columns of the object table: a and b of each pair, in opposite directions on one road.
+    ends : (13, 2, pairs) columns of the object table: a and b of each pair, that drive towards each other.
     settings : thresholds.
+    route_m : (pairs,) as from `Routes.facing_m`, for those that are not on one road; None if all are.
 
     Returns
     -------
     (1, pairs) seconds, above zero while their bumpers will meet in less than ``oncoming_s``.
     """
-    along, half_length, travel = ends[ALONG], ends[HALF_LENGTH], ends[TRAVEL]
-    ahead_m = np.where(travel[0] > 0, along[1] - along[0], along[0] - along[1]) - half_length[0] - half_length[1]
-    speed_of_a, speed_of_b = ends[SPEED] * np.abs(travel)
-    time_s = np.minimum(ahead_m / np.maximum(speed_of_a + speed_of_b, _SLOWEST_MPS), _NO_MEETING_S)
+    along, travel, speed_mps = ends[ALONG], ends[TRAVEL], ends[SPEED]
+    ahead_m = np.where(travel[0] > 0, along[1] - along[0], along[0] - along[1])
+    closing_mps = (speed_mps * np.abs(travel)).sum(axis=0)
+    if route_m is not None:
+        on_route = ~shares_road(ends[ROAD])
+        np.copyto(ahead_m, route_m, where=on_route)
+        np.copyto(closing_mps, speed_mps.sum(axis=0), where=on_route)
+    ahead_m -= ends[HALF_LENGTH].sum(axis=0)
+    time_s = np.minimum(ahead_m / np.maximum(closing_mps, _SLOWEST_MPS), _NO_MEETING_S)
     values = np.empty((len(FacingSwitch), ends.shape[2]))
     values[FacingSwitch.MEET_SOON] = settings.oncoming_s - np.where(ahead_m > 0, time_s, _NO_MEETING_S)
     return values

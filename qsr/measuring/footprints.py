@@ -147,3 +147,9 @@ def object_table(footprints: Footprints, *, widest_m: float) -> FloatArray:
     if off_road.any():
         table[ALONG : TRAVEL + 1, off_road] = 0.0
     return table
+
+
+def shares_road(roads: FloatArray) -> BoolArray:
+    """Tell of which pairs, given as (2, pairs) roads, both are on the same one."""
+    one, other = roads
+    return np.asarray((one == other) & (one >= 0), dtype=np.bool_)

@@ -29,8 +29,10 @@ from qsr.measuring.footprints import (
     LongArray,
     X,
     Y,
+    shares_road,
 )
 from qsr.measuring.road_relations import is_on_one_road
+from qsr.measuring.routes import Routes
 from qsr.settings import RelationSettings
 
 # Up to here comparing all pairs is quicker than building a tree.
@@ -162,21 +164,31 @@ def _sideways_m(ends: FloatArray, settings: RelationSettings) -> FloatArray:
     return sideways_m
 
 
-def facing_pairs(table: FloatArray, settings: RelationSettings) -> tuple[LongArray, FloatArray]:
-    """List the pairs that drive in opposite directions on one road, near enough to be looked at.
+def facing_pairs(table: FloatArray, settings: RelationSettings, routes: Routes | None) -> tuple[LongArray, FloatArray]:
+    """List the pairs that drive in opposite directions on one road or towards each other, near enough to be looked at.
 
     Returns
     -------
-    As from `facing_within`.
+    As from `facing_within`; along the route between them if they are not on one road.
     """
-    travel = table[TRAVEL]
-    return facing_within(
+    travel, half_length_m, reach_m = table[TRAVEL], table[HALF_LENGTH], settings.oncoming_leave_m
+    pairs, distance_m = facing_within(
         table[ROAD],
         table[ALONG],
         travel=np.where(np.abs(travel) > math.sqrt(settings.road_alignment), travel, 0.0),
-        half_length_m=table[HALF_LENGTH],
-        reach_m=settings.oncoming_leave_m,
+        half_length_m=half_length_m,
+        reach_m=reach_m,
     )
+    if routes is None:
+        return pairs, distance_m
+    known = np.flatnonzero(routes.places.lane[:, 0] >= 0)
+    near, _ = pairs_within(table[X : Y + 1].take(known, axis=1).T, half_length_m.take(known), reach_m)
+    others = known.take(near)
+    route_m = np.abs(routes.facing_m(others)) - half_length_m.take(others).sum(axis=0)
+    kept = np.flatnonzero((route_m <= reach_m) & ~shares_road(table[ROAD].take(others)))
+    pairs = np.concatenate((pairs, others.take(kept, axis=1)), axis=1)
+    order = (pairs[0] * len(travel) + pairs[1]).argsort()
+    return pairs.take(order, axis=1), np.append(distance_m, route_m.take(kept)).take(order)
 
 
 @dataclass(frozen=True, slots=True)

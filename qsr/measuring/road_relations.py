@@ -22,6 +22,7 @@ from qsr.measuring.footprints import (
     BoolArray,
     FloatArray,
     LongArray,
+    shares_road,
 )
 from qsr.measuring.free_space import FreeSpace
 from qsr.measuring.routes import Routes
@@ -125,10 +126,8 @@ def is_on_one_road(ends: FloatArray, apart_m: FloatArray, settings: RelationSett
     apart_m : (pairs,) between the centres.
     settings : thresholds.
     """
-    road_of_a, road_of_b = ends[ROAD]
     far_m = settings.far_along * np.maximum(apart_m, settings.leave_radius_m)
-    one_road = (road_of_a == road_of_b) & (road_of_a >= 0) & (np.abs(ends[ALONG, 0] - ends[ALONG, 1]) <= far_m)
-    return np.asarray(one_road, dtype=np.bool_)
+    return np.asarray(shares_road(ends[ROAD]) & (np.abs(ends[ALONG, 0] - ends[ALONG, 1]) <= far_m))
 
 
 def _measure(ends: FloatArray, free: FreeSpace, settings: RelationSettings) -> _Measures:

@@ -38,6 +38,10 @@ class Routes:
         """Measure pairs of objects: (2, pairs) from the first to the second and back; inf where no way leads there."""
         return self.graph.gaps_m(self.places, columns)
 
+    def facing_m(self, columns: LongArray) -> FloatArray:
+        """Measure the way between those, (pairs,), who drive towards each other; inf for all others."""
+        return self.graph.facing_m(self.places, columns)
+
     def aside_m(self, columns: LongArray, widest_m: float) -> FloatArray:
         """Say how far apart sideways, (pairs,), those are of which one will come to where the other is."""
         return np.where(self.is_astray.take(columns).any(axis=0), widest_m, 0.0)

@@ -123,6 +123,77 @@ def test_gaps_of_pairs_are_their_distances_there_and_back(name: str) -> None:
         assert graph.gaps_m(places.take([0, 1]), np.zeros((2, 0), dtype=np.int64)).shape == (2, 0)
 
 
+def meet(network: RoadNetwork, one: tuple[int, float], other: tuple[int, float], *, keep_lanes: bool) -> float:
+    """Drive straight on from one place until on the road of the other one, beside whom; metres, inf if never."""
+    lanes, ids = network.lanes, [lane.id for lane in network.lanes]
+    ends = [(lanes[ids.index(way.from_lane)], lanes[ids.index(way.to_lane)]) for way in network.connections]
+    lengths_m = LaneGraph(network).length_m
+
+    def roads(number: int) -> tuple[object, ...]:
+        if number < len(lanes):
+            return lanes[number].road, lanes[number].direction
+        start, end = ends[number - len(lanes)]
+        return (start.road, start.direction), (end.road, end.direction)
+
+    def turned_back(number: int) -> tuple[object, ...]:
+        if number < len(lanes):
+            return lanes[number].road, -lanes[number].direction
+        start, end = ends[number - len(lanes)]
+        return (end.road, -end.direction), (start.road, -start.direction)
+
+    def turn_rad(way: int) -> float:
+        start, end = ends[way]
+        out = complex(*(end.centre_line_m[1] - end.centre_line_m[0]))
+        return abs(float(np.angle(out / complex(*(start.centre_line_m[-1] - start.centre_line_m[-2])))))
+
+    def after(number: int) -> list[int]:
+        if number >= len(lanes):
+            end = ends[number - len(lanes)][1]
+            return [k for k, lane in enumerate(lanes) if lane is end or (lane.edge == end.edge and not keep_lanes)]
+        here = lanes[number]
+        ways = [
+            way for way, (start, _) in enumerate(ends) if start is here or (start.edge == here.edge and not keep_lanes)
+        ]
+        is_fork = len({roads(len(lanes) + way)[1] for way in ways}) > 1
+        return [len(lanes) + way for way in ways if not is_fork or turn_rad(way) <= np.radians(30.0)]
+
+    least: dict[int, float] = {}
+    to_do = [(one[0], 0.0)]
+    while to_do:
+        number, start_m = to_do.pop()
+        if start_m < least.get(number, np.inf):
+            least[number] = start_m
+            to_do += [(next_one, start_m + float(lengths_m[number])) for next_one in after(number)]
+    reached = [start_m + float(lengths_m[k]) for k, start_m in least.items() if roads(k) == turned_back(other[0])]
+    return min(reached, default=np.inf) - one[1] - other[1]
+
+
+@for_each("case", [(name, keep) for name in ("crossing", "roundabout", "urban_grid") for keep in (False, True)])
+def test_who_drives_towards_whom_is_known_from_driving_straight_on(case: tuple[str, bool]) -> None:
+    name, keep_lanes = case
+    network = read_sumo_net(FILES[name])
+    graph, rng = LaneGraph(network, keep_lanes=keep_lanes), np.random.default_rng(5)
+    places = scattered(graph, 60, 5)
+    pairs = rng.integers(0, 60, (2, 300))
+    at = list(zip(places.lane[:, 0].tolist(), places.along_m[:, 0].tolist(), strict=True))
+    found_m = graph.facing_m(places, pairs).tolist()
+    assert graph.facing_m(places, pairs[::-1]).tolist() == pytest.approx(found_m)
+    for (one, other), gap_m in zip(pairs.T.tolist(), found_m, strict=True):
+        ways_m = [meet(network, at[a], at[b], keep_lanes=keep_lanes) for a, b in ((one, other), (other, one))]
+        assert gap_m == pytest.approx(min(ways_m)), (at[one], at[other])
+    assert 5 < np.isfinite(found_m).sum() < 300
+
+
+def test_who_comes_straight_over_a_crossing_is_faced_and_who_may_turn_off_is_not() -> None:
+    network = read_sumo_net(CROSSING_NET)
+    graph, index = LaneGraph(network, keep_lanes=True), network.lane_index
+    places = LanePlaces.of([index[lane] for lane in ("sc_0", "nc_0", "ec_0")], [150.0, 160.0, 150.0])
+    gaps_m = graph.facing_m(places, np.array([[0, 0, 1], [1, 2, 2]]))
+    south_m, north_m = graph.length_m[index["sc_0"]] - 150.0, graph.length_m[index["nc_0"]] - 160.0
+    assert gaps_m[0] == pytest.approx(south_m + north_m + 21.8, abs=1.0)
+    assert np.isinf(gaps_m[1:]).all()
+
+
 @contextmanager
 def sumo(name: str) -> Iterator[None]:
     libsumo.start(["sumo", "-n", str(FILES[name]), "--no-step-log", "--no-warnings", "--seed", "1"])

@@ -172,10 +172,16 @@ def ways_m(a: Body, b: Body, graph: LaneGraph) -> tuple[float, float]:
 
 
 def place_of(body: Body, graph: LaneGraph) -> LanePlaces:
-    along, across, tangent = np.array([[body.along], [body.across], [body.tangent]])
-    road, lane, junction = np.array([[body.road], [body.lane], [body.junction]], dtype=np.int32)
+    return places_of([body], graph)
+
+
+def places_of(bodies: list[Body], graph: LaneGraph) -> LanePlaces:
+    along, across, tangent = np.array([[body.along, body.across, body.tangent] for body in bodies]).T
+    road, lane, junction = np.array([[body.road, body.lane, body.junction] for body in bodies], dtype=np.int32).T
     at = RoadPositions(road, along, across, lane, junction, tangent)
-    return graph.project(np.array([[body.x, body.y]]), np.array([body.heading]), at)
+    return graph.project(
+        np.array([[body.x, body.y] for body in bodies]), np.array([body.heading for body in bodies]), at
+    )
 
 
 def quantities(a: Body, b: Body, settings: RelationSettings, graph: LaneGraph | None) -> dict[str, float]:
@@ -245,10 +251,29 @@ def headway_quantities(
     }
 
 
-def meeting_quantity(a: Body, b: Body, settings: RelationSettings) -> float:
-    ahead = (b.along - a.along) * (1 if travel_of(a) > 0 else -1) - (a.length + b.length) / 2
-    closing = max(a.speed * abs(travel_of(a)) + b.speed * abs(travel_of(b)), 0.01)
-    return settings.oncoming_s - (min(ahead / closing, 100.0) if ahead > 0 else 100.0)
+def facing_m(a: Body, b: Body, graph: LaneGraph) -> float:
+    """Metres that a and b have to drive until they meet; inf if they do not drive towards each other on a route."""
+    return float(graph.facing_m(places_of([a, b], graph), np.array([[0], [1]]))[0])
+
+
+def bumpers_to_meeting_m(a: Body, b: Body, settings: RelationSettings, graph: LaneGraph | None) -> float | None:
+    """Metres between those who drive towards each other, below zero once they have met; None of all others."""
+    half_lengths = (a.length + b.length) / 2
+    if a.road == b.road and a.road >= 0:
+        is_straight = min(abs(travel_of(a)), abs(travel_of(b))) > math.sqrt(settings.road_alignment)
+        if not is_straight or travel_of(a) * travel_of(b) > 0:
+            return None
+        return (b.along - a.along) * (1 if travel_of(a) > 0 else -1) - half_lengths
+    if graph is None or distance_of(a, b) > settings.oncoming_leave_m:
+        return None
+    way_m = facing_m(a, b, graph)
+    return way_m - half_lengths if math.isfinite(way_m) else None
+
+
+def meeting_quantity(a: Body, b: Body, ahead: float, settings: RelationSettings) -> float:
+    on_one_road = a.road == b.road and a.road >= 0
+    speeds = [body.speed * (abs(travel_of(body)) if on_one_road else 1.0) for body in (a, b)]
+    return settings.oncoming_s - (min(ahead / max(sum(speeds), 0.01), 100.0) if ahead > 0 else 100.0)
 
 
 # relation -> switches and the value each must have
@@ -410,14 +435,13 @@ class Oracle:
         looked_at: dict[tuple[str, str], float | None] = {}
         for pair in [(a, b) for a in bodies for b in bodies if a != b]:
             a, b = (bodies[name] for name in pair)
-            forward = self.is_forward(a), self.is_forward(b)
             limit = settings.oncoming_leave_m if pair in self.facing else settings.oncoming_enter_m
-            is_near = a.road == b.road and abs(a.along - b.along) - (a.length + b.length) / 2 <= limit
+            ahead = bumpers_to_meeting_m(a, b, settings, self.graph)
             if not (a.observed and b.observed):
                 if pair in self.facing:
                     looked_at[pair] = None
-            elif is_near and set(forward) == {True, False}:
-                looked_at[pair] = meeting_quantity(a, b, settings)
+            elif ahead is not None and abs(ahead + (a.length + b.length) / 2) - (a.length + b.length) / 2 <= limit:
+                looked_at[pair] = meeting_quantity(a, b, ahead, settings)
         for pair in [pair for pair in self.facing if pair not in looked_at]:
             old = self.facing.pop(pair).values["oncoming"]
             since_us = self.lost_us(t_us, bodies, *pair)

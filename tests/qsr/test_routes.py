@@ -101,6 +101,27 @@ def test_who_overtakes_in_the_oncoming_lane_is_behind_but_does_not_follow() -> N
     assert values(CROSSING, {"a": a, "b": b}, "behind") == [True]
 
 
+def test_who_comes_over_the_crossing_is_oncoming_until_they_have_met() -> None:
+    # 60 m apart along the road, each at 10 m/s: less than 3 s from bumper to bumper once 56 m are left.
+    a = drive(CROSSING, "sc_0", "cn_0", from_m=150.0, speed_mps=10.0, frames=50)
+    b = drive(CROSSING, "nc_0", "cs_0", from_m=150.0, speed_mps=10.0, frames=50)
+    observer = observer_of(CROSSING, graph=LaneGraph(CROSSING, keep_lanes=True))
+    changes = [one for frame in frames_of(CROSSING, {"a": a, "b": b}) for one in observer.observe(frame)]
+    told = [(one.t_us / 1e6, one.new) for one in changes if (one.name, one.args) == ("oncoming", ("a", "b"))]
+    apart_m = a[:, 1] - b[:, 1]
+    met_s = 0.1 * float(np.interp(0.0, apart_m + 4.5, np.arange(50)))
+    assert [value for _, value in told][:3] == [False, True, False]
+    assert told[1][0] == pytest.approx(met_s - 3.0, abs=0.1)
+    assert told[2][0] == pytest.approx(met_s, abs=0.1)
+    assert True not in values(CROSSING, {"a": a, "b": b}, "oncoming", with_routes=False)
+
+
+def test_who_turns_off_is_not_oncoming_to_who_comes_straight_on() -> None:
+    a = drive(CROSSING, "sc_1", "cw_1", from_m=175.0, speed_mps=5.0, frames=60)
+    b = drive(CROSSING, "ec_0", "cw_0", from_m=160.0, speed_mps=10.0, frames=60)
+    assert True not in values(CROSSING, {"a": a, "b": b}, "oncoming")
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_observer_equals_the_slow_version_where_cars_turn(seed: int) -> None:
     network, rng = (CROSSING, ROUNDABOUT)[seed % 2], np.random.default_rng(seed)
