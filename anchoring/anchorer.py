@@ -193,7 +193,7 @@ class Anchorer:
 
     def _drop(self, columns: list[int]) -> None:
         if columns:
-            self._bodies.drop(set(columns))
+            self._bodies.drop(columns)
             chains = self._bodies.chains
             self._columns = {chain.vision_id: column for column, chain in enumerate(chains) if chain.vision_id}
 
@@ -254,6 +254,7 @@ class Anchorer:
         """Look for lost world objects among what began lately; return the columns that were merged."""
         bodies = self._bodies
         merged, changes = self._return_named(frame) if self._away else (list[int](), list[LinkChange]())
+        found = dict[int, int]()
         is_new = ~bodies.is_established & frame.is_seen
         is_new[merged] = False
         self._weighed.clear()
@@ -275,14 +276,15 @@ class Anchorer:
             if bodies.is_established[column]:
                 changes += self._withdraw(frame, column)
             elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
-            changes += self._merge(frame, column, target, f"likelier by far than all else after {elapsed_us} us")
-            merged.append(column)
-        return merged, changes
+            changes += self._adopt(frame, column, target, f"likelier by far than all else after {elapsed_us} us")
+            found[column] = target
+        self._move_over(frame, found)
+        return [*merged, *found], changes
 
     def _return_named(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
         """Give names that have come back what they were linked to; return the columns that were merged."""
         bodies, reason = self._bodies, "its name has come back"
-        merged, changes = list[int](), list[LinkChange]()
+        found, changes = dict[int, int](), list[LinkChange]()
         for column in (~bodies.is_established & frame.is_seen).nonzero()[0].tolist():
             vision_id = bodies.chains[column].vision_id
             away = self._away.pop(vision_id, None)
@@ -300,10 +302,11 @@ class Anchorer:
                     del self._columns[chain.vision_id]
                     changes.append(chain.lose(frame.t_us, f"{vision_id} has come back", kind="refuted"))
                 target = bodies.chains.index(chain)
-                changes += self._merge(frame, column, target, reason)
-                bodies.is_returned[target] = False  # a name is not weighed against evidence
-                merged.append(column)
-        return merged, changes
+                changes += self._adopt(frame, column, target, reason)
+                found[column] = target
+        self._move_over(frame, found)
+        bodies.is_returned[[*found.values()]] = False  # a name is not weighed against evidence
+        return [*found], changes
 
     def _is_time_to_weigh(self, t_us: int, is_new: BoolArray) -> bool:
         """Tell whether something begins in this frame, or its speed has become surer since it was weighed."""
@@ -367,26 +370,28 @@ class Anchorer:
     ) -> None:
         """Keep how much likelier than all else it is what each vision object is taken for."""
         bodies = self._bodies
-        losses, by_start, by_end = rivals(evidence, chosen)
-        pairs = zip(chosen.tolist(), margins.tolist(), strict=True)
-        best = dict(zip(evidence.starts[chosen].tolist(), pairs, strict=True))
+        losses, by_start, by_end = (one.tolist() for one in rivals(evidence, chosen))
+        pair_starts, pair_ends, ratios = (one.tolist() for one in (evidence.starts, evidence.ends, evidence.ratios))
+        best = {
+            pair_starts[pair]: (pair, margin) for pair, margin in zip(chosen.tolist(), margins.tolist(), strict=True)
+        }
         names = [bodies.chains[start].vision_id for start in starts.tolist()]
         worlds = [bodies.chains[end].world.upper for end in ends.tolist()]
-        possible = set(evidence.starts.tolist())
+        possible = set(pair_starts)
         for start, column in enumerate(starts.tolist()):
             chain = bodies.chains[column]
             if start not in possible:
                 if bodies.is_returned[column]:  # as its speed is surer now, it could not have come here
                     self._weighed[chain.world.upper] = Weighing(chain.world.upper, None, -MOST_MARGIN, NEW)
                 continue
-            rival = int(by_start[start])
-            loss_nats, runner_up = float(losses[rival]), worlds[evidence.ends[rival]]
+            rival = by_start[start]
+            loss_nats, runner_up = losses[rival], worlds[pair_ends[rival]]
             chain.weighing = Weighing(NEW, None, min(loss_nats, MOST_MARGIN), runner_up)
             if start in best:
                 pair, margin_nats = best[start]
-                end, ratio = evidence.ends[pair], float(evidence.ratios[pair])
-                other = int(by_end[end])
-                others = (ratio, NEW), (loss_nats, runner_up), (float(losses[other]), names[evidence.starts[other]])
+                end, ratio = pair_ends[pair], ratios[pair]
+                other = by_end[end]
+                others = (ratio, NEW), (loss_nats, runner_up), (losses[other], names[pair_starts[other]])
                 chain.weighing = Weighing(worlds[end], ratio, margin_nats, min(others)[1])
             if bodies.is_established[column]:
                 said = chain.world.upper if bodies.is_returned[column] else NEW
@@ -402,22 +407,26 @@ class Anchorer:
         sizes_m = np.concatenate([self._usual_m, known_m], axis=1)
         return NewCars(births_per_m, sizes_m.mean(axis=1), sizes_m.std(axis=1))
 
-    def _merge(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:
-        """Make the vision object of one body that of another."""
+    def _adopt(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:
+        """Link the vision object of one body to the world object of another."""
         bodies, changes = self._bodies, list[LinkChange]()
-        chain, vision_id = bodies.chains[target], bodies.chains[column].vision_id
+        chain, new = bodies.chains[target], bodies.chains[column]
         if chain.vision_id:
             del self._columns[chain.vision_id]
-            changes.append(chain.lose(frame.t_us, f"{vision_id} is seen where {chain.vision_id} is only guessed"))
-        weighing = bodies.chains[column].weighing
+            changes.append(chain.lose(frame.t_us, f"{new.vision_id} is seen where {chain.vision_id} is only guessed"))
         hidden_us = None if bodies.unseen_us[target] < 0 else int(bodies.unseen_us[target])
-        changes.append(chain.adopt(frame.t_us, vision_id, reason, weighing=weighing, hidden_us=hidden_us))
-        bodies.move_over(column, target, frame.t_us)
-        bodies.waits[target] = True
-        self._returned.append(target)
-        frame.is_seen[target] = True
-        frame.state[:, target], frame.places[:, target] = frame.state[:, column], frame.places[:, column]
-        return changes
+        chain.weighing = new.weighing
+        return [*changes, chain.adopt(frame.t_us, new.vision_id, reason, hidden_us)]
+
+    def _move_over(self, frame: Frame, found: dict[int, int]) -> None:
+        """Give lost bodies what was seen of others, by the columns of these."""
+        if not found:
+            return
+        columns, targets = np.array([*found], np.int64), np.array([*found.values()], np.int64)
+        self._bodies.move_over(columns, targets, frame.t_us)
+        self._returned += found.values()
+        frame.is_seen[targets] = True
+        frame.state[:, targets], frame.places[:, targets] = frame.state[:, columns], frame.places[:, columns]
 
     def _end(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
         """End world objects that are lost for good; return their columns."""

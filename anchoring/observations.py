@@ -157,6 +157,7 @@ class LinkChange:
     runner_up : what is next: another world object that the lower one would be, another vision object that would be the
         upper one, or `NEW`.
     hidden_us : of one that was lost and is linked again, the first time at which it was not seen.
+    failed : fluents that refuted it; none if something else took its place, which says nothing of the motion.
     """
 
     t_us: int
@@ -170,6 +171,7 @@ class LinkChange:
     margin_nats: float | None = None
     runner_up: str = ""
     hidden_us: int | None = None
+    failed: tuple[str, ...] = ()
 
 
 # What is next best to a lost object that was found again may be that it is a new one.

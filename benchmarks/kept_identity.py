@@ -141,8 +141,8 @@ def _judge_links(
                 before[change.upper] = last_of[change.upper]
                 if last_of[change.upper] != vehicle:
                     wrong[change.label] = change.t_us, change.lower
-            # A link that is taken over leaves the car as it was lost; only faults of motion have reasons of fluents.
-            if change.kind == "refuted" and not change.reason.startswith("no longer: "):
+            # A link that is taken over leaves the car as it was lost; only faults of motion are of fluents.
+            if change.kind == "refuted" and not change.failed:
                 last_of[change.upper] = before.get(change.upper, last_of[change.upper])
             # What is refuted goes back to the vehicle that it was linked to, whatever its track did since.
             if change.kind in ("established", "reestablished", "lost"):

@@ -140,8 +140,9 @@ class Chain:
             verdict = link.condition.progress(t_us, state)
             if link.is_linked and verdict is Verdict.FALSE:
                 link.part()
-                failed = ", ".join(fluent for fluent, holds in state.items() if not holds and fluent != "fits")
-                yield self.change(t_us, "refuted", link, f"no longer: {failed}")
+                failed = tuple(fluent for fluent, holds in state.items() if not holds and fluent != "fits")
+                change = self.change(t_us, "refuted", link, f"no longer: {', '.join(failed)}")
+                yield replace(change, failed=failed)
             elif not link.is_linked and verdict is Verdict.TRUE and self._has_lower(link):
                 kind: LinkKind = "reestablished" if link.upper else "established"
                 link.upper = link.upper or name(link.linkage)
@@ -155,16 +156,15 @@ class Chain:
         self.vision_id = ""
         return change
 
-    def adopt(
-        self, t_us: int, vision_id: str, reason: str, *, weighing: Weighing | None = None, hidden_us: int | None = None
-    ) -> LinkChange:
+    def adopt(self, t_us: int, vision_id: str, reason: str, hidden_us: int | None = None) -> LinkChange:
         """Link another vision object to the world object, by what was weighed or by its name."""
-        self.vision_id, self.weighing = vision_id, weighing
+        self.vision_id = vision_id
         self.world.join()
-        return replace(self.change(t_us, "reestablished", self.world, reason), hidden_us=hidden_us)
+        return self.change(t_us, "reestablished", self.world, reason, hidden_us)
 
     def revive(self, t_us: int, vision_id: str, reason: str) -> Iterator[LinkChange]:
         """Link every upper object again that was linked when all of them ended, lowest first."""
+        self.weighing = None
         yield self.adopt(t_us, vision_id, reason)
         for link in self.links[1:]:
             if link.is_linked:
@@ -177,16 +177,15 @@ class Chain:
             if link.upper:
                 yield self.change(t_us, "ended", link, reason)
 
-    def change(self, t_us: int, kind: LinkKind, link: Link, reason: str) -> LinkChange:
+    def change(self, t_us: int, kind: LinkKind, link: Link, reason: str, hidden_us: int | None = None) -> LinkChange:
         """Describe what has just happened to a link."""
         level = self.links.index(link)
         lower = self.links[level - 1].upper if level else self.vision_id
-        change = LinkChange(t_us, kind, link.linkage.level, lower, link.upper, reason)
-        if self.weighing is None or level or kind not in ("established", "reestablished"):
-            return change
-        weighing = self.weighing.of(NEW if kind == "established" else link.upper)
-        score_nats, margin_nats = weighing.score_nats, weighing.margin_nats
-        return replace(change, score_nats=score_nats, margin_nats=margin_nats, runner_up=weighing.runner_up)
+        weighed: tuple[float | None, float | None, str] = (None, None, "")
+        if self.weighing and not level and kind in ("established", "reestablished"):
+            weighing = self.weighing.of(NEW if kind == "established" else link.upper)
+            weighed = weighing.score_nats, weighing.margin_nats, weighing.runner_up
+        return LinkChange(t_us, kind, link.linkage.level, lower, link.upper, reason, "", *weighed, hidden_us)
 
     def _waiting(self) -> Iterator[Link]:
         # A world object that has lost its vision object is linked again by the linker, which compares all pairs.

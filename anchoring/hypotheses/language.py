@@ -136,6 +136,8 @@ class _Builder:
         above = {LOWEST: ["world_object"], "world_object": ["on_road_object", VEHICLE]}.get(self._top, [VEHICLE])
         self._expect(upper, [one for one in above if one in self._classes], "a class of objects above")
         self._note(prefix.text, prefix.span(self._source.file), self._prefixes, "name of objects")
+        if prefix.text[-1].isdigit():  # car1 and 2 would be car and 12
+            self._error("L0208", f"expected a name that ends in no digit, got {prefix.text!r}", prefix)
         self._top = upper.text
         places: dict[str, Span] = {}
         makers: dict[str, Maker] = dict.fromkeys(_CONDITIONS, AllOf)

@@ -129,9 +129,9 @@ class Bodies:
         self.states_us[START, new] = -1
         self.length_m[new], self.width_m[new] = size_m
 
-    def drop(self, gone: set[int]) -> None:
+    def drop(self, gone: list[int]) -> None:
         """Forget bodies by column."""
-        kept = np.array([column for column in range(len(self)) if column not in gone], dtype=np.int64)
+        kept = np.delete(np.arange(len(self)), gone)
         self.chains = [self.chains[column] for column in kept]
         for name in (*_COLUMNS, "_samples_m"):
             setattr(self, name, getattr(self, name).take(kept, axis=-1))
@@ -172,13 +172,13 @@ class Bodies:
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
             array[: OLD + 1, ..., column] = array[snapshot, ..., column]
 
-    def move_over(self, source: int, target: int, t_us: int) -> None:
-        """Give a lost body the state of the vision object it is linked to from now on."""
+    def move_over(self, source: LongArray, target: LongArray, t_us: int) -> None:
+        """Give lost bodies, (k,), the states of the vision objects they are linked to from now on, (k,)."""
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[END, ..., target] = array[LOST, ..., target] = array[NOW, ..., target]
-            array[: OLD + 1, ..., target] = array[NOW, ..., source]
-            array[START, ..., target] = array[START, ..., source]
-        self.is_returned[target] = True
+            array[END][..., target] = array[LOST][..., target] = array[NOW][..., target]
+            array[: OLD + 1, ..., target] = array[NOW][..., source]
+            array[START][..., target] = array[START][..., source]
+        self.is_returned[target] = self.waits[target] = True
         self.unseen_us[target] = -1
         self.linked_us[target] = self.seen_us[target] = t_us
 

@@ -60,9 +60,6 @@ def weigh(starts: Looks, ends: Looks, new: NewCars, routes: Routes, settings: An
     way = ways(start, end, gap_s, settings).along_lanes(*routes(row, column))
     reach_m = _reach_m(start.speed_mps, end.speed_mps, gap_s, settings)
     possible = way.is_possible & (way.length_m >= -settings.backwards_m) & (way.length_m <= reach_m)
-    kept = possible.nonzero()[0]
-    row, column, gap_s, reach_m = row[kept], column[kept], gap_s[kept], reach_m[kept]
-    start, end, way = start.take(kept), end.take(kept), way.take(kept)
     stopped = -np.log((reach_m + settings.backwards_m) * _SPEEDS_MPS)
     stops = np.where(way.on_road, settings.stop_share, settings.junction_stop_share)
     ratios = (
@@ -72,7 +69,7 @@ def weigh(starts: Looks, ends: Looks, new: NewCars, routes: Routes, settings: An
         + np.where(way.changes_lane, math.log(settings.change_share), 0.0)
         - np.log(new.births_per_m[row] / _SPEEDS_MPS)
     )
-    return _without_passing(Evidence(row, column, ratios), len(starts.t_us), ends, settings)
+    return _without_passing(Evidence(row, column, ratios).select(possible), len(starts.t_us), ends, settings)
 
 
 def explained(seen: Looks, once: Looks, settings: AnchoringSettings) -> FloatArray:
@@ -101,13 +98,15 @@ def _within_reach(starts: Looks, ends: Looks, settings: AnchoringSettings) -> tu
     longest_s = np.maximum((starts.t_us.max() - ends.t_us.min()) * 1e-6, 0.0)
     most_m = float(_reach_m(starts.speed_mps.max(), ends.speed_mps.max(), longest_s, settings))
     near = KDTree(starts.centre_m).sparse_distance_matrix(KDTree(ends.centre_m), most_m, output_type="ndarray")
-    row, column = np.divmod(np.sort(near["i"] * len(ends.t_us) + near["j"]), len(ends.t_us))
+    row, column = near["i"], near["j"]
     gap_s = (starts.t_us[row] - ends.t_us[column]) * 1e-6
-    apart_m = (starts.centre_m[row] - ends.centre_m[column]).T
     reach_m = _reach_m(starts.speed_mps[row], ends.speed_mps[column], np.maximum(gap_s, 0.0), settings)
-    # What was there together with the car cannot be the car.
-    possible = (gap_s >= -settings.overlap_us * 1e-6) & (np.hypot(*apart_m) <= reach_m)
-    return row[possible], column[possible]
+    # What was there together with the car cannot be the car; and on one road nobody turns right round or drives back.
+    possible = (gap_s >= -settings.overlap_us * 1e-6) & (near["v"] <= reach_m)
+    goes_on = (starts.along_m[row] - ends.along_m[column]) * ends.sense[column] >= -settings.backwards_m
+    goes_on &= np.cos(starts.heading_rad[row] - ends.heading_rad[column]) >= math.cos(settings.back_rad)
+    possible &= goes_on | (starts.road[row] != ends.road[column]) | (ends.road[column] < 0)
+    return np.divmod(np.sort(row[possible] * len(ends.t_us) + column[possible]), len(ends.t_us))
 
 
 def _reach_m(start_mps: FloatArray, end_mps: FloatArray, gap_s: FloatArray, settings: AnchoringSettings) -> FloatArray:

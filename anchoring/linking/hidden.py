@@ -79,8 +79,7 @@ def _along_road(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray,
     still = np.zeros(len(share))
     aside_m, _ = _hermite(start.across_m - end.across_m, still, still, share, span_s)
     points_m, line_rad = roads.points(end.road, end.along_m + driven_m, end.across_m + aside_m)
-    is_against = np.cos(end.heading_rad - end.tangent_rad) < 0.0
-    return points_m, line_rad + math.pi * is_against, np.abs(speed_mps)
+    return points_m, line_rad + math.pi * (end.sense < 0.0), np.abs(speed_mps)
 
 
 def _in_the_open(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray) -> Path:

@@ -4,7 +4,7 @@ import numpy as np
 
 from anchoring.linking.ways import Looks, Routes
 from anchoring.observations import BoolArray, FloatArray, LongArray
-from gis.lane_graph import LaneGraph, Route
+from gis.lane_graph import LaneGraph, LanePlaces, Route
 from gis.road_network import RoadNetwork
 
 
@@ -25,12 +25,9 @@ class LaneRoutes:
 
     def between(self, starts: Looks, ends: Looks) -> Routes:
         """Make ready to measure the ways from ends to starts."""
-        network, keeping, changing = self._network, self._keeping, self._changing
-        if network is None or keeping is None or changing is None:
+        keeping, changing, places = self._keeping, self._changing, self._places(ends, starts)
+        if keeping is None or changing is None or places is None:
             return no_routes
-        centre_m = np.concatenate([ends.centre_m, starts.centre_m])
-        heading_rad = np.concatenate([ends.heading_rad, starts.heading_rad])
-        places = keeping.project(centre_m, heading_rad, network.locate(centre_m))
         is_placed, first = places.lane[:, 0] >= 0, len(ends.t_us)
 
         def measure(row: LongArray, column: LongArray) -> tuple[FloatArray, BoolArray]:
@@ -45,15 +42,19 @@ class LaneRoutes:
 
     def route(self, end: Looks, start: Looks) -> Route | None:
         """Draw the way from one end to one start; None where lanes tell nothing."""
-        if self._network is None or self._keeping is None or self._changing is None:
+        places = self._places(end, start)
+        if self._keeping is None or self._changing is None or places is None:
             return None
-        centre_m, heading_rad = (
-            np.concatenate([end.centre_m, start.centre_m]),
-            [end.heading_rad[0], start.heading_rad[0]],
-        )
-        places = self._keeping.project(centre_m, np.array(heading_rad), self._network.locate(centre_m))
         ends = places.take([0]), places.take([1])
         return self._keeping.route(*ends) or self._changing.route(*ends)
+
+    def _places(self, ends: Looks, starts: Looks) -> LanePlaces | None:
+        """Find on which lanes ends are, and after them starts."""
+        if self._network is None or self._keeping is None:
+            return None
+        centre_m = np.concatenate([ends.centre_m, starts.centre_m])
+        heading_rad = np.concatenate([ends.heading_rad, starts.heading_rad])
+        return self._keeping.project(centre_m, heading_rad, self._network.locate(centre_m))
 
 
 def no_routes(row: LongArray, column: LongArray) -> tuple[FloatArray, BoolArray]:

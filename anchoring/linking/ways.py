@@ -49,6 +49,11 @@ class Looks:
         speed_mps: FloatArray = np.hypot(self.velocity_mps[:, 0], self.velocity_mps[:, 1])
         return speed_mps
 
+    @property
+    def sense(self) -> FloatArray:
+        """Which way each goes along its road, (n,): 1 along it, -1 against it."""
+        return np.where(np.cos(self.heading_rad - self.tangent_rad) < 0.0, -1.0, 1.0)
+
 
 # Of pairs of a row of starts and a row of ends, (p,) and (p,): how long the way along lanes is, nan where lanes tell
 # nothing and inf where none leads; and whether it needs a change of lanes.
@@ -73,10 +78,6 @@ class Ways:
     on_road: BoolArray
     changes_lane: BoolArray
     is_possible: BoolArray
-
-    def take(self, rows: LongArray) -> "Ways":
-        """Lay out some of the pairs."""
-        return Ways(*(getattr(self, one.name).take(rows) for one in fields(self)))
 
     def along_lanes(self, route_m: FloatArray, changes_lane: BoolArray) -> "Ways":
         """Take the ways along lanes, (p,) each as `Routes` gives them, where the two are not on one road."""
@@ -109,8 +110,7 @@ def ways(start: Looks, end: Looks, gap_s: FloatArray, settings: AnchoringSetting
     excess_rad = np.maximum(np.abs(bent_rad) - half_rad, 0.0)
     arc_m = chord_m / np.sinc(half_rad / math.pi) * np.cos(excess_rad)
     on_road = (start.road == end.road) & (end.road >= 0)
-    sign = np.where(np.cos(end.heading_rad - end.tangent_rad) < 0, -1.0, 1.0)
-    length_m = np.where(on_road, (start.along_m - end.along_m) * sign, arc_m)
+    length_m = np.where(on_road, (start.along_m - end.along_m) * end.sense, arc_m)
     aside_m = np.where(on_road, start.across_m - end.across_m, chord_m * np.sin(excess_rad))
     # Tyres hold so much: the faster on average, the less turned.
     most_rad = settings.turn_slack_rad + settings.sideways_mps2 * gap_s**2 / np.maximum(np.abs(length_m), 1e-3)

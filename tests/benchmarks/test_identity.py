@@ -128,11 +128,11 @@ def test_car_is_of_whom_its_track_was_on_at_last_unless_that_was_refuted(gone: L
 
 
 @pytest.mark.parametrize(
-    ("reason", "wrong"), [("another one explains it better", ["t2"]), ("no longer: no_jump", ["t2", "t3"])]
+    ("failed", "wrong"), [((), ["t2"]), (("no_jump",), ["t2", "t3"])], ids=["taken over", "jumped"]
 )
-def test_car_that_is_taken_over_is_of_whom_it_was_when_it_was_lost(reason: str, wrong: list[str]) -> None:
+def test_car_that_is_taken_over_is_of_whom_it_was_when_it_was_lost(failed: tuple[str, ...], wrong: list[str]) -> None:
     """Track t2 of b is taken for the car of a, until t3, which is of a."""
-    back = LinkChange(12, "refuted", "world", "t2", "w1", reason)
+    back = LinkChange(12, "refuted", "world", "t2", "w1", "", failed=failed)
     said = [*LOST, FOUND, anchored(back, refuted=LABEL), anchored(link(12, "reestablished", "t3", "t3->w1#3"))]
     _, links, _ = _judge_links(said, {(0, "t1"): "a", (9, "t2"): "b", (12, "t3"): "a"})
     assert [one.vision_id for one in links] == wrong

@@ -42,6 +42,7 @@ FAULTS = {
     "a product of what is no time": ("0.5 * swap_us", "0.5 * «swap_m»", "L0102", "a setting of time such as", ""),
     "a class twice": ("class van", "class «car»", "L0203", "a new class, got 'car' again", ""),
     "a norm twice": (", width 2.4 m spread", ", «length 2.4 m spread 0.4 m», width 2.4 m spread", "L0203", "norm", ""),
+    "a name that ends in a digit": ("as car:", "as «car1»:", "L0208", "a name that ends in no digit, got 'car1'", ""),
     "a name twice": ("as r:", "as «w»:", "L0203", "a new name of objects, got 'w' again", ""),
     "a condition twice": (
         "    maintain:\n",
