@@ -87,3 +87,16 @@ def test_rear_end_that_stays_behind_in_the_picture_is_not_believed_to_brake_hard
 
 def test_truck_that_creeps_under_a_bridge_is_not_waited_for() -> None:
     assert len(names(drive_under([(60.0, 75.0)], speed_mps=6.0, frames=500))) == 2
+
+
+@pytest.mark.parametrize("speed_mps", [4.0, 10.0, 20.0])
+def test_car_that_comes_out_for_the_first_time_is_soon_as_long_as_it_is(speed_mps: float) -> None:
+    tracker, results = Tracker(VisionSettings(), everywhere), []
+    for k in range(60):
+        front_m = 1.7 + speed_mps * k * STEP_US / 1e6
+        seen_m = min(front_m, 4.4)
+        rows: list[Row] = [(front_m - seen_m / 2, 0.0, 0.0, seen_m, 1.8)]
+        results.append(tracker.update(detect(rows, known=tracker.predict(k * STEP_US).known)))
+        if front_m > 4.4:
+            assert results[-1].length_m.tolist() == [pytest.approx(4.4, abs=0.5)] * len(results[-1].ids)
+    assert names(results) == {"v1"}

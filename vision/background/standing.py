@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.background.settings import BackgroundSettings
-from vision.background.startup import LEVEL, FirstSight
+from vision.background.startup import LEVEL, FirstSight, came_back
 from vision.objects import BoolArray
 from vision.road.road_colour import RoadColour
 from vision.video.frames import ByteArray
@@ -63,7 +63,7 @@ class StandingVehicles:
         difference = sight.planes - self._colour.around(sight.planes)
         is_strange = np.abs(difference).max(axis=0) > settings.strange_levels
         is_dark = is_strange & (difference[0] <= settings.strange_levels)
-        is_ground = is_strange & _came_back(sight, settings.same_levels)
+        is_ground = is_strange & came_back(sight.samples, sight.planes, settings.same_levels)
         count, labels = cv2.connectedComponents(places, connectivity=8)
         area, strange_area, dark_area, ground_area = (
             np.bincount(labels.ravel(), cells.ravel(), count)
@@ -104,14 +104,6 @@ class StandingVehicles:
 
     def _spread(self, packed: BoolArray) -> ByteArray:
         return self._cells.unpack(packed.astype(np.uint8))
-
-
-def _came_back(sight: FirstSight, same_levels: int) -> BoolArray:
-    """Tell whether each cell took its value in several stretches of time."""
-    levels = np.rint(sight.planes).astype(np.uint8)
-    is_same = np.stack([cv2.absdiff(sample, levels).max(axis=0) <= same_levels for sample in sight.samples])
-    begins = np.diff(is_same.astype(np.int8), axis=0, prepend=0) > 0
-    return np.asarray(begins.sum(axis=0) > 1)
 
 
 def _shrunk(mask: ByteArray, cells: int) -> ByteArray:

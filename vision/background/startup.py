@@ -77,7 +77,11 @@ def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: Back
         where = busy[start : start + piece]
         values = np.stack([sample[:, where] for sample in samples], axis=-1)
         around = np.stack([one[where] for one in unrest], axis=-1)
-        planes[:, where], least[where] = calmest(values, around, settings)
+        calm_planes, least[where] = calmest(values, around, settings)
+        # In shade that stays nothing is calm, and a bright car less strange than the road: what comes back is the road.
+        is_shade = least[where] > LEVEL * settings.unrest_levels
+        is_shade &= came_back([sample[:, where] for sample in samples], planes[:, where], settings.same_levels)
+        planes[:, where] = np.where(is_shade, planes[:, where], calm_planes)
         calm = np.sort(around, axis=-1)[:, min(settings.noise_samples, len(samples)) - 1, None]
         is_calm[:, where] = (around <= calm).T
     return FirstSight(samples, planes, least, is_calm)
@@ -152,6 +156,29 @@ def calmest(values: ByteArray, unrest: ByteArray, settings: BackgroundSettings) 
     is_near = (cv2.absdiff(values, np.broadcast_to(middle, values.shape)) <= settings.same_levels).all(axis=0)
     mean = np.where(is_near, values, 0).sum(axis=-1, dtype=np.float32) / np.maximum(is_near.sum(axis=-1), 1)
     return np.where(is_near.any(axis=-1), mean, middle[..., 0]).astype(np.float32), least
+
+
+def came_back(samples: Sequence[ByteArray], planes: FloatArray, same_levels: int) -> BoolArray:
+    """Tell whether each cell took a value in several stretches of time.
+
+    Parameters
+    ----------
+    samples : (3, n) each, in order of time. planes : (3, n) the value. same_levels : it may be off by so much.
+
+    Returns
+    -------
+    (n,).
+
+    Examples
+    --------
+    >>> seen = [np.array([[first, second]], np.uint8) for first, second in ((60, 60), (110, 60), (61, 110))]
+    >>> came_back(seen, np.full((1, 2), 60, np.float32), 8).tolist()
+    [True, False]
+    """
+    levels = np.rint(planes).astype(np.uint8)
+    is_same = np.stack([cv2.absdiff(sample, levels).max(axis=0) <= same_levels for sample in samples])
+    begins = np.diff(is_same.astype(np.int8), axis=0, prepend=0) > 0
+    return np.asarray(begins.sum(axis=0) > 1)
 
 
 def _unrest(

@@ -202,13 +202,14 @@ class TrackTable:
         self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
         self.rest_us = np.where(has_moved, now_us, self.rest_us)
 
-    def learn_size(self, rows: NDArray[np.intp], boxes: Boxes) -> None:
+    def learn_size(self, rows: NDArray[np.intp], boxes: Boxes, usual_length_m: float) -> None:
         """Take measured sizes of whole, undivided boxes into account.
 
         Parameters
         ----------
         rows : (m,) which tracks were measured.
         boxes : m.
+        usual_length_m : of a car.
         """
         length_m, width_m = boxes.length_m, boxes.width_m
         error_m = np.maximum(np.abs(length_m - self.length_m[rows]), np.abs(width_m - self.width_m[rows]))
@@ -222,7 +223,12 @@ class TrackTable:
         is_first = ~is_misfit | (misfits <= 0)
         self.odd_m[rows] = np.where(is_first[:, None], seen_m, self.odd_m[rows])
         misfits = np.where(is_misfit, np.maximum(misfits, 1), 0)
-        is_fresh = (misfits >= self.settings.size_misfits) | (self.size_count[rows] == 0)
+        # What begins smaller than a car and grows comes out from under something: that is not its size. Larger ones are
+        # left alone: two vehicles in one blob grow as well.
+        growth_m = np.maximum(length_m - self.length_m[rows], width_m - self.width_m[rows])
+        is_growing = ~self.is_sized()[rows] & (growth_m > self.settings.fit_tolerance_m)
+        is_growing &= self.length_m[rows] < usual_length_m
+        is_fresh = (misfits >= self.settings.size_misfits) | (self.size_count[rows] == 0) | is_growing
         count = np.where(is_fresh, 1, self.size_count[rows] + 1)
         for size, measured in ((self.length_m, length_m), (self.width_m, width_m)):
             step = np.clip(measured - size[rows], -self.settings.size_step_m, self.settings.size_step_m)

@@ -165,7 +165,7 @@ class Tracker:
         tracks.turn_ahead()
         is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
         boxes = detections.boxes.select(chosen[is_whole])
-        tracks.learn_size(rows[is_whole], boxes)
+        tracks.learn_size(rows[is_whole], boxes, self._usual_m[0])
         is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.size_count[rows] == 0)
         parts = detections.boxes.select(chosen[is_growing])
         tracks.grow(rows[is_growing], parts.length_m, parts.width_m)

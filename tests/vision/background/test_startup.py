@@ -113,6 +113,14 @@ def test_crown_of_leaves_over_the_road_is_no_vehicle() -> None:
     assert not road.standing(road.see([road.sample(leaves) for _ in range(20)])).any()
 
 
+def test_shaded_road_is_what_comes_back_and_not_the_bright_cars_that_pass() -> None:
+    # A white car in the shade of a bridge has the level of the road in the sun: nothing there looks calmer.
+    road, shade = Road(), (make_boxes([(20, 9.0, 0, 10.0, 12.0)]), [55.0])
+    white = make_boxes([(20, 9.0, 0, 10.0, 12.0), (20, 9.0, 0, 4.5, 1.8)]), [55.0, 100.0]
+    sight = road.see([road.sample(white if k % 12 in (3, 4) else shade) for k in range(60)])
+    assert differing(sight.planes, median_of([road.sample(shade) for _ in range(9)])) == 0
+
+
 def test_dark_patch_that_cars_drive_over_is_ground() -> None:
     road, patch = Road(), (make_boxes([(20, 9.0, 0, 4.0, 1.8)]), [40.0])
     passing = make_boxes([(20, 9.0, 0, 4.0, 1.8), (20, 9.0, 0, 5.0, 1.8)]), [40.0, 200.0]
