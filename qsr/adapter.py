@@ -9,6 +9,7 @@ from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints
 from qsr.observer import RelationObserver
+from qsr.retelling import RetellingObserver, Seen
 
 
 class Cars(Protocol):
@@ -105,10 +106,11 @@ class FrameRelations:
 class RelationUnit:
     """Run a relation observer as a computational unit."""
 
-    __slots__ = ("_last_us", "_observer")
+    __slots__ = ("_hypotheses", "_last_us", "_observer")
 
     def __init__(self, observer: RelationObserver) -> None:
-        self._observer = observer
+        self._observer = RetellingObserver(observer)
+        self._hypotheses: Mapping[str, tuple[str, ...]] = {}  # of the last frame
         self._last_us: int | None = None
 
     def update(self, sample: Sample[HasCars]) -> Iterable[Sample[FrameRelations]]:
@@ -117,8 +119,13 @@ class RelationUnit:
         if self._last_us is not None and value.cars.t_us <= self._last_us:
             return ()
         self._last_us = value.cars.t_us
-        filled = [_footprints(cars) for cars in value.filled]
-        changes = tuple(self._observer.observe(_footprints(value.cars), hidden=value.cars.hidden, filled=filled))
+        seen = Seen(_footprints(value.cars), value.cars.hidden, [_footprints(cars) for cars in value.filled])
+        before = self._hypotheses
+        begun = {
+            label: car for car, links in value.hypotheses.items() for label in links if label not in before.get(car, ())
+        }
+        self._hypotheses = value.hypotheses
+        changes = tuple(self._observer.observe(seen, begun, (*value.validated, *value.undecided), value.refuted))
         relations = FrameRelations(
             changes,
             value.hypotheses,

@@ -1,6 +1,7 @@
 """Which relations have changed among all objects and places, frame by frame?"""
 
 from collections.abc import Collection, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -147,14 +148,18 @@ class RelationObserver:
         footprints = self._hidden_time.complete(footprints, hidden)
         quantities, gone = self._measure(footprints), dict[str, Gone]()
         if footprints.ids != self._ids:
-            gone = self._hidden_time.gone(footprints, hidden)
+            gone = self._hidden_time.gone(footprints)
             changes += self._rearrange(footprints, quantities, gone)
         changes += self._update(footprints, quantities, gone=gone)
         doubt = self._hidden_time.doubt(footprints, hidden, self._order.tolist())
         if doubt is not None:
             changes += self._doubt(doubt, t_us)
-        changes.sort(key=_rank)
+        changes.sort(key=rank)
         return changes
+
+    def copy(self) -> "RelationObserver":
+        """Make an observer that goes on from here on its own; the map, which never changes, is shared."""
+        return deepcopy(self, {id(self._graph): self._graph})
 
     def _measure(self, footprints: Footprints) -> list[Quantity]:
         return [relation.measure(footprints) for relation in self._objects]
@@ -230,6 +235,7 @@ def _stated(turn: Turn, t_us: int) -> RelationChange:
     return RelationChange("turn", args, t_us, t_us, None, turn.direction)
 
 
-def _rank(change: RelationChange) -> tuple[int, int, tuple[str, ...]]:
+def rank(change: RelationChange) -> tuple[int, int, tuple[str, ...]]:
+    """Order changes as `RelationObserver.observe` gives them."""
     ending = 0 if change.new is None else 1 + bool(change.new)
     return change.t_us, ending * len(RANK) + RANK[change.name], change.args

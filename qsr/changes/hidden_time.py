@@ -25,20 +25,13 @@ class HiddenTime:
         self._frames: dict[int, Footprints] = {}
 
     def complete(self, frame: Footprints, hidden: Mapping[str, int]) -> Footprints:
-        """Add those who are hidden, where they were last, and leave out guesses of those who were never seen.
-
-        Who was seen after the time since which it is hidden was taken for another one: it is not added, but gone.
-        """
+        """Add those who are hidden, where they were last, and leave out guesses of those who were never seen."""
         if frame.observed.all() and not hidden:
             return frame
         last = self._last or frame.select(())
         known = frozenset(last.ids)
         present = [one for k, one in enumerate(frame.ids) if frame.observed[k] or one in known]
-        kept = [
-            one
-            for one, since_us in hidden.items()
-            if one in known and since_us >= self._since_us.get(one, frame.t_us) and one not in frame.ids
-        ]
+        kept = [one for one in hidden if one in known and one not in frame.ids]
         return pick_rows(frame.t_us, (*present, *kept), (frame, _unseen(last)))
 
     def moments(self, filled: Sequence[Footprints]) -> Iterator[tuple[Footprints, frozenset[str]]]:
@@ -64,11 +57,11 @@ class HiddenTime:
                 self._frames[rows.t_us] = known
                 yield known, frozenset(rows.ids)
 
-    def gone(self, frame: Footprints, hidden: Mapping[str, int]) -> dict[str, Gone]:
+    def gone(self, frame: Footprints) -> dict[str, Gone]:
         """Find who was there in the last frame and is not in this one, as it is completed."""
         before = () if self._last is None else self._last.ids
         return {
-            one: Gone(hidden.get(one, self._since_us.get(one, frame.t_us)), one in self._told)
+            one: Gone(self._since_us.get(one, frame.t_us), one in self._told)
             for one in set(before).difference(frame.ids)
         }
 

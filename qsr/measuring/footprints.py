@@ -65,6 +65,10 @@ class Footprints:
         }
         return Footprints(t_us=self.t_us, ids=tuple(self.ids[row] for row in rows), **arrays)
 
+    def __deepcopy__(self, memo: object) -> "Footprints":
+        """Copy nothing: nobody writes into footprints."""
+        return self
+
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
         count = len(self.ids)

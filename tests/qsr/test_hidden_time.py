@@ -106,18 +106,6 @@ def two_cars(number: int, x_m: tuple[float, float], names: str = "ab") -> Footpr
     return footprints(number * 100_000, names, [xy_m[row] for row in rows], straight_road=True)
 
 
-def test_who_was_taken_for_another_one_is_unknown_since_it_was_lost() -> None:
-    observer = RelationObserver(("road",), ("cross",), only=["behind"])
-    for number in range(20):  # a is hidden from the fifth frame on, and what is seen from the tenth on was not a
-        shown = two_cars(number, (0.0, 10.0 if number < 10 else 20.0), "b" if 5 <= number < 10 else "ab")
-        hidden = {"a": 500_000} if 5 <= number < 10 else {}
-        observer.observe(shown, hidden=hidden)
-    [lost, converse] = observer.observe(two_cars(20, (0.0, 20.0), "b"), hidden={"a": 500_000})
-    assert (lost.args, lost.t_us, lost.old, lost.new, lost.absent) == (("a", "b"), 500_000, True, None, ())
-    assert (converse.args, converse.t_us) == (("b", "a"), 500_000)
-    assert observer.observe(two_cars(21, (0.0, 20.0), "b"), hidden={"a": 500_000}) == []
-
-
 def test_that_the_other_one_left_stands_when_a_car_comes_back() -> None:
     observer = RelationObserver(("road",), ("cross",), only=["behind"])
     told = [change for number in range(5) for change in observer.observe(two_cars(number, (0.0, 10.0)))]

@@ -130,6 +130,13 @@ def test_an_overtake_is_told_and_taken_back_when_the_car_comes_out_behind(logs: 
     assert taken_back.revises is not None
 
 
+def test_nothing_of_the_wrong_car_stands(logs: dict[int, str]) -> None:
+    with open_log(logs[ALL_S]) as log:
+        assert [
+            decode_event(text).type for text in iterate_events(log, EventFilter())
+        ] == []  # not the wrong way either
+
+
 def test_the_car_that_comes_out_takes_the_link_over(logs: dict[int, str]) -> None:
     [event] = overtakes(logs[ALL_S], "retracted")
     with open_log(logs[ALL_S]) as log:

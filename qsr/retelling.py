@@ -1,0 +1,109 @@
+"""What is true of a car once it turns out that what was seen lately was not that car?
+
+What was told of it while it was taken for another one is taken back, by its label. But relations are told as changes,
+so what is told next must go on from what held before. So the observer is kept as it was before each frame in which a
+link begins that may be refuted, and with it the frames since. They are looked at again then, with that car not seen.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from qsr.changes.crossings import RelationChange
+from qsr.measuring.footprints import Footprints
+from qsr.observer import RelationObserver, rank
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Hold what one frame shows; see `RelationObserver.observe`."""
+
+    footprints: Footprints
+    hidden: Mapping[str, int]
+    filled: Sequence[Footprints]
+
+    def without(self, objects: Collection[str]) -> "Seen":
+        """Show some objects as not seen: where they are does not count then."""
+        shown = self.footprints
+        observed = shown.observed & ~np.array([one in objects for one in shown.ids], dtype=np.bool_)
+        others = [then.select([k for k, one in enumerate(then.ids) if one not in objects]) for then in self.filled]
+        return Seen(replace(shown, observed=observed), self.hidden, [then for then in others if then.ids])
+
+
+class RetellingObserver:
+    """Observe relations among objects some of which may turn out to be others.
+
+    Parameters
+    ----------
+    observer : that has seen no frame yet.
+    """
+
+    __slots__ = ("_before", "_labels", "_observer", "_seen")
+
+    def __init__(self, observer: RelationObserver) -> None:
+        self._observer = observer
+        self._labels: dict[str, tuple[str, int]] = {}  # that may be refuted: whom each is about, and since which frame
+        self._before: dict[int, RelationObserver] = {}  # as it was before each of these frames
+        self._seen: dict[int, Seen] = {}  # since the first of them
+
+    def observe(
+        self,
+        seen: Seen,
+        begun: Mapping[str, str] | None = None,
+        decided: Collection[str] = (),
+        refuted: Collection[str] = (),
+    ) -> list[RelationChange]:
+        """Take one frame and return the changes it decides; see `RelationObserver.observe`.
+
+        Parameters
+        ----------
+        seen : the frame.
+        begun : labels of hypotheses by which an object is the one it is, from this frame on, and that object.
+        decided : labels that will never be refuted.
+        refuted : labels of which it is known now that the object was not seen since they began. What was told of it
+            since then must be taken back; what is true of it since then is among the changes.
+        """
+        t_us = seen.footprints.t_us
+        for label in decided:
+            self._labels.pop(label, None)
+        wrong = [self._labels.pop(label) for label in refuted if label in self._labels]
+        retold = self._again(wrong, seen) if wrong else []
+        if begun:
+            self._before[t_us] = self._observer.copy()
+            self._labels |= {label: (one, t_us) for label, one in begun.items()}
+        changes = self._observer.observe(seen.footprints, hidden=seen.hidden, filled=seen.filled)
+        if self._labels:
+            self._seen[t_us] = seen
+        if self._seen:
+            first_us = min((since_us for _, since_us in self._labels.values()), default=t_us + 1)
+            self._before = {then_us: one for then_us, one in self._before.items() if then_us >= first_us}
+            self._seen = {then_us: one for then_us, one in self._seen.items() if then_us >= first_us}
+        return sorted(retold + changes, key=rank) if retold else changes
+
+    def _again(self, wrong: Collection[tuple[str, int]], now: Seen) -> list[RelationChange]:
+        """Look at the frames again since some objects were taken for others; tell what is true of these."""
+        first_us = min(since_us for _, since_us in wrong)
+        observer, told = self._before[first_us], list[RelationChange]()
+        for t_us in [t_us for t_us in self._seen if t_us >= first_us]:
+            if t_us in self._before:
+                self._before[t_us] = observer.copy()
+            unseen = {one for one, since_us in wrong if since_us <= t_us}
+            self._seen[t_us] = seen = self._seen[t_us].without(unseen)
+            told = _without_who_is_there(told, seen)
+            told += [
+                replace(change, decided_us=now.footprints.t_us)
+                for change in observer.observe(seen.footprints, hidden=seen.hidden, filled=seen.filled)
+                if not unseen.isdisjoint(change.args)
+            ]
+        self._observer = observer
+        # Nothing will ever be known of those who did not come back.
+        return [
+            replace(change, absent=tuple([one for one in change.absent if one in now.hidden]))
+            for change in _without_who_is_there(told, now)
+        ]
+
+
+def _without_who_is_there(told: Collection[RelationChange], seen: Seen) -> list[RelationChange]:
+    """Leave out what was unknown because of somebody who has come back."""
+    return [change for change in told if not set(change.absent).intersection(seen.footprints.ids)]
