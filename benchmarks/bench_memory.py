@@ -1,14 +1,15 @@
 """Does a run that never ends need ever more memory? RSS by minute of media time.
 
-A minute of motorway traffic is repeated, each time with other names, so cars come and go for as long as wanted.
-`python -m benchmarks.bench_memory 20` says for how many minutes; a video and its site file may follow, which are
-processed as they are.
+A minute of traffic is repeated, each time with other names, so cars come and go for as long as wanted. `python -m
+benchmarks.bench_memory 20` says for how many minutes; a video and its site file may follow, which are processed as they
+are. With ``--lost`` tracks are lost and mixed up, so links are made and refuted all the time.
 """
 
+import argparse
 import csv
 import os
-import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from service.cli.app import run
@@ -16,24 +17,27 @@ from service.runs.processing import Progress, RunRequest, process
 
 MINUTES = 20
 MINUTE_US = 60_000_000
+LOST = ("--gap", "4:2", "--swap", "0.2", "--miss", "0.1", "--position-noise-m", "0.3")
 SETTLED_MINUTES = 6  # events are placed by where cars were in the last five and a half minutes
 
 
 def main() -> None:
-    minutes = int(sys.argv[1]) if len(sys.argv) > 1 else MINUTES
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("minutes", type=int, nargs="?", default=MINUTES)
+    parser.add_argument("video", type=Path, nargs="*", help="a video and its site file")
+    parser.add_argument("--scenario", default="motorway")
+    parser.add_argument("--lost", action="store_true", help="lose tracks and mix them up")
+    args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        if len(sys.argv) > 3:
-            source, site = Path(sys.argv[2]), Path(sys.argv[3])
-        else:
-            source, site = _looped(Path(folder), minutes)
+        source, site = args.video or _looped(Path(folder), args.minutes, args.scenario, LOST if args.lost else ())
         table = _Table()
         process(RunRequest(source, site, f"{folder}/log.db"), on_progress=table.show)
     table.report()
 
 
-def _looped(folder: Path, minutes: int) -> tuple[Path, Path]:
+def _looped(folder: Path, minutes: int, scenario: str, faults: Sequence[str]) -> tuple[Path, Path]:
     minute, looped = folder / "minute.csv", folder / "looped.csv"
-    run(["trajectories", "motorway", "--out", str(minute), "--seed", "3", "--seconds", "60"])
+    run(["trajectories", scenario, "--out", str(minute), "--seed", "3", "--seconds", "60", *faults])
     with minute.open(newline="") as file:
         header, *rows = csv.reader(file)
     at_t, at_id = header.index("t_us"), header.index("id")
