@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from dyknow.sample import Sample
 from gis.camera import GroundCamera
-from gis.errors import GisError
 from gis.road_network import plain_rings
 from service.errors import InputError
 from service.records import CameraRecord, InputKind
@@ -17,10 +16,10 @@ from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_si
 from service.runs.inputs.input_kind import Asked, Input
 from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.toml_tables import told
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import box_camera
-from vision.errors import VisionError
 from vision.networks.stored_detections import StoredDetections
 from vision.settings import VisionSettings
 
@@ -102,7 +101,7 @@ class DetectionInput(Input):
     def feed(self) -> Feed:
         """Give the moments of the file, and the tracking to look at them."""
         poses = None if self.motion is None else self.motion.poses
-        try:
+        with told(InputError, self.path, "with the camera and roads of its site"):
             vision = box_camera(
                 self.stored,
                 self.area_m,
@@ -111,8 +110,6 @@ class DetectionInput(Input):
                 motion=None if poses is None else StoredPoses(poses, self.size_px),
                 settings=self.settings,
             )
-        except VisionError as error:
-            raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         instants = self.stored.instants(self.rate_hz)
         return Feed(VIDEO, (Sample(instant.t_us, instant.t_us, instant) for instant in instants), vision)
 
@@ -131,10 +128,8 @@ def _camera(
         return site.camera, size_px
     if site.motion.poses is None:
         raise InputError(f"{path}: expected poses of the moving camera for detections without a video, got none")
-    try:
+    with told(InputError, site.path, f"for {path.name}"):
         return first_camera(site.camera, site.motion, size_px), size_px
-    except GisError as error:
-        raise InputError(f"{site.path}: for {path.name}: {error}") from error
 
 
 def _area(
@@ -146,9 +141,7 @@ def _area(
     if camera is None:
         assert site.network is not None
         return plain_rings(site.network.surface())
-    try:
+    with told(InputError, site.path, f"for {path.name}"):
         if site.motion is not None:
             return moving_area(camera, site.motion, site.network, size_px)
         return watched_area(camera, site.network, site.road_mask, size_px)
-    except GisError as error:
-        raise InputError(f"{site.path}: for {path.name}: {error}") from error
