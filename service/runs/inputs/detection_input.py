@@ -11,9 +11,9 @@ from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.road_network import plain_rings
 from service.errors import InputError
-from service.records import CameraRecord, InputKind
+from service.records import InputKind
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
-from service.runs.inputs.input_kind import Asked, Input
+from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.toml_tables import told
@@ -84,19 +84,9 @@ class DetectionInput(Input):
             motion=site.motion if site and camera is not None else None,
             settings=settings,
             detector=describe(choice),
+            frame_count=stored.last_key + 1 if stored.is_by_frame else None,
+            camera=None if camera is None else camera_record(camera, size_px),
         )
-
-    @property
-    def frame_count(self) -> int | None:
-        """Return the number of frames, for a file by frame."""
-        return self.stored.last_key + 1 if self.stored.is_by_frame else None
-
-    @property
-    def camera(self) -> CameraRecord | None:
-        """Return how the ground maps to the picture, for the log."""
-        if self.ground_camera is None:
-            return None
-        return CameraRecord(tuple(self.ground_camera.pixel_from_ground.ravel().tolist()), *self.size_px)
 
     def feed(self) -> Feed:
         """Give the moments of the file, and the tracking to look at them."""

@@ -11,7 +11,7 @@ from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
 from service.errors import InputError
-from service.records import CameraRecord, InputKind
+from service.records import InputKind
 from service.runs.inputs.detectors import (
     FileChoice,
     MotionChoice,
@@ -19,7 +19,7 @@ from service.runs.inputs.detectors import (
     check_against,
     describe,
 )
-from service.runs.inputs.input_kind import Asked, Input
+from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.moving_camera import first_camera, moving_area
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.toml_tables import told
@@ -63,22 +63,6 @@ class VideoInput(Input):
         if isinstance(choice, MotionChoice):
             return _with_channels(path, asked.site, choice)
         return _with_detector(_open_video(path, asked.site), choice)
-
-    @property
-    def frame_count(self) -> int | None:
-        """Return the number of frames by the container."""
-        return self.sensor.video.frame_count
-
-    @property
-    def video(self) -> VideoSource:
-        """Return the video of the camera."""
-        return self.sensor.video
-
-    @property
-    def camera(self) -> CameraRecord:
-        """Return how the ground maps to the image, for the log."""
-        numbers = tuple(self.sensor.ground_camera.pixel_from_ground.ravel().tolist())
-        return CameraRecord(numbers, *self.sensor.size_px)
 
     def feed(self) -> Feed:
         """Give the frames, and the vision of this camera to look at them."""
@@ -124,7 +108,15 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
-    return VideoInput(path=path, network=sensor.network, sensor=sensor, warnings=warnings)
+    return VideoInput(
+        path=path,
+        network=sensor.network,
+        sensor=sensor,
+        warnings=warnings,
+        video=sensor.video,
+        frame_count=sensor.video.frame_count,
+        camera=camera_record(sensor.ground_camera, sensor.size_px),
+    )
 
 
 def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
