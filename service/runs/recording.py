@@ -7,7 +7,6 @@ from itertools import zip_longest
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from anchoring.adapter import Anchored
 from anchoring.observations import Cars
@@ -38,9 +37,7 @@ from service.runs.car_states import CarRows
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.store.log import RunWriter
-from vision.objects import VisionObjects
-
-FloatArray = NDArray[np.float64]
+from vision.objects import FloatArray, VisionObjects
 
 # The streams that are written, and the type that each carries; of frames only their times are, so any type will do.
 _RECORDED: Mapping[str, str | None] = {

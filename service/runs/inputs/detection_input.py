@@ -4,9 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.road_network import plain_rings
@@ -21,9 +18,8 @@ from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import box_camera
 from vision.networks.stored_detections import StoredDetections
+from vision.objects import FloatArray
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
 
 NO_PICTURE = (0, 0)
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraTrack
@@ -12,10 +11,9 @@ from gis.errors import GisError
 from gis.road_network import RoadNetwork, plain_rings
 from service.runs.inputs.site import Motion
 from vision.networks.box_detector import Instant
+from vision.objects import FloatArray
 from vision.registration.registration import Registration
 from vision.registration.settings import RegistrationSettings
-
-FloatArray = NDArray[np.float64]
 
 # How far the camera may come to look, as a part of the diagonal of its first view: less where there is no network,
 # since all ground in reach is road then.

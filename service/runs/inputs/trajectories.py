@@ -26,8 +26,7 @@ from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, 
 from service.runs.pipeline import TRAJECTORIES, Feed
 from service.texts.csv_table import read_name, read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
-
-FloatArray = NDArray[np.float64]
+from vision.objects import FloatArray
 
 TRAJECTORY_SUFFIXES = (".csv",)
 

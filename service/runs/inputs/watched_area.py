@@ -5,14 +5,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork, plain_rings
 from service.errors import SiteError
-
-FloatArray = NDArray[np.float64]
-ByteArray = NDArray[np.uint8]
+from vision.objects import ByteArray, FloatArray
 
 BRIGHT = 128
 NO_PARENT = -1
