@@ -6,7 +6,6 @@ before it under a new time stamp. Truth is not touched; it has rows for every si
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -151,13 +150,11 @@ def _within(low: float, high: float, *, is_whole: bool = False) -> Callable[[str
     return read
 
 
-_READERS: Mapping[str, Callable[[str, str], float]] = MappingProxyType(
-    {
-        "noise": _within(0, 20),
-        "drop": _within(0, 0.9),
-        "duplicate": _within(0, 0.9),
-        "every": _within(1, 25, is_whole=True),
-        "vfr": _within(1, _SLOWEST_STEP, is_whole=True),
-        "crf": _within(0, 51, is_whole=True),
-    }
-)
+_READERS: Mapping[str, Callable[[str, str], float]] = {
+    "noise": _within(0, 20),
+    "drop": _within(0, 0.9),
+    "duplicate": _within(0, 0.9),
+    "every": _within(1, 25, is_whole=True),
+    "vfr": _within(1, _SLOWEST_STEP, is_whole=True),
+    "crf": _within(0, 51, is_whole=True),
+}
