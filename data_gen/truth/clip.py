@@ -8,7 +8,7 @@ import numpy as np
 
 from data_gen.drawing.overlay import Overlay, hidden_shares
 from data_gen.drawing.view import CameraView
-from data_gen.simulation.states import BoolArray, Cells, VehicleStates
+from data_gen.simulation.states import BoolArray, Cells, VehicleStates, written
 from data_gen.truth.alone import find_solitary
 from data_gen.truth.cut_in import find_cut_ins
 from data_gen.truth.event import TruthEvent, in_order
@@ -162,18 +162,14 @@ def _rows(
     positions = network.locate(step.centre_m)
     everybody = np.ones(len(step.ids), dtype=np.bool_)
     visible = everybody if view is None else visible_centres(step, view, overlay)
+    poses = step.poses()
     for row in np.flatnonzero(everybody if view is None else view.touches(step)):
         road, lane = positions.road[row], positions.lane[row]
         yield (
             step.t_us,
             step.ids[row],
             step.classes[row],
-            f"{step.centre_m[row, 0]:.3f}",
-            f"{step.centre_m[row, 1]:.3f}",
-            f"{step.heading_rad[row]:.5f}",
-            f"{step.speed_mps[row]:.3f}",
-            f"{step.length_m[row]:.2f}",
-            f"{step.width_m[row]:.2f}",
+            *written(poses[row]),
             network.roads[road].id if road >= 0 else "",
             network.lanes[lane].id if lane >= 0 else "",
             int(visible[row]),
