@@ -38,6 +38,7 @@ from service.errors import InputError
 from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
 from service.monitoring.monitored_states import SynchronisationUnit
 from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit
+from service.records import SourceText
 from vision.adapter import Vision, VisionUnit
 
 VIDEO, TRAJECTORIES = "video", "trajectories"
@@ -45,14 +46,6 @@ OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
 VERDICT, OCCURRENCE = "Verdict", "Occurrence"
 PATIENCE_US = 1_000_000
 """How long early events wait at most for verdicts to come: half of the time that they wait for their relations."""
-
-
-@dataclass(frozen=True, slots=True)
-class KplText:
-    """Hold a text in KPL with the name that messages call it."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +74,7 @@ class Pipeline:
     output_of : the type that each source and unit gives, by name.
     """
 
-    kpl: KplText
+    kpl: SourceText
     deployment: Deployment
     feed: Feed
     output_of: dict[str, str]
@@ -138,10 +131,10 @@ class EngineSettings:
 USUAL = EngineSettings()
 
 
-def shipped_kpl(source: str) -> KplText:
+def shipped_kpl(source: str) -> SourceText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
-    return KplText(name, files("service.runs").joinpath(name).read_text(encoding="utf-8"))
+    return SourceText(name, files("service.runs").joinpath(name).read_text(encoding="utf-8"))
 
 
 def declared_pipeline(
@@ -150,7 +143,7 @@ def declared_pipeline(
     chronicle_set: ChronicleSet,
     monitors: LoadedMonitors = NO_MONITORS,
     *,
-    kpl: KplText | None = None,
+    kpl: SourceText | None = None,
     settings: EngineSettings = USUAL,
     clock: Callable[[], int],
 ) -> Pipeline:
@@ -183,7 +176,7 @@ def watched_relations(chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO
     return tuple(sorted(RANK.keys() & consumed))
 
 
-def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
+def _refuse_gaps(text: SourceText, deployment: Deployment) -> None:
     """Refuse sampling that puts `no_value` between frames: the engines take frames, not their absence."""
     for process in deployment.node.report():
         for label, policy in zip(process.inputs, process.policies, strict=True):
