@@ -22,7 +22,7 @@ from data_gen.scenarios.catalogue import NO_OPTIONS, scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
 from data_gen.simulation.states import VehicleStates
 from data_gen.site_file import write_site
-from data_gen.truth.clip import clip_events, write_truth
+from data_gen.truth.clip import clip_events, visible_masks, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
 from gis.camera_pose import write_camera_track
 from gis.road_network import RoadNetwork
@@ -125,8 +125,13 @@ def generate(
     network = read_sumo_net(plan.network_file)
     world = plan_world(plan, network, path, scenery_rng, weather=weather, occluders=hung)
     frames = plan_frames(degradation, len(states), step_us=step_us, rng=fault_rng)
-    scene = _scene(out_dir, len(frames), clip_events(states, network, path.views, world.overlay))
-    _write_truth(scene, plan, states, world, path)
+    visible = visible_masks(states, path.views, world.overlay)
+    scene = _scene(out_dir, len(frames), clip_events(states, network, visible))
+    _begin_folder(scene, plan.network_file)
+    write_truth(scene.truth, states, network, path.views, visible)
+    write_truth_events(scene.truth_events, scene.events)
+    if path.track is not None:
+        write_camera_track(scene.camera, path.track)
     side = thermal_path(path, plan.view, (_even(width_px / 2), _even(height_px / 2))) if thermal else None
     noise_sigma = float(np.hypot(NOISE_SIGMA, degradation.noise))
     films: list[tuple[Path, CameraPath, SceneRenderer | ThermalRenderer]] = [
@@ -163,18 +168,12 @@ def plan_world(
     return make_world(network, path, rng, marks=marks, bays=bays, weather=weather, occluders=occluders)
 
 
-def _write_truth(
-    scene: GeneratedScene, plan: Scenario, states: Sequence[VehicleStates], world: World, path: CameraPath
-) -> None:
+def _begin_folder(scene: GeneratedScene, network_file: Path) -> None:
     scene.video.parent.mkdir(parents=True, exist_ok=True)
     # An earlier scene in the same folder may have had another camera.
     for old in (scene.site, scene.camera, scene.thermal):
         old.unlink(missing_ok=True)
-    shutil.copyfile(plan.network_file, scene.network)
-    write_truth(scene.truth, states, world.network, path.views, world.overlay)
-    write_truth_events(scene.truth_events, scene.events)
-    if path.track is not None:
-        write_camera_track(scene.camera, path.track)
+    shutil.copyfile(network_file, scene.network)
 
 
 def _film(
