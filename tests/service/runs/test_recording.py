@@ -57,7 +57,7 @@ class Rows(list[CarState]):
     def append_states(self, rows: Iterable[CarState]) -> None:
         self.extend(rows)
 
-    def append_links(self, links: Iterable[object]) -> None:
+    def append(self, links: Iterable[object]) -> None:
         assert not list(links)
 
     def subscribe(self, consumer: Callable[[Sample[object]], None]) -> None:
