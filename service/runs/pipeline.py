@@ -94,6 +94,11 @@ class Pipeline:
         for stream in self.deployment.publishers(self.feed.source):
             yield from stream.publish_in_steps(sample)
 
+    def type_of(self, label: str) -> str:
+        """Name the type of a label as the host does; what is no host code has the type that the text says, or none."""
+        made_of = self.deployment.made_of.get(label, "")
+        return self.output_of.get(made_of) or self.deployment.types.get(label, "")
+
     def stream(self, name: str, value_type: str | None) -> DeclaredStream | None:
         """Give a declared stream that carries values of a type, or any; None if the text declares none of the name.
 
@@ -105,8 +110,7 @@ class Pipeline:
         stream = self.deployment.streams.get(name)
         if stream is None:
             return None
-        made_of = self.deployment.made_of[stream.label]
-        found = self.output_of.get(made_of, self.deployment.types[stream.label])  # a mediation is no host code
+        found = self.type_of(stream.label)
         if value_type not in (None, found):
             raise InputError(f"{self.kpl.name}: stream {name!r}: expected values of type {value_type}, got {found}")
         return stream
