@@ -1,6 +1,6 @@
 """How good is a run, or a file of tracks, at seeing and following the vehicles of a scene?"""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +49,7 @@ class SceneScore:
         """Return the figures as plain data, for JSON."""
         return {
             "detection": {"of": self.seen_by, **self.detection.as_record()},
-            "tracks": {level: score.as_record() for level, score in self.tracks.items()},
+            "tracks": {level: asdict(score) for level, score in self.tracks.items()},
         }
 
 

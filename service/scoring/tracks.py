@@ -7,7 +7,7 @@ performance: the CLEAR MOT metrics". Where those leave something open we do as t
 docs/evaluation.md says how the agreement is tested.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -66,10 +66,6 @@ class TrackScore:
     found_rows: int
     true_tracks: int
     found_tracks: int
-
-    def as_record(self) -> dict[str, object]:
-        """Return the figures as plain data, for JSON."""
-        return asdict(self)
 
 
 def score_tracks(true: TrackRows, found: TrackRows, pairs: Pairs) -> TrackScore:

@@ -140,7 +140,6 @@ class Site:
     start_utc : when the source's time line starts, in UTC; None if the file does not say.
     network : None if the file has no [network].
     camera : None if the file has no [camera], or gives a moving one by its poses alone.
-    frame : where on Earth the local frame lies; None if the file has no [frame].
     road_mask : an image of the frame's size that is bright where road is; exists when the file is loaded.
     path : the site file.
     files : the site file and every file it names: all that the site depends on.
@@ -154,7 +153,6 @@ class Site:
     start_utc: datetime | None
     network: RoadNetwork | None
     camera: GroundCamera | None
-    frame: LocalFrame | None
     road_mask: Path | None
     path: Path
     files: tuple[Path, ...]
@@ -204,7 +202,6 @@ def load_site(path: str | Path) -> Site:
         start_utc=said.start_utc.astimezone(UTC) if said.start_utc else None,
         network=network,
         camera=camera,
-        frame=frame,
         road_mask=view.road_mask,
         path=path,
         files=tuple(file for file in files if file),
