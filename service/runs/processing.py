@@ -17,7 +17,8 @@ from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
-from dyknow.node import Node, StreamReport
+from dyknow.node import Node
+from dyknow.streams.stream_report import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import InputFile, RunRecord, RunStatus, SourceText, StartFrom, software_version
 from service.runs.inputs.input_kind import Input, content_digest

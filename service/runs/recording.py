@@ -36,7 +36,7 @@ from service.records import (
 from service.runs.car_states import CarRows
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
-from service.store.log import RunWriter
+from service.store.writer import RunWriter
 from vision.objects import FloatArray, VisionObjects
 
 # The streams that are written, and the type that each carries; of frames only their times are, so any type will do.

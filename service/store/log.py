@@ -45,8 +45,6 @@ from service.store.run_lock import RunLock
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import RunWriter, insert_rows
 
-__all__ = ["EventLog", "RunWriter", "open_log"]
-
 Mode = Literal["r", "w"]
 
 _Record = TypeVar("_Record", bound=Struct)

@@ -18,7 +18,7 @@ from gis.road_network import RoadPositions
 from service.cli.app import run
 from service.records import CarState
 from service.runs.recording import CarHistory, Recorder
-from service.store.log import RunWriter
+from service.store.writer import RunWriter
 from tests.service.logs import read_all
 from tests.service.tracks import write_tracks
 
