@@ -64,12 +64,12 @@ def check_kpl(text: str, *, name: str = "kpl") -> Checked:
     """
     specification, doubtful, reporter = open_kpl(text, name)
     vocabulary = Vocabulary(specification, reporter, doubtful)
-    check_declarations(specification, vocabulary, reporter)
+    check_declarations(specification, vocabulary)
     for statement in specification.statements:
         if isinstance(statement, model.Process):
-            check_process(statement, vocabulary, reporter)
+            check_process(statement, vocabulary)
         elif isinstance(statement, model.StreamDeclaration):
-            check_term(statement.term, vocabulary, reporter)
+            check_term(statement.term, vocabulary)
     for constraints in policies_of(specification):
         check_policy(constraints, reporter)
     processes = _inputs_first(vocabulary, reporter)
