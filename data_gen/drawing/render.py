@@ -23,7 +23,7 @@ from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
 from data_gen.drawing.traffic.solid_painter import SolidPainter
 from data_gen.drawing.traffic.sprites import SpritePainter
-from data_gen.drawing.view import CameraView, Raster, Rectangle
+from data_gen.drawing.view import CameraView, Raster
 from data_gen.simulation.states import ByteArray, FloatArray, VehicleStates
 from gis.road_network import RoadNetwork
 
@@ -141,7 +141,7 @@ class SceneRenderer:
         view = self._path.views[number]
         canvas = self._ground.seen(view)
         self._painter.draw(canvas, states, view)
-        self._world.overlay.apply(canvas, Rectangle(0, 0, *view.size_px), view)
+        self._world.overlay.apply(canvas, view)
         picture = np.asarray(cv2.cvtColor(canvas, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
         luma = picture[: self._height_px]
         if self._world.clouds is not None:
