@@ -11,7 +11,7 @@ from service.errors import InputError
 from service.records import InputKind
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
 from service.runs.inputs.input_kind import Asked, Input, camera_record
-from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
+from service.runs.inputs.moving_camera import StoredPoses, first_camera
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.watched_area import watched_area
@@ -110,9 +110,7 @@ def _camera(
     if site is None or not is_known:
         raise InputError(f"{path}: expected a [camera] in the site file for boxes in pixels, got none")
     size_px = alone_size(details, path)
-    if site.motion is None:
-        return site.camera, size_px
-    if site.motion.poses is None:
+    if site.motion is not None and site.motion.poses is None:
         raise InputError(f"{path}: expected poses of the moving camera for detections without a video, got none")
     with told(InputError, site.path, f"for {path.name}"):
         return first_camera(site.camera, site.motion, size_px), size_px
@@ -128,6 +126,4 @@ def _area(
         assert site.network is not None
         return plain_rings(site.network.surface())
     with told(InputError, site.path, f"for {path.name}"):
-        if site.motion is not None:
-            return moving_area(camera, site.motion, site.network, size_px)
-        return watched_area(camera, site.network, site.road_mask, size_px)
+        return watched_area(camera, site.network, site.road_mask, size_px, site.motion)

@@ -20,7 +20,7 @@ from service.runs.inputs.detectors import (
     describe,
 )
 from service.runs.inputs.input_kind import Asked, Input, camera_record
-from service.runs.inputs.moving_camera import first_camera, moving_area
+from service.runs.inputs.moving_camera import first_camera
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.trajectories import is_trajectories
@@ -98,13 +98,13 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
 def _open_video(path: Path, site: Site | None) -> VideoInput:
     network, settings = (site.network, site.vision) if site else (None, VisionSettings())
     video = open_video(path)
-    if site is not None and site.motion is not None:
-        return _with_moving_camera(path, video, site, site.motion)
-    if site is not None and site.camera is not None:
-        with told(InputError, site.path, f"for {path.name}"):
-            area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
-        return _video_input(path, VideoSensor(video, site.camera, network, area_m, settings=settings))
-    return _without_camera(path, video, network, settings)
+    if site is None or (site.camera is None and site.motion is None):
+        return _without_camera(path, video, network, settings)
+    size_px = (video.width_px, video.height_px)
+    with told(InputError, site.path, f"for {path.name}"):
+        camera = first_camera(site.camera, site.motion, size_px)
+        area_m = watched_area(camera, network, site.road_mask, size_px, site.motion)
+    return _video_input(path, VideoSensor(video, camera, network, area_m, site.motion, settings=settings))
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
@@ -135,14 +135,6 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
         detector_files=choice.files,
         warnings=(*source.warnings, *warnings),
     )
-
-
-def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Motion) -> VideoInput:
-    size_px = (video.width_px, video.height_px)
-    with told(InputError, site.path, f"for {path.name}"):
-        camera = first_camera(site.camera, motion, size_px)
-        area_m = moving_area(camera, motion, site.network, size_px)
-    return _video_input(path, VideoSensor(video, camera, site.network, area_m, motion, settings=site.vision))
 
 
 def _without_camera(
