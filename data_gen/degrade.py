@@ -4,9 +4,8 @@ The faults are real ones of the file: a lost frame leaves a hole in the time sta
 before it under a new time stamp. Truth is not touched; it has rows for every simulated time.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -63,18 +62,18 @@ def parse_degradation(text: str) -> Degradation:
     ...
     data_gen.errors.DataGenError: degrade, drop: expected a number from 0 to 0.9, got '2'
     """
-    values: dict[str, Any] = {}  # whole numbers or not, as the readers of the names say
+    values: dict[str, Any] = {}  # whole numbers or not, as the limits of the names say
     gaps: list[tuple[int, int]] = []
     for item in filter(None, (part.strip() for part in text.split(","))):
         name, _, value = item.partition("=")
         if name == "gap":
             gaps.append(_gap(value))
-        elif name not in _READERS:
-            raise DataGenError(f"degrade: expected some of {', '.join((*_READERS, 'gap'))}, got {name!r}")
+        elif name not in _LIMITS:
+            raise DataGenError(f"degrade: expected some of {', '.join((*_LIMITS, 'gap'))}, got {name!r}")
         elif name in values:
             raise DataGenError(f"degrade, {name}: expected it once, got it again as {value!r}")
         else:
-            values[name] = _READERS[name](name, value)
+            values[name] = _read(name, value)
     return Degradation(gaps_us=tuple(sorted(gaps)), **values)
 
 
@@ -136,28 +135,23 @@ def _gap(value: str) -> tuple[int, int]:
     return start_us, start_us + length_us
 
 
-def _within(low: float, high: float, *, is_whole: bool = False) -> Callable[[str, str], float]:
-    kind = "a whole number" if is_whole else "a number"
-
-    def read(name: str, value: str) -> float:
-        try:
-            number = int(value) if is_whole else float(value)
-        except ValueError:
-            number = float("nan")
-        if not low <= number <= high:
-            raise DataGenError(f"degrade, {name}: expected {kind} from {low:g} to {high:g}, got {value!r}")
-        return number
-
-    return read
+def _read(name: str, value: str) -> float:
+    low, high, kind = _LIMITS[name]
+    try:
+        number = kind(value)
+    except ValueError:
+        number = float("nan")
+    if not low <= number <= high:
+        expected = "a whole number" if kind is int else "a number"
+        raise DataGenError(f"degrade, {name}: expected {expected} from {low:g} to {high:g}, got {value!r}")
+    return number
 
 
-_READERS: Mapping[str, Callable[[str, str], float]] = MappingProxyType(
-    {
-        "noise": _within(0, 20),
-        "drop": _within(0, 0.9),
-        "duplicate": _within(0, 0.9),
-        "every": _within(1, 25, is_whole=True),
-        "vfr": _within(1, _SLOWEST_STEP, is_whole=True),
-        "crf": _within(0, 51, is_whole=True),
-    }
-)
+_LIMITS: Mapping[str, tuple[float, float, type[int] | type[float]]] = {
+    "noise": (0, 20, float),
+    "drop": (0, 0.9, float),
+    "duplicate": (0, 0.9, float),
+    "every": (1, 25, int),
+    "vfr": (1, _SLOWEST_STEP, int),
+    "crf": (0, 51, int),
+}

@@ -7,7 +7,6 @@ folder beside it; simulation, truth and drawing read nothing else.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Literal
 
 from data_gen.errors import DataGenError
@@ -17,15 +16,13 @@ _FLAGS: tuple[str, ...] = ("0", "1")
 VehicleClass = Literal["car", "van", "truck", "bus", "motorcycle"]
 Driver = tuple[tuple[str, str], ...]
 _Range = tuple[float, float]
-_MODELS: Mapping[VehicleClass, tuple[_Range, _Range, Mapping[str, str]]] = MappingProxyType(
-    {
-        "car": ((3.9, 4.9), (1.7, 1.9), {}),
-        "van": ((5.0, 6.4), (1.95, 2.1), {"accel": "2.2"}),
-        "truck": ((8.0, 11.5), (2.4, 2.55), {"accel": "1.2", "decel": "4"}),
-        "bus": ((11.5, 12.2), (2.5, 2.55), {"accel": "1.2", "decel": "4"}),
-        "motorcycle": ((2.0, 2.3), (0.75, 0.9), {"accel": "4"}),
-    }
-)
+_MODELS: Mapping[VehicleClass, tuple[_Range, _Range, Mapping[str, str]]] = {
+    "car": ((3.9, 4.9), (1.7, 1.9), {}),
+    "van": ((5.0, 6.4), (1.95, 2.1), {"accel": "2.2"}),
+    "truck": ((8.0, 11.5), (2.4, 2.55), {"accel": "1.2", "decel": "4"}),
+    "bus": ((11.5, 12.2), (2.5, 2.55), {"accel": "1.2", "decel": "4"}),
+    "motorcycle": ((2.0, 2.3), (0.75, 0.9), {"accel": "4"}),
+}
 """Length, width and usual driver of each class."""
 
 

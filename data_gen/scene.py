@@ -22,7 +22,7 @@ from data_gen.scenarios.catalogue import NO_OPTIONS, scenario_named
 from data_gen.simulation.simulate import check_seed, simulate
 from data_gen.simulation.states import VehicleStates
 from data_gen.site_file import write_site
-from data_gen.truth.clip import clip_events, write_truth
+from data_gen.truth.clip import clip_events, visible_masks, write_truth
 from data_gen.truth.event import TruthEvent, write_truth_events
 from gis.camera_pose import write_camera_track
 from gis.road_network import RoadNetwork
@@ -116,22 +116,29 @@ def generate(
     check_seed(seed)
     check_weather(weather)
     hung = occluder_kinds(occluders)
-    rngs = _Sources.of(seed)
-    states = simulate(plan, seed=seed, rng=rngs.traffic, duration_us=duration_us, step_us=step_us)
+    # One for each purpose: what one of them draws does not disturb another.
+    sources = np.random.default_rng(np.random.SeedSequence(seed)).spawn(6)
+    traffic_rng, scenery_rng, camera_rng, picture_rng, thermal_rng, fault_rng = sources
+    states = simulate(plan, seed=seed, rng=traffic_rng, duration_us=duration_us, step_us=step_us)
     t_us = np.array([step.t_us for step in states])
-    path = camera_path(camera, plan.view, (width_px, height_px), t_us=t_us, rng=rngs.camera)
+    path = camera_path(camera, plan.view, (width_px, height_px), t_us=t_us, rng=camera_rng)
     network = read_sumo_net(plan.network_file)
-    world = plan_world(plan, network, path, rngs.scenery, weather=weather, occluders=hung)
-    frames = plan_frames(degradation, len(states), step_us=step_us, rng=rngs.faults)
-    scene = _scene(out_dir, len(frames), clip_events(states, network, path.views, world.overlay))
-    _write_truth(scene, plan, states, world, path)
+    world = plan_world(plan, network, path, scenery_rng, weather=weather, occluders=hung)
+    frames = plan_frames(degradation, len(states), step_us=step_us, rng=fault_rng)
+    visible = visible_masks(states, path.views, world.overlay)
+    scene = _scene(out_dir, len(frames), clip_events(states, network, visible))
+    _begin_folder(scene, plan.network_file)
+    write_truth(scene.truth, states, network, path.views, visible)
+    write_truth_events(scene.truth_events, scene.events)
+    if path.track is not None:
+        write_camera_track(scene.camera, path.track)
     side = thermal_path(path, plan.view, (_even(width_px / 2), _even(height_px / 2))) if thermal else None
     noise_sigma = float(np.hypot(NOISE_SIGMA, degradation.noise))
     films: list[tuple[Path, CameraPath, SceneRenderer | ThermalRenderer]] = [
-        (scene.video, path, SceneRenderer(world, path, rngs.picture, noise_sigma=noise_sigma))
+        (scene.video, path, SceneRenderer(world, path, picture_rng, noise_sigma=noise_sigma))
     ]
     if side is not None:
-        films.append((scene.thermal, side, ThermalRenderer(world, side, rngs.thermal)))
+        films.append((scene.thermal, side, ThermalRenderer(world, side, thermal_rng)))
     _film(films, frames, states, rate_hz=rate_hz, crf=degradation.crf, progress=progress)
     # Last: a folder with a site file is complete.
     write_site(
@@ -143,22 +150,6 @@ def generate(
         thermal=None if side is None else (scene.thermal, side),
     )
     return scene
-
-
-@dataclass(frozen=True, slots=True)
-class _Sources:
-    """One source of randomness for each purpose: what one of them draws does not disturb another."""
-
-    traffic: np.random.Generator
-    scenery: np.random.Generator
-    camera: np.random.Generator
-    picture: np.random.Generator
-    thermal: np.random.Generator
-    faults: np.random.Generator
-
-    @classmethod
-    def of(cls, seed: int) -> "_Sources":
-        return cls(*np.random.default_rng(np.random.SeedSequence(seed)).spawn(6))
 
 
 def plan_world(
@@ -177,18 +168,12 @@ def plan_world(
     return make_world(network, path, rng, marks=marks, bays=bays, weather=weather, occluders=occluders)
 
 
-def _write_truth(
-    scene: GeneratedScene, plan: Scenario, states: Sequence[VehicleStates], world: World, path: CameraPath
-) -> None:
+def _begin_folder(scene: GeneratedScene, network_file: Path) -> None:
     scene.video.parent.mkdir(parents=True, exist_ok=True)
     # An earlier scene in the same folder may have had another camera.
     for old in (scene.site, scene.camera, scene.thermal):
         old.unlink(missing_ok=True)
-    shutil.copyfile(plan.network_file, scene.network)
-    write_truth(scene.truth, states, world.network, path.views, world.overlay)
-    write_truth_events(scene.truth_events, scene.events)
-    if path.track is not None:
-        write_camera_track(scene.camera, path.track)
+    shutil.copyfile(network_file, scene.network)
 
 
 def _film(

@@ -88,12 +88,13 @@ def make_track_scene(
     states = simulate(plan, seed=seed, rng=traffic_rng, duration_us=duration_us, step_us=step_us)
     network = read_sumo_net(plan.network_file)
     views = (camera_over(plan.view, _VIEW_SIZE_PX),) * len(states) if in_view else None
-    rows = rows_of_states(states, visible_masks(states, views), every=every)
-    events = clip_events(states, network, views)
+    visible = visible_masks(states, views)
+    rows = rows_of_states(states, visible, every=every)
+    events = clip_events(states, network, visible)
     out_dir.mkdir(parents=True, exist_ok=True)
     network_file = out_dir / "network.net.xml"
     shutil.copyfile(plan.network_file, network_file)
-    write_truth(out_dir / "truth.csv", states, network, views)
+    write_truth(out_dir / "truth.csv", states, network, views, visible)
     write_truth_events(out_dir / "truth_events.jsonl", events)
     # Last: a folder with a site file is complete.
     write_site(out_dir / "site.toml", name=f"{scenario} seed {seed}", network=network_file)

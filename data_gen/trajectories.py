@@ -21,7 +21,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from data_gen.errors import DataGenError
-from data_gen.simulation.states import BoolArray, FloatArray, IntArray, VehicleStates
+from data_gen.simulation.states import BoolArray, FloatArray, IntArray, VehicleStates, written
 
 COLUMNS = ("t_us", "id", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m")
 SWAP_REACH_M = 6.0
@@ -109,10 +109,7 @@ def rows_of_states(states: Sequence[VehicleStates], seen: Sequence[BoolArray], *
     The rows.
     """
     kept = [(step, np.flatnonzero(mask)) for step, mask in list(zip(states, seen, strict=True))[::every]]
-    values = [
-        np.column_stack((step.centre_m, step.heading_rad, step.speed_mps, step.length_m, step.width_m))[rows]
-        for step, rows in kept
-    ]
+    values = [step.poses()[rows] for step, rows in kept]
     return TrueRows(
         t_us=np.concatenate([np.full(len(rows), step.t_us, dtype=np.int64) for step, rows in kept]),
         vehicles=tuple(step.ids[row] for step, rows in kept for row in rows.tolist()),
@@ -202,9 +199,7 @@ def write_tracks(path: Path, tracks: NoisyTracks) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for t_us, track, values in zip(tracks.rows.t_us.tolist(), tracks.ids, tracks.rows.values.tolist(), strict=True):
-            x_m, y_m, heading_rad, speed_mps, length_m, width_m = values
-            numbers = (f"{x_m:.3f}", f"{y_m:.3f}", f"{heading_rad:.5f}", f"{speed_mps:.3f}")
-            writer.writerow((t_us, track, *numbers, f"{length_m:.2f}", f"{width_m:.2f}"))
+            writer.writerow((t_us, track, *written(values)))
 
 
 def _with_noise(values: FloatArray, faults: TrackFaults, rng: np.random.Generator) -> FloatArray:

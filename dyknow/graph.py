@@ -5,12 +5,11 @@ Mermaid is drawn by the pages of most code hosts as it stands.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from types import MappingProxyType
 
 from dyknow.streams.stream_report import StreamReport
 
-_NO_NAMES: Mapping[str, str] = MappingProxyType({})
-_MERMAID_CODES = MappingProxyType(str.maketrans({one: f"#{ord(one)};" for one in '#"&<>`'}))
+_NO_NAMES: Mapping[str, str] = {}
+_MERMAID_CODES: Mapping[int, str] = str.maketrans({one: f"#{ord(one)};" for one in '#"&<>`'})
 
 
 def to_dot(reports: Sequence[StreamReport], *, made_of: Mapping[str, str] = _NO_NAMES, has_counts: bool = True) -> str:

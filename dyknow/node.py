@@ -18,8 +18,6 @@ from dyknow.streams.process import Clock, ComputationalUnit, JoiningUnit, Proces
 from dyknow.streams.stream import EVERYTHING, Consumer, StreamGenerator, Subscription, exhaust
 from dyknow.streams.stream_report import StreamReport, report_on
 
-__all__ = ["Node", "StreamReport"]
-
 Labels = str | tuple[str, ...]
 Policies = Policy | tuple[Policy, ...]
 

@@ -274,7 +274,7 @@ class StreamRecord(ProcessRecord, frozen=True, kw_only=True):
 
 
 class SourceText(Struct, frozen=True):
-    """A text that chronicles were read from, and what messages call it."""
+    """A text that chronicles or streams were read from, and what messages call it."""
 
     name: str
     text: str

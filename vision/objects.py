@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,9 +42,14 @@ class Table:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """Put the rows of several tables into one, each column there in all of them."""
+        """Put the rows of several tables into one; a column that one of them lacks is left out."""
         columns = ([getattr(part, name) for part in parts] for name in cls.__match_args__)
-        return cls(*[type(one[0]).joined(one) if isinstance(one[0], Table) else np.concatenate(one) for one in columns])
+        return cls(*[None if any(part is None for part in one) else _joined_column(one) for one in columns])
+
+
+# Any: an array, or another table
+def _joined_column(parts: Sequence[Any]) -> Any:
+    return type(parts[0]).joined(parts) if isinstance(parts[0], Table) else np.concatenate(parts)
 
 
 @dataclass(frozen=True, slots=True)

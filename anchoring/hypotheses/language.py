@@ -17,13 +17,13 @@ from anchoring.linking.classes import CLASS_NAMES, VEHICLE, Norms, ObjectClass
 from anchoring.linking.fluents import Fluent
 from anchoring.observations import Level
 from anchoring.settings import AnchoringSettings
-from dyknow.language.diagnostics import Hint, Reporter, near, suggest
+from dyknow.language.diagnostics import Hint, near, suggest
 from dyknow.language.durations import US_PER_UNIT, split_quantity, to_us
 from dyknow.language.grammar import Grammar, load_grammar
 from dyknow.language.places import Span
 from dyknow.language.reading import Node, Reading, cut, report
 from dyknow.language.wording import Misfit, described, listed
-from dyknow.language.words import COMMENT, STRANGE, Source, Strange, Word, normalised, read_words
+from dyknow.language.words import STRANGE, Source, Strange, Word, opened
 
 FLUENTS = frozenset(str(fluent.name).lower() for fluent in Fluent)
 LEVELS: Mapping[str, Level] = {"world_object": "world", "on_road_object": "on_road", VEHICLE: "car"}
@@ -90,9 +90,7 @@ def read_linkage(
        |                                             ^^^^^^^^^^^
        = help: did you mean 'establish_us'?
     """
-    text = normalised(text)
-    source = Source(name, "L", Reporter({name: text}))
-    words = [word for word in read_words(text, source, _grammar(), _explain) if word.kind != COMMENT]
+    source, words = opened(text, name, "L", _grammar(), _explain)
     pieces = cut(words, lambda before, word: word.kind in ("CLASS", "LINK") and word.line > before.line)
     trees = [tree.parts[0] for piece in pieces if (tree := _parse(piece, source)) is not None]
     source.reporter.raise_if_any(LinkageError)

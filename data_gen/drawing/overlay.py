@@ -46,21 +46,14 @@ class Overlay:
         self._layers: list[Layer] = []
         self._shades: list[Layer] = []
 
-    def apply(self, picture: ByteArray, part: Rectangle, view: CameraView) -> None:
-        """Lay shadows and occluders over a part of the image.
-
-        Parameters
-        ----------
-        picture : (h, w, 3) of the part's size, changed.
-        part : of the image that the picture shows.
-        view : the camera.
-        """
+    def apply(self, picture: ByteArray, view: CameraView) -> None:
+        """Lay shadows and occluders over the image of a camera, (h, w, 3), in place."""
         self._look_from(view)
-        for inner, shade in _cut(self._shades, part):
+        for where, shade in self._shades:
             kept = 255 - shade.astype(np.uint16)
-            picture[inner] = (picture[inner] * kept[:, :, None] + 127) // 255
-        for inner, layer in _cut(self._layers, part):
-            blend(picture[inner], layer)
+            picture[where.window] = (picture[where.window] * kept[:, :, None] + 127) // 255
+        for where, layer in self._layers:
+            blend(picture[where.window], layer)
 
     def opacity(self, part: Rectangle, view: CameraView) -> FloatArray:
         """Tell how much of each pixel of a part of the image the occluders hide: (h, w), 0 to 1."""
@@ -70,11 +63,6 @@ class Overlay:
         for inner, layer in _cut(self._layers, part):
             seen_through[inner] *= 1 - layer[:, :, 3] / 255
         return np.asarray(1 - seen_through, dtype=np.float64)
-
-    def touches(self, part: Rectangle, view: CameraView) -> bool:
-        """Tell whether an occluder or its shadow reaches into a part of the image."""
-        self._look_from(view)
-        return any(True for _ in _cut((*self._layers, *self._shades), part))
 
     def _look_from(self, view: CameraView) -> None:
         """Warp all layers for a view, unless they still are."""
@@ -153,6 +141,6 @@ def _hidden_share(footprint_m: FloatArray, up_m: float, view: CameraView, overla
         return 0.0
     rows, columns = patch.window
     part = Rectangle(columns.start, rows.start, columns.stop, rows.stop)
-    if not overlay.touches(part, view) or not patch.cover.any():
+    if not patch.cover.any():
         return 0.0
     return float((patch.cover * overlay.opacity(part, view)).sum() / patch.cover.sum())

@@ -23,7 +23,7 @@ from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
 from data_gen.drawing.traffic.solid_painter import SolidPainter
 from data_gen.drawing.traffic.sprites import SpritePainter
-from data_gen.drawing.view import CameraView, Raster, Rectangle
+from data_gen.drawing.view import CameraView, Raster
 from data_gen.simulation.states import ByteArray, FloatArray, VehicleStates
 from gis.road_network import RoadNetwork
 
@@ -121,9 +121,9 @@ class SceneRenderer:
         self._world = world
         self._path = path
         self._height_px = size_px[1]
-        self._scene: _FixedScene | _MovingScene = (
-            _MovingScene(world, path, rng) if path.is_moving else _FixedScene(world, path, rng)
-        )
+        self._ground = GroundPicture(world, path, rng)
+        painter = SpritePainter if path.track is None else SolidPainter
+        self._painter: SpritePainter | SolidPainter = painter(size_px, world.sun)
         self._sensor = Sensor(size_px, noise_sigma=noise_sigma, rng=rng)
 
     def frame(self, states: VehicleStates, number: int = 0) -> ByteArray:
@@ -139,18 +139,15 @@ class SceneRenderer:
         (h * 3 / 2, w): luma, then both chroma planes at half size, packed as I420. A new array each time.
         """
         view = self._path.views[number]
-        picture = self._scene.picture(states, view)
+        canvas = self._ground.seen(view)
+        self._painter.draw(canvas, states, view)
+        self._world.overlay.apply(canvas, view)
+        picture = np.asarray(cv2.cvtColor(canvas, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
         luma = picture[: self._height_px]
         if self._world.clouds is not None:
             darken(picture, self._world.clouds.light(view, states.t_us))
         self._sensor.expose(luma, gain=self._world.sun.gain(states.t_us), blur_px=self._path.blur_px[number])
         return picture
-
-
-def _painter(view: CameraView, sun: Sun) -> SpritePainter | SolidPainter:
-    if view.pose is None:
-        return SpritePainter(view.size_px, sun)
-    return SolidPainter(view.size_px, sun)
 
 
 class GroundPicture:
@@ -171,64 +168,8 @@ class GroundPicture:
         )
 
     def seen(self, view: CameraView) -> ByteArray:
-        """Give the ground in a view of the path, (h, w, 3); of a fixed camera always the same array."""
-        return self._picture if self._raster is None else self._raster.seen_by(self._picture, view)
-
-
-class _FixedScene:
-    """The scene of a camera that stands still: the ground is painted and converted once."""
-
-    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
-        view = path.views[0]
-        self._size_px = view.size_px
-        self._overlay = world.overlay
-        self._painter = _painter(view, world.sun)
-        self._ground = GroundPicture(world, path, rng).seen(view)
-        self._canvas = self._ground.copy()
-        empty = self._ground.copy()
-        self._overlay.apply(empty, Rectangle(0, 0, *view.size_px), view)
-        self._empty_i420 = cv2.cvtColor(empty, cv2.COLOR_BGR2YUV_I420).astype(np.uint8)
-
-    def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
-        """Draw a frame without light and noise: I420 planes."""
-        picture = self._empty_i420.copy()
-        touched = self._painter.draw(self._canvas, states, view)
-        for part in touched:
-            seen = self._canvas[part.window]
-            if self._overlay.touches(part, view):
-                seen = seen.copy()
-                self._overlay.apply(seen, part, view)
-            self._convert(seen, picture, part)
-        for part in touched:
-            self._canvas[part.window] = self._ground[part.window]
-        return picture
-
-    def _convert(self, seen: ByteArray, picture: ByteArray, part: Rectangle) -> None:
-        """Copy a part of the scene into the I420 picture."""
-        width_px, height_px = self._size_px
-        columns, rows = part.size_px
-        converted = cv2.cvtColor(seen, cv2.COLOR_BGR2YUV_I420)
-        picture[part.top : part.bottom, part.left : part.right] = converted[:rows]
-        chroma = picture[height_px:].reshape(2, height_px // 2, width_px // 2)
-        chroma[:, part.top // 2 : part.bottom // 2, part.left // 2 : part.right // 2] = converted[rows:].reshape(
-            2, rows // 2, columns // 2
-        )
-
-
-class _MovingScene:
-    """The scene of a moving camera: the whole ground is painted once and warped for each frame."""
-
-    def __init__(self, world: World, path: CameraPath, rng: np.random.Generator) -> None:
-        self._overlay = world.overlay
-        self._painter = _painter(path.views[0], world.sun)
-        self._ground = GroundPicture(world, path, rng)
-
-    def picture(self, states: VehicleStates, view: CameraView) -> ByteArray:
-        """Draw a frame without light and noise: I420 planes."""
-        canvas = self._ground.seen(view)
-        self._painter.draw(canvas, states, view)
-        self._overlay.apply(canvas, Rectangle(0, 0, *view.size_px), view)
-        return np.asarray(cv2.cvtColor(canvas, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
+        """Give the ground in a view of the path, (h, w, 3), a new array each time."""
+        return self._picture.copy() if self._raster is None else self._raster.seen_by(self._picture, view)
 
 
 class Sensor:

@@ -130,17 +130,9 @@ def _draw_warm(warmth: Picture, states: VehicleStates, row: int, view: CameraVie
     """Draw the silhouette of one vehicle, its engine at the front a little warmer."""
     rng = np.random.default_rng(states.appearance[row])
     body = _BODY + _BODY_SPREAD * float(rng.random())
-    # From the rear right, counter-clockwise.
-    rear_right, front_right, front_left, rear_left = corners_m(states)[row]
-    back = 1 - _ENGINE_PART
-    engine = np.array(
-        [
-            rear_right + back * (front_right - rear_right),
-            front_right,
-            front_left,
-            rear_left + back * (front_left - rear_left),
-        ]
-    )
-    whole = np.array([rear_right, front_right, front_left, rear_left])
+    whole = corners_m(states)[row]
+    rear, front = [0, 3], [1, 2]
+    engine = whole.copy()
+    engine[rear] += (1 - _ENGINE_PART) * (whole[front] - whole[rear])
     for outline_m, value in ((whole, body), (engine, body + _ENGINE_HOTTER)):
         fill(warmth[:, :, None], silhouette_px(outline_m, height_m(states.classes[row]), view), (value,))

@@ -91,12 +91,13 @@ def camera_over(view: View, size_px: tuple[int, int]) -> CameraView:
     width_px, height_px = size_px
     pixel_m = view.width_m / width_px
     east_m, north_m = view.centre_m
-    ground_from_pixel = [
-        [pixel_m, 0.0, east_m - pixel_m * (width_px - 1) / 2],
-        [0.0, -pixel_m, north_m + pixel_m * (height_px - 1) / 2],
-        [0.0, 0.0, 1.0],
-    ]
-    return CameraView(GroundCamera.from_homography(ground_from_pixel), size_px)
+    west_m, top_m = east_m - pixel_m * (width_px - 1) / 2, north_m + pixel_m * (height_px - 1) / 2
+    return CameraView(_north_up(pixel_m, west_m, top_m), size_px)
+
+
+def _north_up(pixel_m: float, west_m: float, north_m: float) -> GroundCamera:
+    """Look straight down; the centre of the top-left pixel is over a place."""
+    return GroundCamera.from_homography([[pixel_m, 0.0, west_m], [0.0, -pixel_m, north_m], [0.0, 0.0, 1.0]])
 
 
 def widened(bounds_m: Bounds, by_m: float) -> Bounds:
@@ -187,13 +188,7 @@ class Raster:
             2 * math.ceil((east_m - west_m) / self.pixel_m / 2),
             2 * math.ceil((north_m - south_m) / self.pixel_m / 2),
         )
-        self.camera = GroundCamera.from_homography(
-            [
-                [self.pixel_m, 0.0, west_m + self.pixel_m / 2],
-                [0.0, -self.pixel_m, north_m - self.pixel_m / 2],
-                [0.0, 0.0, 1.0],
-            ]
-        )
+        self.camera = _north_up(self.pixel_m, west_m + self.pixel_m / 2, north_m - self.pixel_m / 2)
 
     def seen_by(self, picture: ByteArray, view: CameraView) -> ByteArray:
         """Warp a picture of the raster into a camera's image.

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from data_gen.errors import DataGenError
 from data_gen.scenario import DEMAND, OptionValues, Scenario, ScenarioOption, read_options
@@ -27,23 +26,21 @@ class CatalogueEntry:
     options: tuple[ScenarioOption, ...] = ()
 
 
-SCENARIOS: Mapping[str, CatalogueEntry] = MappingProxyType(
-    {
-        "rural_overtaking": CatalogueEntry(rural_overtaking, RURAL_OPTIONS),
-        "junction": CatalogueEntry(junction, JUNCTION_OPTIONS),
-        "motorway": CatalogueEntry(motorway, MOTORWAY_OPTIONS),
-        "roundabout": CatalogueEntry(roundabout, (DEMAND,)),
-        "urban_grid": CatalogueEntry(urban_grid, URBAN_OPTIONS),
-        "following_only": CatalogueEntry(following_only),
-        "meeting_only": CatalogueEntry(meeting_only),
-        "parked_car": CatalogueEntry(parked_car),
-        "lane_change_only": CatalogueEntry(lane_change_only),
-        "queue_passing": CatalogueEntry(queue_passing),
-    }
-)
+SCENARIOS: Mapping[str, CatalogueEntry] = {
+    "rural_overtaking": CatalogueEntry(rural_overtaking, RURAL_OPTIONS),
+    "junction": CatalogueEntry(junction, JUNCTION_OPTIONS),
+    "motorway": CatalogueEntry(motorway, MOTORWAY_OPTIONS),
+    "roundabout": CatalogueEntry(roundabout, (DEMAND,)),
+    "urban_grid": CatalogueEntry(urban_grid, URBAN_OPTIONS),
+    "following_only": CatalogueEntry(following_only),
+    "meeting_only": CatalogueEntry(meeting_only),
+    "parked_car": CatalogueEntry(parked_car),
+    "lane_change_only": CatalogueEntry(lane_change_only),
+    "queue_passing": CatalogueEntry(queue_passing),
+}
 """Scenarios by name."""
 
-NO_OPTIONS: Mapping[str, str] = MappingProxyType({})
+NO_OPTIONS: Mapping[str, str] = {}
 
 
 def scenario_named(name: str, options: Mapping[str, str] = NO_OPTIONS) -> Scenario:

@@ -5,7 +5,6 @@ motorway.
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 from data_gen.scenario import (
     Flow,
@@ -23,7 +22,7 @@ from data_gen.scenarios.rural_overtaking import RURAL_NETWORK
 
 _PATIENT = (("speedFactor", "1"), ("speedDev", "0"), ("sigma", "0.2"), ("lcOpposite", "0"))
 _RURAL_VIEW = View(centre_m=(500.0, 0.0), width_m=400.0)
-_EVEN_MIX: Mapping[VehicleClass, float] = MappingProxyType({"car": 0.7, "van": 0.1, "truck": 0.1, "motorcycle": 0.1})
+_EVEN_MIX: Mapping[VehicleClass, float] = {"car": 0.7, "van": 0.1, "truck": 0.1, "motorcycle": 0.1}
 _SECOND_US = 1_000_000
 # A driver who passes what stands, and has no reason to pass anybody else: all drive alike.
 _EVEN_DRIVER = (

@@ -10,7 +10,6 @@ goes first.
 """
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from data_gen.scenario import (
     DEMAND,
@@ -26,9 +25,7 @@ from data_gen.scenario import (
 )
 
 JUNCTION_OPTIONS = (ScenarioOption("lights", "program of the traffic light", ("fixed", "actuated")), DEMAND)
-_SHARES: Mapping[VehicleClass, float] = MappingProxyType(
-    {"car": 0.78, "van": 0.12, "truck": 0.03, "bus": 0.03, "motorcycle": 0.04}
-)
+_SHARES: Mapping[VehicleClass, float] = {"car": 0.78, "van": 0.12, "truck": 0.03, "bus": 0.03, "motorcycle": 0.04}
 _CLOCKWISE = ("north", "east", "south", "west")
 """From an arm the next one is to the left, the one before to the right."""
 _STRAIGHT_HZ, _RIGHT_HZ, _LEFT_HZ = 0.1, 0.035, 0.025

@@ -1,6 +1,6 @@
 """Where is every vehicle at one instant? The state that simulation hands to truth and drawing."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
@@ -18,6 +18,7 @@ BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.int32]
 
 _Cell = TypeVar("_Cell", bound=np.generic)
+_POSE_FORMATS = (".3f", ".3f", ".5f", ".3f", ".2f", ".2f")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,10 @@ class VehicleStates:
     appearance: IntArray
     """Seed of each vehicle's looks."""
 
+    def poses(self) -> FloatArray:
+        """Give (n, 6): x and y of the centre, heading, speed, length, width."""
+        return np.column_stack((self.centre_m, self.heading_rad, self.speed_mps, self.length_m, self.width_m))
+
     def joined(self, others: "VehicleStates") -> "VehicleStates":
         """Give the states with those of others behind them, at the same time."""
         joined: dict[str, Any] = {}  # tuples and arrays
@@ -46,6 +51,11 @@ class VehicleStates:
             own, other = getattr(self, name), getattr(others, name)
             joined[name] = own + other if isinstance(own, tuple) else np.concatenate((own, other))
         return replace(self, **joined)
+
+
+def written(pose: Iterable[float]) -> list[str]:
+    """Write one of `VehicleStates.poses` for a file: millimetres, mm/s and 1e-5 rad, sizes to the centimetre."""
+    return [format(value, form) for value, form in zip(pose, _POSE_FORMATS, strict=True)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,13 +8,13 @@ import numpy as np
 
 from data_gen.drawing.overlay import Overlay, hidden_shares
 from data_gen.drawing.view import CameraView
-from data_gen.simulation.states import BoolArray, Cells, VehicleStates
+from data_gen.simulation.states import BoolArray, Cells, VehicleStates, written
 from data_gen.truth.alone import find_solitary
 from data_gen.truth.cut_in import find_cut_ins
 from data_gen.truth.event import TruthEvent, in_order
 from data_gen.truth.events import find_events, find_junction_passes
 from data_gen.truth.following import find_following
-from data_gen.truth.motion import Motion, tabulate, truth_tables
+from data_gen.truth.motion import tabulate, truth_tables
 from data_gen.truth.near_miss import find_near_misses
 from data_gen.truth.queue_jump import find_queue_jumps
 from data_gen.truth.reckless import find_reckless
@@ -31,10 +31,7 @@ HIDDEN_SHARE = 0.5
 
 
 def clip_events(
-    states: Sequence[VehicleStates],
-    network: RoadNetwork,
-    views: Sequence[CameraView] | None,
-    overlay: Overlay | None = None,
+    states: Sequence[VehicleStates], network: RoadNetwork, visible: Sequence[BoolArray]
 ) -> tuple[TruthEvent, ...]:
     """Find every event of which at least a part is in view.
 
@@ -42,15 +39,14 @@ def clip_events(
     ----------
     states : of the clip, in order of time, steps at most 100 ms apart.
     network : the road network.
-    views : one a step; None if everything is seen everywhere.
-    overlay : the occluders; none without.
+    visible : of each step, as `visible_masks` gives it.
 
     Returns
     -------
     Events by start, vehicles and type.
     """
     motion = tabulate(states, network)
-    seen = seen_centres(motion, states, views, overlay)
+    seen = Cells(states, motion.ids).spread(np.concatenate(visible), False)
     tables = truth_tables(states, network, seen, motion)
     certain = find_events(motion, seen)
     overlaps = in_order([*certain, *_not_told_yet(find_junction_passes(tables), certain)])
@@ -79,32 +75,17 @@ def _not_told_yet(events: Iterable[TruthEvent], certain: Iterable[TruthEvent]) -
             yield event
 
 
-def seen_centres(
-    motion: Motion,
-    states: Sequence[VehicleStates],
-    views: Sequence[CameraView] | None,
-    overlay: Overlay | None = None,
-) -> BoolArray:
-    """Tell at which steps each vehicle is in view and not hidden.
-
-    Parameters
-    ----------
-    motion, states : of the same clip.
-    views : one a step; None if everything is seen everywhere.
-    overlay : the occluders; none without.
-
-    Returns
-    -------
-    (steps, vehicles), columns as in `motion.ids`; False where a vehicle is absent.
-    """
-    visible = np.concatenate(visible_masks(states, views, overlay))
-    return Cells(states, motion.ids).spread(visible, False)
-
-
 def visible_masks(
     states: Sequence[VehicleStates], views: Sequence[CameraView] | None, overlay: Overlay | None = None
 ) -> list[BoolArray]:
-    """Tell for each step which of its vehicles are in view and not hidden; parameters are those of `clip_events`."""
+    """Tell for each step which of its vehicles are in view and not hidden.
+
+    Parameters
+    ----------
+    states : of the clip, in order of time.
+    views : one a step; None if everything is seen everywhere.
+    overlay : the occluders; none without.
+    """
     if views is None:
         return [np.ones(len(step.ids), dtype=np.bool_) for step in states]
     return [visible_centres(step, view, overlay) for step, view in zip(states, views, strict=True)]
@@ -115,7 +96,7 @@ def write_truth(
     states: Sequence[VehicleStates],
     network: RoadNetwork,
     views: Sequence[CameraView] | None,
-    overlay: Overlay | None = None,
+    visible: Sequence[BoolArray],
 ) -> None:
     """Write one row for each vehicle in view at each step.
 
@@ -127,14 +108,14 @@ def write_truth(
     states : in order of time.
     network : gives road and lane.
     views : one a step, decide what is in view; None if everything is seen everywhere.
-    overlay : the occluders; none without.
+    visible : of each step, as `visible_masks` gives it.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for number, step in enumerate(states):
             view = None if views is None else views[number]
-            writer.writerows(_rows(step, network, view, overlay))
+            writer.writerows(_rows(step, network, view, visible[number]))
 
 
 def visible_centres(step: VehicleStates, view: CameraView, overlay: Overlay | None = None) -> BoolArray:
@@ -157,23 +138,16 @@ def visible_centres(step: VehicleStates, view: CameraView, overlay: Overlay | No
 
 
 def _rows(
-    step: VehicleStates, network: RoadNetwork, view: CameraView | None, overlay: Overlay | None
+    step: VehicleStates, network: RoadNetwork, view: CameraView | None, visible: BoolArray
 ) -> Iterator[tuple[object, ...]]:
-    positions = network.locate(step.centre_m)
-    everybody = np.ones(len(step.ids), dtype=np.bool_)
-    visible = everybody if view is None else visible_centres(step, view, overlay)
-    for row in np.flatnonzero(everybody if view is None else view.touches(step)):
+    positions, poses = network.locate(step.centre_m), step.poses()
+    for row in range(len(step.ids)) if view is None else np.flatnonzero(view.touches(step)):
         road, lane = positions.road[row], positions.lane[row]
         yield (
             step.t_us,
             step.ids[row],
             step.classes[row],
-            f"{step.centre_m[row, 0]:.3f}",
-            f"{step.centre_m[row, 1]:.3f}",
-            f"{step.heading_rad[row]:.5f}",
-            f"{step.speed_mps[row]:.3f}",
-            f"{step.length_m[row]:.2f}",
-            f"{step.width_m[row]:.2f}",
+            *written(poses[row]),
             network.roads[road].id if road >= 0 else "",
             network.lanes[lane].id if lane >= 0 else "",
             int(visible[row]),

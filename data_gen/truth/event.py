@@ -9,32 +9,29 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 from data_gen.simulation.states import BoolArray, IntArray
 
-ROLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "overtake": ("overtaker", "overtaken"),
-        "aborted_overtake": ("overtaker", "overtaken"),
-        "pass": ("passer", "passed"),
-        "follow": ("follower", "leader"),
-        "tailgating": ("tailgater", "leader"),
-        "cut_in": ("cutter", "car"),
-        "turn_left": ("car",),
-        "turn_right": ("car",),
-        "drive_straight": ("car",),
-        "u_turn": ("car",),
-        "crossing": ("car",),
-        "wrong_way": ("car",),
-        "stop_and_go": ("car",),
-        "near_miss": ("car", "other"),
-        "reckless_overtake": ("overtaker", "overtaken", "danger"),
-        "queue_jump": ("jumper", "first", "last"),
-    }
-)
+ROLES: Mapping[str, tuple[str, ...]] = {
+    "overtake": ("overtaker", "overtaken"),
+    "aborted_overtake": ("overtaker", "overtaken"),
+    "pass": ("passer", "passed"),
+    "follow": ("follower", "leader"),
+    "tailgating": ("tailgater", "leader"),
+    "cut_in": ("cutter", "car"),
+    "turn_left": ("car",),
+    "turn_right": ("car",),
+    "drive_straight": ("car",),
+    "u_turn": ("car",),
+    "crossing": ("car",),
+    "wrong_way": ("car",),
+    "stop_and_go": ("car",),
+    "near_miss": ("car", "other"),
+    "reckless_overtake": ("overtaker", "overtaken", "danger"),
+    "queue_jump": ("jumper", "first", "last"),
+}
 """Roles that vehicles play in each type of event, in the order of `TruthEvent.vehicles`."""
 
 INTERCHANGEABLE = frozenset({"near_miss"})

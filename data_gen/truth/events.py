@@ -29,8 +29,6 @@ from data_gen.simulation.states import BoolArray, FloatArray
 from data_gen.truth.event import MARGIN_US, ROLES, TruthEvent, in_order, reasons_out_of_view, rows_around
 from data_gen.truth.motion import Motion, PairRun, TruthTables, pair_runs, stretches
 
-__all__ = ["ROLES", "TruthEvent", "find_events"]
-
 STANDING_MPS = 2.0
 NEARLY_MPS = 0.5
 """A speed that comes so near to the one that decides leaves open what an observer calls it."""

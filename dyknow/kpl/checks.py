@@ -1,8 +1,9 @@
 """Does a specification mean anything? Names, types, policies and the graph are checked without any host code."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
-from graphlib import TopologicalSorter
+from graphlib import CycleError, TopologicalSorter
 
 from dyknow.errors import KplError
 from dyknow.kpl import model
@@ -63,12 +64,12 @@ def check_kpl(text: str, *, name: str = "kpl") -> Checked:
     """
     specification, doubtful, reporter = open_kpl(text, name)
     vocabulary = Vocabulary(specification, reporter, doubtful)
-    check_declarations(specification, vocabulary, reporter)
+    check_declarations(specification, vocabulary)
     for statement in specification.statements:
         if isinstance(statement, model.Process):
-            check_process(statement, vocabulary, reporter)
+            check_process(statement, vocabulary)
         elif isinstance(statement, model.StreamDeclaration):
-            check_term(statement.term, vocabulary, reporter)
+            check_term(statement.term, vocabulary)
     for constraints in policies_of(specification):
         check_policy(constraints, reporter)
     processes = _inputs_first(vocabulary, reporter)
@@ -95,7 +96,7 @@ def _inputs_first(vocabulary: Vocabulary, reporter: Reporter) -> tuple[model.Pro
     return (*(processes[label] for label in TopologicalSorter(inputs).static_order()), *vocabulary.configures.values())
 
 
-def take_out_cycles(inputs: Mapping[str, list[str]]) -> Iterator[list[str]]:
+def take_out_cycles(inputs: dict[str, list[str]]) -> Iterator[list[str]]:
     """Find every cycle that a depth-first search meets, and take what closes it out of the inputs.
 
     Parameters
@@ -113,31 +114,22 @@ def take_out_cycles(inputs: Mapping[str, list[str]]) -> Iterator[list[str]]:
     >>> list(take_out_cycles(inputs)), inputs
     ([['a'], ['b', 'c']], {'a': ['b'], 'b': ['c'], 'c': []})
     """
+    with suppress(CycleError):
+        TopologicalSorter(inputs).prepare()
+        return
+    import networkx as nx  # which takes a while to load, for a text that is wrong
+
     place = {label: index for index, label in enumerate(inputs)}
-    done: set[str] = set()
-    for root in inputs:
-        if root not in done:
-            yield from _cycles_from(root, inputs, place, done)
-
-
-def _cycles_from(
-    root: str, inputs: Mapping[str, list[str]], place: Mapping[str, int], done: set[str]
-) -> Iterator[list[str]]:
-    """Search from one label; an explicit path, as chains may be longer than any stack."""
-    path, on_path, left = [root], {root: 0}, [list(inputs[root])]
-    while path:
-        if not left[-1]:
-            done.add(path[-1])
-            del on_path[path.pop()]
-            left.pop()
-            continue
-        label = left[-1].pop(0)
-        if label in on_path:
-            inputs[path[-1]].remove(label)
-            cycle = path[on_path[label] :][::-1]
+    path: dict[str, None] = {}
+    graph: nx.DiGraph[str] = nx.DiGraph(dict[str, Iterable[str]](inputs))
+    for label, read, how in nx.dfs_labeled_edges(graph):
+        if how == "forward":
+            path[read] = None
+        elif how == "reverse":
+            path.popitem()
+        elif read in path:
+            inputs[label].remove(read)
+            labels = list(path)
+            cycle = labels[labels.index(read) :][::-1]
             start = cycle.index(min(cycle, key=place.__getitem__))
             yield cycle[start:] + cycle[:start]
-        elif label not in done:
-            on_path[label] = len(path)
-            path.append(label)
-            left.append(list(inputs[label]))

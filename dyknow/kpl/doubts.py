@@ -1,6 +1,6 @@
 """What in a specification is allowed but probably not meant? What nobody uses, and constraints that change nothing."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from dyknow.kpl import model
 from dyknow.kpl.model import ConstraintKind, Name, policies_of, terms_of
@@ -17,9 +17,12 @@ def doubt(specification: model.Specification, vocabulary: Vocabulary, reporter: 
     has_configurations = bool(vocabulary.configures)
     if not has_configurations:
         _doubt_unread(specification, vocabulary, reporter)
-        _doubt_unused("object", _objects(specification), _objects_used(specification), reporter)
-        features_used = {label.name.text for label in _labels(specification)}
-        _doubt_unused("feature", (one.name for one in vocabulary.features.values()), features_used, reporter)
+        statements = specification.statements
+        objects = (name for one in statements if isinstance(one, model.ObjectDeclaration) for name in one.names)
+        labels = [one.label for one in statements if isinstance(one, model.Process)]
+        _doubt_unused("object", objects, {one.text for label in labels for one in label.arguments}, reporter)
+        features = (one.name for one in vocabulary.features.values())
+        _doubt_unused("feature", features, {label.name.text for label in labels}, reporter)
     _doubt_unused("sort", (one.name for one in vocabulary.sorts.values()), _sorts_used(specification), reporter)
     _doubt_host_code(specification, vocabulary, reporter)
     for constraints in policies_of(specification):
@@ -78,20 +81,6 @@ def _doubt_oldest(specification: model.Specification, reporter: Reporter) -> Non
                 if one.kind is ConstraintKind.OLDEST:
                     message = "'oldest' has no effect on a process, which reads from the beginning"
                     reporter.warning("K0603", message, one.span, "it is for streams of the host, and for mediations")
-
-
-def _objects(specification: model.Specification) -> Iterator[Name]:
-    for statement in specification.statements:
-        if isinstance(statement, model.ObjectDeclaration):
-            yield from statement.names
-
-
-def _objects_used(specification: model.Specification) -> set[str]:
-    return {argument.text for label in _labels(specification) for argument in label.arguments}
-
-
-def _labels(specification: model.Specification) -> Iterator[model.Label]:
-    return (one.label for one in specification.statements if isinstance(one, model.Process))
 
 
 def _sorts_used(specification: model.Specification) -> set[str]:

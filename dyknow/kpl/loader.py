@@ -208,12 +208,12 @@ def _deploy(checked: Checked, registry: Registry, node: Node) -> Deployment:
             node.remove(label)
         raise
     streams = {name: _declared_stream(one, node) for name, one in checked.vocabulary.streams.items()}
-    sources = {label: node.stream(label) for label in _sources(checked)}
+    made_by_host = (one for one in checked.processes if isinstance(one, model.GeneratorDeclaration) and not one.inputs)
     return Deployment(
         node,
         made_of=MappingProxyType({str(one.label): made_of(one) for one in checked.processes}),
         types=MappingProxyType(dict(_output_types(checked))),
-        sources=MappingProxyType(sources),
+        sources=MappingProxyType({str(one.label): node.stream(str(one.label)) for one in made_by_host}),
         streams=MappingProxyType(streams),
         warnings=checked.warnings,
     )
@@ -249,12 +249,6 @@ def _create(process: model.Process, registry: Registry, node: Node) -> None:
 def _declared_stream(declared: model.StreamDeclaration, node: Node) -> DeclaredStream:
     label = str(declared.term.label)
     return DeclaredStream(declared.name.text, label, policy_of(declared.term.constraints), node.stream(label))
-
-
-def _sources(checked: Checked) -> Iterator[str]:
-    for process in checked.processes:
-        if isinstance(process, model.GeneratorDeclaration) and not process.inputs:
-            yield str(process.label)
 
 
 def _output_types(checked: Checked) -> Iterator[tuple[str, str]]:

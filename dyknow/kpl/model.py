@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from dyknow.language.places import NOWHERE, Span
+from dyknow.policies.policy import Approximation, Order
 from dyknow.streams.mediation import MediationKind
 
 
@@ -87,19 +88,13 @@ class ConstraintKind(Enum):
     @property
     def family(self) -> str:
         """Return what the constraint speaks of; a policy has at most one constraint of each family."""
-        return _FAMILIES.get(self, self.value)
+        return _FAMILIES.get(self.value, self.value)
 
 
 _FAMILIES = {
-    ConstraintKind.ANY_UPDATE: "cause",
-    ConstraintKind.ANY_CHANGE: "cause",
-    ConstraintKind.SAMPLE_EVERY: "cause",
-    ConstraintKind.NO_APPROXIMATION: "approximation",
-    ConstraintKind.MOST_RECENT: "approximation",
-    ConstraintKind.LINEAR: "approximation",
-    ConstraintKind.ANY_ORDER: "order",
-    ConstraintKind.MONOTONE_ORDER: "order",
-    ConstraintKind.STRICT_ORDER: "order",
+    **dict.fromkeys(("any update", "any change", "sample every"), "cause"),
+    **dict.fromkeys((one.value for one in Approximation), "approximation"),
+    **dict.fromkeys((one.value for one in Order), "order"),
 }
 
 

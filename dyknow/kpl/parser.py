@@ -14,7 +14,7 @@ from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import LARGEST_US, US_PER_UNIT, split_quantity, to_us
 from dyknow.language.grammar import Grammar, load_grammar
 from dyknow.language.reading import Node, Reading, cut, report
-from dyknow.language.words import COMMENT, STRANGE, Source, Word, normalised, read_words
+from dyknow.language.words import STRANGE, Source, Word, opened
 from dyknow.streams.mediation import MediationKind
 
 _STATEMENT_KINDS = frozenset(word.upper() for word in STATEMENT_WORDS)
@@ -121,9 +121,7 @@ def _grammar() -> Grammar:
 
 
 def _opened(text: str, name: str) -> tuple[Source, list[Word]]:
-    text = normalised(text)
-    source = Source(name, "K", Reporter({name: text}))
-    return source, [word for word in read_words(text, source, _grammar(), explain_character) if word.kind != COMMENT]
+    return opened(text, name, "K", _grammar(), explain_character)
 
 
 def _starts_statement(before: Word, word: Word) -> bool:

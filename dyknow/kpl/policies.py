@@ -45,12 +45,12 @@ def policy_of(constraints: Sequence[Constraint]) -> Policy:
     written = _by_family(constraints)
     return Policy(
         _cause(written.get("cause")),
-        _APPROXIMATIONS[written["approximation"].kind] if "approximation" in written else Approximation.NONE,
+        Approximation(written["approximation"].kind.value) if "approximation" in written else Approximation.NONE,
         max_delay_us=_us(written.get("max delay")),
         from_us=_us(written.get("from")),
         to_us=_us(written.get("to")),
         oldest_us=_us(written.get("oldest")),
-        order=_ORDERS[written["order"].kind] if "order" in written else Order.ANY,
+        order=Order(written["order"].kind.value) if "order" in written else Order.ANY,
     )
 
 
@@ -110,7 +110,3 @@ def _cause(written: Constraint | None) -> Cause:
 
 def _us(written: Constraint | None) -> int | None:
     return None if written is None else written.us
-
-
-_APPROXIMATIONS = {kind: Approximation(kind.value) for kind in ConstraintKind if kind.family == "approximation"}
-_ORDERS = {kind: Order(kind.value) for kind in ConstraintKind if kind.family == "order"}

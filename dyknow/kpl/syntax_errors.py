@@ -1,7 +1,6 @@
 """How is a syntax error of KPL said, and how is it mended?"""
 
 from collections.abc import Collection, Mapping
-from types import MappingProxyType
 
 from dyknow.language.diagnostics import Hint, near, suggest
 from dyknow.language.durations import meant
@@ -111,20 +110,18 @@ def _hint_on_name(at: Misfit) -> str:
     return ""
 
 
-_PHRASES = MappingProxyType(
-    {
-        "update": "any update",
-        "change": "any change",
-        "every": "sample every",
-        "approximation": "no approximation",
-        "most": "use most recent",
-        "recent": "use most recent",
-        "interpolation": "linear interpolation",
-        "interpolate": "linear interpolation",
-        "delay": "max delay",
-        "order": "strict order",
-    }
-)
+_PHRASES: Mapping[str, str] = {
+    "update": "any update",
+    "change": "any change",
+    "every": "sample every",
+    "approximation": "no approximation",
+    "most": "use most recent",
+    "recent": "use most recent",
+    "interpolation": "linear interpolation",
+    "interpolate": "linear interpolation",
+    "delay": "max delay",
+    "order": "strict order",
+}
 
 
 def explain_character(text: str, at: int, _before: str) -> Strange:
@@ -141,18 +138,16 @@ def explain_character(text: str, at: int, _before: str) -> Strange:
     return Strange(text[at], Hint(next(hints, "")))
 
 
-_HINTS_ON_CHARACTERS = MappingProxyType(
-    {
-        "{}": "labels have their arguments in [ ]",
-        ":": "statements give a name by '='",
-        "/*!": "comments start with # or //",
-        "-+": "names have no '-', and durations are not negative",
-        ".": "write 0.5s for half a second; names have no '.'",
-        "\"'`\u201c\u201d\u201e\u2018\u2019": "names stand without quotes",
-        "\u221e": "'oo' is infinite",
-        "\uff1b\u037e": "statements end with ';'",
-    }
-)
+_HINTS_ON_CHARACTERS: Mapping[str, str] = {
+    "{}": "labels have their arguments in [ ]",
+    ":": "statements give a name by '='",
+    "/*!": "comments start with # or //",
+    "-+": "names have no '-', and durations are not negative",
+    ".": "write 0.5s for half a second; names have no '.'",
+    "\"'`\u201c\u201d\u201e\u2018\u2019": "names stand without quotes",
+    "\u221e": "'oo' is infinite",
+    "\uff1b\u037e": "statements end with ';'",
+}
 _CONSTRAINT_KINDS = frozenset(word.upper() for word in _CONSTRAINT_WORDS)
 
 

@@ -41,7 +41,7 @@ class Vocabulary:
         self.processes: dict[str, model.Producer] = {}
         self.configures: dict[str, model.ConfigureDeclaration] = {}  # processes without values
         self.streams: dict[str, model.StreamDeclaration] = {}
-        self._reporter = reporter
+        self.reporter = reporter
         self._doubtful = doubtful
         self._suggestions_left = _MOST_SUGGESTIONS
         self._declared: dict[tuple[str, str], Name | Label] = {}
@@ -63,7 +63,7 @@ class Vocabulary:
         stem = name.name.text if isinstance(name, Label) else text
         if stem not in self._doubtful:
             message = f"expected a declared {kind}, got {text!r}"
-            self._reporter.error("K0202", message, name.span, hint or self.nearest(text, table))
+            self.reporter.error("K0202", message, name.span, hint or self.nearest(text, table))
         return False
 
     def nearest(self, text: str, known: Iterable[str]) -> Hint:
@@ -169,10 +169,10 @@ class Vocabulary:
         text = str(name)
         earlier = self._declared.setdefault((kind, text), name)
         if kind == "sort" and text in BASIC_TYPES:
-            self._reporter.error("K0203", f"expected a new name for a sort, got the basic type {text!r}", name.span)
+            self.reporter.error("K0203", f"expected a new name for a sort, got the basic type {text!r}", name.span)
         elif earlier is not name:
             message = f"expected a new {kind}, got {text!r}, declared in line {earlier.span.line}"
-            self._reporter.error("K0201", message, name.span, related=[(earlier.span, "the first")])
+            self.reporter.error("K0201", message, name.span, related=[(earlier.span, "the first")])
         else:
             table[text] = value
 

@@ -119,12 +119,16 @@ class Reporter:
     Parameters
     ----------
     sources : the texts by name.
+
+    Attributes
+    ----------
+    error_count : how many errors were added so far.
     """
 
     def __init__(self, sources: Mapping[str, str]) -> None:
         self._lines = {name: text.split("\n") for name, text in sources.items()}
         self._found: dict[Diagnostic, None] = {}
-        self._error_count = 0
+        self.error_count = 0
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -135,22 +139,17 @@ class Reporter:
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that forbid the text to be used."""
-        return tuple(found for found in self.diagnostics if found.severity == "error") if self._error_count else ()
+        return tuple(found for found in self.diagnostics if found.severity == "error") if self.error_count else ()
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that leave the text usable."""
         return tuple(found for found in self.diagnostics if found.severity == "warning")
 
-    @property
-    def error_count(self) -> int:
-        """How many errors were added so far."""
-        return self._error_count
-
     def error(self, code: str, message: str, span: Span, hint: str | Hint = "", *, related: Related = ()) -> None:
         """Add an error at a place; `related` are other places with what they have to do with it."""
         self._add("error", code, message, span, hint=hint, related=related)
-        self._error_count += 1
+        self.error_count += 1
 
     def warning(self, code: str, message: str, span: Span, hint: str | Hint = "", *, related: Related = ()) -> None:
         """Add a warning at a place; the text stays usable."""
@@ -164,12 +163,12 @@ class Reporter:
         TextError
             Or the class of it that was given, if there is any error.
         """
-        if self._error_count:
+        if self.error_count:
             raise error(self.errors)
 
     def count_again(self) -> None:
         """Count an error that was reported already, where something rests on it and therefore cannot be judged."""
-        self._error_count += 1
+        self.error_count += 1
 
     def has_syntax_error_in(self, span: Span) -> bool:
         """Say whether a part of the text at a place could not be read (codes C01.. and their like)."""
@@ -180,7 +179,7 @@ class Reporter:
         return any(self._errors_in(span))
 
     def _errors_in(self, span: Span) -> Iterator[Diagnostic]:
-        if self._error_count:
+        if self.error_count:
             for found in self._found:
                 is_inside = found.file == span.file and span.line <= found.line <= span.end_line
                 if is_inside and found.severity == "error":

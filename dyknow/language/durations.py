@@ -1,24 +1,22 @@
 """How long is a number with a unit of time? Durations are integer microseconds in every language."""
 
 import re
-from types import MappingProxyType
+from collections.abc import Mapping
 
 from dyknow.language.diagnostics import Hint
 
-US_PER_UNIT = MappingProxyType({"us": 1, "ms": 1_000, "s": 1_000_000, "min": 60_000_000, "h": 3_600_000_000})
+US_PER_UNIT: Mapping[str, int] = {"us": 1, "ms": 1_000, "s": 1_000_000, "min": 60_000_000, "h": 3_600_000_000}
 LARGEST_US = 2**50  # 35 years: sums with time stamps stay far inside 64 bits
 LONGEST_NUMBER = 30  # in characters; Python converts no text of thousands of digits
 _QUANTITY = re.compile(r"([0-9.]+)[ \t]*(.*)")
-_SPELLINGS = MappingProxyType(
-    {
-        "h": ("h", "hr", "hrs", "hour", "hours"),
-        "min": ("m", "min", "mins", "minute", "minutes"),
-        "s": ("s", "sec", "secs", "second", "seconds"),
-        "ms": ("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"),
-        "us": ("us", "usec", "usecs", "micros", "microsecond", "microseconds"),
-    }
-)
-_HOURS = MappingProxyType({"d": 24, "day": 24, "days": 24, "week": 168, "weeks": 168})
+_SPELLINGS: Mapping[str, tuple[str, ...]] = {
+    "h": ("h", "hr", "hrs", "hour", "hours"),
+    "min": ("m", "min", "mins", "minute", "minutes"),
+    "s": ("s", "sec", "secs", "second", "seconds"),
+    "ms": ("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"),
+    "us": ("us", "usec", "usecs", "micros", "microsecond", "microseconds"),
+}
+_HOURS: Mapping[str, int] = {"d": 24, "day": 24, "days": 24, "week": 168, "weeks": 168}
 
 
 def split_quantity(text: str) -> tuple[str, str]:
@@ -61,7 +59,7 @@ def format_duration(us: int) -> str:
     """
     if us == 0:
         return "0s"
-    unit = next(unit for unit in reversed(US_PER_UNIT) if us % US_PER_UNIT[unit] == 0)
+    unit = next(unit for unit in reversed([*US_PER_UNIT]) if us % US_PER_UNIT[unit] == 0)
     return f"{us // US_PER_UNIT[unit]}{unit}"
 
 

@@ -65,6 +65,19 @@ def normalised(text: str) -> str:
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
 
 
+def opened(text: str, name: str, letter: str, grammar: Grammar, explain: Explain) -> tuple[Source, list[Word]]:
+    """Open a text that stands alone, with a reporter of its own, and give its words without comments.
+
+    Parameters
+    ----------
+    name : what messages call the text. letter : with which the codes of its language begin.
+    explain : as for `read_words`.
+    """
+    text = normalised(text)
+    source = Source(name, letter, Reporter({name: text}))
+    return source, [word for word in read_words(text, source, grammar, explain) if word.kind != COMMENT]
+
+
 def read_words(text: str, source: Source, grammar: Grammar, explain: Explain) -> list[Word]:
     """Cut a text into words and comments, in the order of the text.
 

@@ -7,7 +7,6 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from types import MappingProxyType
 
 from dyknow.language.diagnostics import Reporter, suggest
 from dyknow.language.durations import US_PER_UNIT
@@ -32,19 +31,17 @@ class Kind(Enum):
 
 NUMERIC = frozenset({Kind.NUMBER, Kind.LENGTH, Kind.SPEED, Kind.ACCELERATION, Kind.ANGLE, Kind.DURATION})
 # Of each unit its kind, and how much it is in the unit that values of the kind are compared in.
-_UNITS = MappingProxyType(
-    {
-        **{unit: (Kind.DURATION, float(us)) for unit, us in US_PER_UNIT.items()},
-        "m": (Kind.LENGTH, 1.0),
-        "km": (Kind.LENGTH, 1000.0),
-        "m/s": (Kind.SPEED, 1.0),
-        "km/h": (Kind.SPEED, 1 / 3.6),
-        "m/s2": (Kind.ACCELERATION, 1.0),
-        "rad": (Kind.ANGLE, 1.0),
-        "deg": (Kind.ANGLE, math.pi / 180),
-        "": (Kind.NUMBER, 1.0),
-    }
-)
+_UNITS: Mapping[str, tuple[Kind, float]] = {
+    **{unit: (Kind.DURATION, float(us)) for unit, us in US_PER_UNIT.items()},
+    "m": (Kind.LENGTH, 1.0),
+    "km": (Kind.LENGTH, 1000.0),
+    "m/s": (Kind.SPEED, 1.0),
+    "km/h": (Kind.SPEED, 1 / 3.6),
+    "m/s2": (Kind.ACCELERATION, 1.0),
+    "rad": (Kind.ANGLE, 1.0),
+    "deg": (Kind.ANGLE, math.pi / 180),
+    "": (Kind.NUMBER, 1.0),
+}
 UNITS = tuple(unit for unit in _UNITS if unit)
 
 

@@ -7,10 +7,9 @@ malformed place in each monitor and everything that is wrong with the meaning of
 from collections.abc import Collection, Iterable
 
 from dyknow.errors import FormulaError
-from dyknow.language.diagnostics import Reporter
 from dyknow.language.grammar import Grammar, load_grammar
 from dyknow.language.reading import Node, Reading, cut, report
-from dyknow.language.words import COMMENT, STRANGE, Source, Word, normalised, read_words
+from dyknow.language.words import STRANGE, Source, Word, opened
 from dyknow.mtl.formula import Formula, Monitor
 from dyknow.mtl.kinds import Signature
 from dyknow.mtl.syntax_errors import describe_misfit, explain_character
@@ -52,11 +51,9 @@ def parse_formula(
       |            ^^
       |        -- the start
     """
-    text = normalised(text)
-    reporter = Reporter({name: text})
-    source = Source(name, "F", reporter)
-    formula = _formula(_words(text, source), source, signature, variables)
-    reporter.raise_if_any(FormulaError)
+    source, words = _opened(text, name)
+    formula = _formula(words, source, signature, variables)
+    source.reporter.raise_if_any(FormulaError)
     assert formula is not None
     return formula
 
@@ -108,14 +105,12 @@ def parse_monitors(text: str, *, name: str = "monitors", signature: Signature | 
     >>> [(one.name, one.subjects) for one in parse_monitors(text)]
     [('careful', (Subject(variable=Variable(name='c'), sort='Car'),))]
     """
-    text = normalised(text)
-    reporter = Reporter({name: text})
-    source = Source(name, "F", reporter)
+    source, words = _opened(text, name)
     builder = TreeBuilder(source, signature)
-    pieces = cut(_words(text, source), lambda _, word: word.kind == "MONITOR")
+    pieces = cut(words, lambda _, word: word.kind == "MONITOR")
     trees = [_parse(piece, "monitor", source) for piece in pieces]
     monitors = [builder.monitor(tree) for tree in trees if tree is not None]
-    reporter.raise_if_any(FormulaError)
+    source.reporter.raise_if_any(FormulaError)
     return tuple(one for one in monitors if one is not None)
 
 
@@ -134,8 +129,8 @@ def _grammar() -> Grammar:
     return load_grammar("dyknow.mtl", "formula.lark", "formula", "monitor")
 
 
-def _words(text: str, source: Source) -> list[Word]:
-    return [word for word in read_words(text, source, _grammar(), explain_character) if word.kind != COMMENT]
+def _opened(text: str, name: str) -> tuple[Source, list[Word]]:
+    return opened(text, name, "F", _grammar(), explain_character)
 
 
 def _parse(words: list[Word], start: str, source: Source) -> Node | None:

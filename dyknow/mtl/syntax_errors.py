@@ -6,7 +6,6 @@ The rules know how other temporal logics, programming languages and mathematics 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 from dyknow.language.diagnostics import Hint, near
 from dyknow.language.wording import Misfit, described, listed
@@ -14,17 +13,15 @@ from dyknow.language.words import Strange
 from dyknow.mtl.kinds import UNITS
 
 # Kinds of words that have many spellings; "" where another kind says more. The others have one, which is shown.
-_KINDS = MappingProxyType(
-    {
-        "VARIABLE": "a variable such as ?car",
-        "NAME": "a name",
-        "QUANTITY": "a duration such as 5s",
-        "NUMBER": "",  # Wherever a bare number fits, so does one with a unit, which says more.
-        "STRING": 'a text in "quotes"',
-        "_END": "",
-        "$END": "",
-    }
-)
+_KINDS: Mapping[str, str] = {
+    "VARIABLE": "a variable such as ?car",
+    "NAME": "a name",
+    "QUANTITY": "a duration such as 5s",
+    "NUMBER": "",  # Wherever a bare number fits, so does one with a unit, which says more.
+    "STRING": 'a text in "quotes"',
+    "_END": "",
+    "$END": "",
+}
 _CLOSING = ("COMMA", "RPAR", "RSQB", "COLON")
 _BETWEEN_FORMULAS = ("'and'", "'or'", "'implies'", "'until'")
 _IN_COMPARISONS = frozenset({"LESS", "AT_MOST", "EQUAL", "DIFFERENT", "AT_LEAST", "MORE", "PLUS", "NEGATIVE", "STAR"})
@@ -67,71 +64,63 @@ _OPERATORS = ("and", "or", "implies", "iff", "until")
 _PREFIXES = ("not", "always", "eventually", "next", "forall", "exists", "tolerate")
 _TENSES = ("ALWAYS", "EVENTUALLY", "UNTIL")
 _COMPARATORS = frozenset({"LESS", "AT_MOST", "EQUAL", "DIFFERENT", "AT_LEAST", "MORE"})
-_ELSEWHERE = MappingProxyType(
-    {
-        **dict.fromkeys(("G", "globally", "henceforth"), "always"),
-        **dict.fromkeys(("F", "finally", "sometime", "sometimes"), "eventually"),
-        **dict.fromkeys(("X", "nexttime"), "next"),
-        **dict.fromkeys(("U", "unless"), "until"),
-        "then": "implies",
-        **dict.fromkeys(("all", "every", "each"), "forall"),
-        **dict.fromkeys(("some", "any"), "exists"),
-        **dict.fromkeys(("inf", "infinity", "Inf", "forever"), "oo"),
-        **dict.fromkeys(("equals", "is"), "="),
-    }
-)
-_ADVICE = MappingProxyType(
-    {
-        "if": "write p implies q",
-        "xor": "write not (p iff q)",
-        **dict.fromkeys(("since", "once", "historically", "previously"), "formulas speak of the future only"),
-    }
-)
-_TWO_SIGNS = MappingProxyType(
-    {
-        "= =": "values are compared with '='",
-        "= >": "write 'implies' or '->'; at least is '>='",
-        "= <": "at most is '<='",
-        "< >": "different is '!='",
-        "<= >": "write 'iff' or '<->'",
-        "<= =": "write 'iff' or '<->'",
-        "> =": "at least is '>=', without a blank",
-        "< =": "at most is '<=', without a blank",
-    }
-)
-_CHARACTERS = MappingProxyType(
-    {
-        '"': 'texts start and end with " on one line',
-        "'": 'texts stand in "double quotes"',
-        **dict.fromkeys("“”„«»", 'texts stand in "straight double quotes"'),
-        **dict.fromkeys("&∧", "write 'and'"),
-        **dict.fromkeys("|∨", "write 'or'"),
-        **dict.fromkeys("!~¬", "write 'not'; different is '!='"),
-        **dict.fromkeys("→⇒⊃", "write 'implies' or '->'"),
-        **dict.fromkeys("↔⇔≡", "write 'iff' or '<->'"),
-        "≤": "write '<='",
-        "≥": "write '>='",
-        "≠": "write '!='",
-        "□": "write 'always'",
-        **dict.fromkeys("◇◊", "write 'eventually'"),
-        "○": "write 'next'",
-        "∀": "write 'forall'",
-        "∃": "write 'exists'",
-        "∈": "write 'in'",
-        "∞": "write 'oo'",
-        "µ": "microseconds are written us",
-        "μ": "microseconds are written us",
-        "°": "degrees are written deg",
-        "²": "m/s2 is written without a raised 2",
-        **dict.fromkeys("−–—", "write '-'"),
-        **dict.fromkeys("·×", "write '*'"),
-        ".": "numbers are written 0.5; quantifiers end with ':'",
-        "/": "units are written km/h or m/s; features can be multiplied by a number, not divided",
-        **dict.fromkeys("{}", "write '(' and ')', or '[' and ']' for windows and arguments"),
-        "?": "variables are written ?car, without a blank",
-        "\ufeff": "save the file without a byte order mark",
-    }
-)
+_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("G", "globally", "henceforth"), "always"),
+    **dict.fromkeys(("F", "finally", "sometime", "sometimes"), "eventually"),
+    **dict.fromkeys(("X", "nexttime"), "next"),
+    **dict.fromkeys(("U", "unless"), "until"),
+    "then": "implies",
+    **dict.fromkeys(("all", "every", "each"), "forall"),
+    **dict.fromkeys(("some", "any"), "exists"),
+    **dict.fromkeys(("inf", "infinity", "Inf", "forever"), "oo"),
+    **dict.fromkeys(("equals", "is"), "="),
+}
+_ADVICE: Mapping[str, str] = {
+    "if": "write p implies q",
+    "xor": "write not (p iff q)",
+    **dict.fromkeys(("since", "once", "historically", "previously"), "formulas speak of the future only"),
+}
+_TWO_SIGNS: Mapping[str, str] = {
+    "= =": "values are compared with '='",
+    "= >": "write 'implies' or '->'; at least is '>='",
+    "= <": "at most is '<='",
+    "< >": "different is '!='",
+    "<= >": "write 'iff' or '<->'",
+    "<= =": "write 'iff' or '<->'",
+    "> =": "at least is '>=', without a blank",
+    "< =": "at most is '<=', without a blank",
+}
+_CHARACTERS: Mapping[str, str] = {
+    '"': 'texts start and end with " on one line',
+    "'": 'texts stand in "double quotes"',
+    **dict.fromkeys("“”„«»", 'texts stand in "straight double quotes"'),
+    **dict.fromkeys("&∧", "write 'and'"),
+    **dict.fromkeys("|∨", "write 'or'"),
+    **dict.fromkeys("!~¬", "write 'not'; different is '!='"),
+    **dict.fromkeys("→⇒⊃", "write 'implies' or '->'"),
+    **dict.fromkeys("↔⇔≡", "write 'iff' or '<->'"),
+    "≤": "write '<='",
+    "≥": "write '>='",
+    "≠": "write '!='",
+    "□": "write 'always'",
+    **dict.fromkeys("◇◊", "write 'eventually'"),
+    "○": "write 'next'",
+    "∀": "write 'forall'",
+    "∃": "write 'exists'",
+    "∈": "write 'in'",
+    "∞": "write 'oo'",
+    "µ": "microseconds are written us",
+    "μ": "microseconds are written us",
+    "°": "degrees are written deg",
+    "²": "m/s2 is written without a raised 2",
+    **dict.fromkeys("−–—", "write '-'"),
+    **dict.fromkeys("·×", "write '*'"),
+    ".": "numbers are written 0.5; quantifiers end with ':'",
+    "/": "units are written km/h or m/s; features can be multiplied by a number, not divided",
+    **dict.fromkeys("{}", "write '(' and ')', or '[' and ']' for windows and arguments"),
+    "?": "variables are written ?car, without a blank",
+    "\ufeff": "save the file without a byte order mark",
+}
 
 
 def explain_character(text: str, at: int, _before: str) -> Strange:

@@ -53,25 +53,27 @@ class PolicyPipeline:
     [Sample(available_us=250, valid_us=200, value='b')]
     """
 
-    __slots__ = ("_last_valid_us", "_last_value", "_sampler", "dropped", "policy")
+    __slots__ = ("_last_valid_us", "_last_value", "_period_us", "_sampling", "dropped", "policy")
 
     def __init__(self, policy: Policy) -> None:
         self.policy = policy
         self.dropped: dict[str, int] = {}
         self._last_valid_us: int | None = None
         self._last_value: object = _NOTHING
-        self._sampler = Sampler(policy, policy.cause, self.dropped) if isinstance(policy.cause, SampleEvery) else None
+        self._period_us = policy.cause.period_us if isinstance(policy.cause, SampleEvery) else None
+        self._sampling: Sampling | None = None  # begun by the first sample
 
     def offer(self, sample: Sample[Any]) -> Samples:
         """Take a sample; return what the subscriber receives now, oldest first."""
-        passed = self._sampler.advance(sample.available_us) if self._sampler else []
+        passed = _unpacked(self._sampling.advance(sample.available_us)) if self._sampling else []
         cause = self._first_objection(sample)
         if cause is not None:
             self.dropped[cause] = self.dropped.get(cause, 0) + 1
             return passed
         self._last_valid_us = sample.valid_us
-        if self._sampler:
-            return [*passed, *self._sampler.offer(sample)]
+        if self._period_us is not None:
+            self._sampling = self._sampling or _sampling(self.policy, self._period_us, sample, self.dropped)
+            return [*passed, *_unpacked(self._sampling.push(0, sample))]
         if isinstance(self.policy.cause, AnyChange):
             if self._last_value is not _NOTHING and is_same(self._last_value, sample.value):
                 self.dropped["no change"] = self.dropped.get("no change", 0) + 1
@@ -81,20 +83,20 @@ class PolicyPipeline:
 
     def advance(self, available_us: int) -> Samples:
         """Let time pass: nothing that became available before this time comes any more."""
-        return self._sampler.advance(available_us) if self._sampler else ()
+        return _unpacked(self._sampling.advance(available_us)) if self._sampling else ()
 
     def finish(self) -> Samples:
         """Return what was held back, at the end of the stream."""
-        return self._sampler.finish() if self._sampler else ()
+        return _unpacked(self._sampling.finish()) if self._sampling else ()
 
     def _first_objection(self, sample: Sample[Any]) -> str | None:
         policy, valid_us, last_us = self.policy, sample.valid_us, self._last_valid_us
-        if not self._sampler and not _is_within(policy, valid_us):
+        if self._period_us is None and not _is_within(policy, valid_us):
             return "duration"
         if last_us is not None and _is_out_of_order(policy.order, last_us, valid_us):
             return "order"
         # Before the rule of cause, so that a sample that is too late leaves no trace.
-        if not self._sampler and policy.max_delay_us is not None and sample.delay_us > policy.max_delay_us:
+        if self._period_us is None and policy.max_delay_us is not None and sample.delay_us > policy.max_delay_us:
             return "delay"
         return None
 
@@ -107,59 +109,34 @@ def _is_out_of_order(order: Order, last_us: int, valid_us: int) -> bool:
     return order is not Order.ANY and (valid_us < last_us or (order is Order.STRICT and valid_us == last_us))
 
 
-class Sampler:
-    """Deliver the value of one stream at regular times.
+def _sampling(policy: Policy, period_us: int, first: Sample[Any], dropped: dict[str, int]) -> Sampling:
+    """Begin to deliver the value of one stream at regular times.
 
     The times are ``from_us + k * period_us``, or multiples of the period where the policy does not say from when, so
     that two subscribers get the same times whenever they joined. The first is the earliest that is neither before the
     first sample or ``from_us``, nor too late to be delivered in time when that sample comes.
     """
-
-    __slots__ = ("_dropped", "_period_us", "_policy", "_sampling")
-
-    def __init__(self, policy: Policy, cause: SampleEvery, dropped: dict[str, int]) -> None:
-        self._policy = policy
-        self._period_us = cause.period_us
-        self._dropped = dropped
-        self._sampling: Sampling | None = None
-
-    def offer(self, sample: Sample[Any]) -> Samples:
-        """Take a sample in; return the sampled values that leave by it."""
-        if self._sampling is None:
-            self._sampling = self._begin(sample)
-        return _unpacked(self._sampling.push(0, sample))
-
-    def advance(self, available_us: int) -> Samples:
-        """Return the sampled values whose deadline is over."""
-        return _unpacked(self._sampling.advance(available_us)) if self._sampling else []
-
-    def finish(self) -> Samples:
-        """Return the values of the sampled times up to the last sample."""
-        return _unpacked(self._sampling.finish()) if self._sampling else []
-
-    def _begin(self, first: Sample[Any]) -> Sampling:
-        policy, period_us = self._policy, self._period_us
-        phase_us = policy.from_us or 0
-        earliest_us = first.valid_us if policy.from_us is None else max(first.valid_us, policy.from_us)
-        if policy.max_delay_us is not None:
-            earliest_us = max(earliest_us, first.available_us - policy.max_delay_us)
-        start_us = phase_us - (phase_us - earliest_us) // period_us * period_us
-        fluent = SampledFluent(
-            policy.approximation,
-            policy.order,
-            start_us=start_us,
-            period_us=period_us,
-            from_us=policy.from_us,
-            to_us=policy.to_us,
-        )
-        fluent.dropped = self._dropped
-        return Sampling(
-            [fluent],
-            start_us=start_us,
-            period_us=period_us,
-            max_delay_us=policy.max_delay_us,
-            end_us=policy.to_us,
-        )
+    phase_us = policy.from_us or 0
+    earliest_us = first.valid_us if policy.from_us is None else max(first.valid_us, policy.from_us)
+    if policy.max_delay_us is not None:
+        earliest_us = max(earliest_us, first.available_us - policy.max_delay_us)
+    start_us = phase_us - (phase_us - earliest_us) // period_us * period_us
+    fluent = SampledFluent(
+        policy.approximation,
+        policy.order,
+        start_us=start_us,
+        period_us=period_us,
+        from_us=policy.from_us,
+        to_us=policy.to_us,
+    )
+    fluent.dropped = dropped
+    return Sampling(
+        [fluent],
+        start_us=start_us,
+        period_us=period_us,
+        max_delay_us=policy.max_delay_us,
+        end_us=policy.to_us,
+    )
 
 
 def _unpacked(states: Samples) -> Samples:

@@ -6,8 +6,8 @@ when it comes, so memory does not depend on how fast the samples come.
 """
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Mapping
 from numbers import Real
-from types import MappingProxyType
 from typing import Any
 
 from dyknow.errors import PolicyError
@@ -17,7 +17,7 @@ from dyknow.sample import NO_VALUE, Sample
 _NEVER_US = 2**80  # after everything, and negated before; an int, so that times stay ints in every comparison
 
 # How many samples after one sampled time and up to the next can matter; without approximation only an exact one does.
-_NEEDED = MappingProxyType({Approximation.NONE: 0, Approximation.MOST_RECENT: 1, Approximation.LINEAR: 2})
+_NEEDED: Mapping[Approximation, int] = {Approximation.NONE: 0, Approximation.MOST_RECENT: 1, Approximation.LINEAR: 2}
 
 
 class SampledFluent:

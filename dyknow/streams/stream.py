@@ -128,11 +128,6 @@ class StreamGenerator:
         return max((us for us in (self._told_us, published_us) if us is not None), default=None)
 
     @property
-    def last_valid_us(self) -> int | None:
-        """Return the valid time of the newest sample; None before the first."""
-        return self.last.valid_us if self.last else None
-
-    @property
     def rate_hz(self) -> float:
         """Return how many samples a second became available, on average since the first; 0 before the second."""
         duration_us = self.last.available_us - self._first_us if self.last else 0

@@ -11,7 +11,6 @@ import typer
 from service.cli.options import (
     STREAM_CODES,
     AsJson,
-    StreamChoice,
     StreamOption,
     Texts,
     hinting_at_stream,
@@ -82,7 +81,9 @@ def check(
             raise  # told where all refused files are told
         _print_findings(error.diagnostics, "json" if as_json else output)
         raise typer.Exit(INVALID) from None
-    chosen = _chosen(stream, has_monitors=bool(monitors))
+    if monitors and stream == "own":
+        raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
+    chosen: Stream | None = "traffic" if monitors else stream
     checked = check_chronicles(texts, chosen, messages)
     links = tuple(check_linkages(one for one in every if one not in texts))
     checked = replace(checked, findings=checked.findings + links)
@@ -98,15 +99,6 @@ def check(
         tell_stream(checked.stream, is_doubtful=bool(STREAM_CODES & {one.code for one in checked.findings}))
     if checked.errors:
         raise typer.Exit(INVALID)
-
-
-def _chosen(stream: StreamChoice | None, *, has_monitors: bool) -> "Stream | None":
-    """Say what texts are about: monitors speak of traffic. None leaves it to the texts."""
-    if has_monitors and stream == "own":
-        raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
-    if has_monitors:
-        return "traffic"
-    return stream
 
 
 def read_rates(texts: "Sequence[str]") -> dict[str, float]:

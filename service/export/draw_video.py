@@ -7,7 +7,6 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from service.errors import InputError, LogError
 from service.export.drawing import TRAIL_US, OverlayReader, draw_overlay
@@ -16,9 +15,8 @@ from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord
 from service.store.location import parse_log_url
 from service.store.log import open_log
+from vision.objects import ByteArray
 from vision.video.frames import Frame, open_video
-
-ByteArray = NDArray[np.uint8]
 
 MICROSECOND = Fraction(1, 1_000_000)
 

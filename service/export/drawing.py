@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from service.export.tracks import footprint_corners
 from service.records import CarState, EventRecord
+from vision.objects import ByteArray, FloatArray
 
-ByteArray = NDArray[np.uint8]
-FloatArray = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 TRAIL_US = 3_000_000

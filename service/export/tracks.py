@@ -28,27 +28,23 @@ _MOT_OFFSET_PX = 1.5
 
 @dataclass(frozen=True, slots=True)
 class MotReport:
-    """How many rows were written, and how many states have no box: between frames, or outside the image."""
+    """How many states have no box: between frames, or outside the image."""
 
-    written: int
     without_frame: int
     outside: int
 
 
-def write_tracks_csv(states: Iterable[CarState], out: TextIO) -> int:
-    """Write car states as CSV with a header; return how many.
+def write_tracks_csv(states: Iterable[CarState], out: TextIO) -> None:
+    """Write car states as CSV with a header.
 
     `visible` is 1 where the car was seen and 0 where its position is predicted.
     """
     table = csv.writer(out, lineterminator="\n")
     table.writerow(COLUMNS)
-    count = 0
     for one in states:
         metres = (one.x_m, one.y_m, one.heading_rad, one.speed_mps, one.length_m, one.width_m)
         numbers = [f"{value:.3f}" for value in metres]
         table.writerow([one.t_us, one.car, one.car_class, *numbers, one.road, one.lane, int(one.linked)])
-        count += 1
-    return count
 
 
 def write_tracks_mot(
@@ -75,7 +71,7 @@ def write_tracks_mot(
     """
     walk = Views(camera, iter(views))
     oriented = lru_cache(maxsize=1)(lambda numbers: _oriented(numbers, camera))
-    written = without_frame = outside = 0
+    without_frame = outside = 0
     for number, one in _numbered(states, frames):
         numbers = walk.at(one.t_us)
         box = None if numbers is None else _box(one, oriented(numbers), camera)
@@ -86,28 +82,24 @@ def write_tracks_mot(
         else:
             left, top, width, height = (f"{value:.2f}" for value in box)
             out.write(f"{number},{car_numbers[one.car]},{left},{top},{width},{height},{int(one.linked)},-1,-1,-1\n")
-            written += 1
-    return MotReport(written, without_frame, outside)
+    return MotReport(without_frame, outside)
 
 
-def footprint_corners(state: CarState) -> tuple[Point, Point, Point, Point]:
+def footprint_corners(state: CarState) -> list[Point]:
     """Find the corners of a car's footprint in metres, counter-clockwise from the front left.
 
     Examples
     --------
     >>> footprint_corners(CarState(0, "car1", 10.0, 5.0, 0.0, 0.0, 4.0, 2.0))
-    ((12.0, 6.0), (8.0, 6.0), (8.0, 4.0), (12.0, 4.0))
+    [(12.0, 6.0), (8.0, 6.0), (8.0, 4.0), (12.0, 4.0)]
     """
     ahead_m, left_m = state.length_m / 2, state.width_m / 2
     ahead_x, ahead_y = math.cos(state.heading_rad) * ahead_m, math.sin(state.heading_rad) * ahead_m
     left_x, left_y = -math.sin(state.heading_rad) * left_m, math.cos(state.heading_rad) * left_m
-    x_m, y_m = state.x_m, state.y_m
-    return (
-        (x_m + ahead_x + left_x, y_m + ahead_y + left_y),
-        (x_m - ahead_x + left_x, y_m - ahead_y + left_y),
-        (x_m - ahead_x - left_x, y_m - ahead_y - left_y),
-        (x_m + ahead_x - left_x, y_m + ahead_y - left_y),
-    )
+    return [
+        (state.x_m + ahead * ahead_x + left * left_x, state.y_m + ahead * ahead_y + left * left_y)
+        for ahead, left in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    ]
 
 
 class Views:

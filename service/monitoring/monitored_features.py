@@ -5,7 +5,6 @@ What was not seen is not known: where a car is only predicted, all its own featu
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from anchoring.linking.classes import CLASS_NAMES
 from dyknow.mtl.kinds import Kind, Signature
@@ -34,35 +33,30 @@ class CarFeature:
     needs_roads: bool = False
 
 
-CAR_FEATURES: Mapping[str, CarFeature] = MappingProxyType(
-    {
-        "speed": CarFeature(Kind.SPEED, lambda car: car.speed_mps),
-        "x": CarFeature(Kind.LENGTH, lambda car: car.x_m),
-        "y": CarFeature(Kind.LENGTH, lambda car: car.y_m),
-        "heading": CarFeature(Kind.ANGLE, lambda car: car.heading_rad),
-        "length": CarFeature(Kind.LENGTH, lambda car: car.length_m),
-        "width": CarFeature(Kind.LENGTH, lambda car: car.width_m),
-        "class": CarFeature(Kind.WORD, lambda car: car.car_class),
-        "seen": CarFeature(Kind.TRUTH, lambda car: car.linked),
-        "on_road": CarFeature(Kind.TRUTH, lambda car: bool(car.road), needs_roads=True),
-        "road": CarFeature(Kind.WORD, lambda car: car.road, needs_roads=True),
-        "lane": CarFeature(Kind.WORD, lambda car: car.lane, needs_roads=True),
-        "along": CarFeature(Kind.LENGTH, lambda car: car.along_m, needs_roads=True),
-    }
-)
+CAR_FEATURES: Mapping[str, CarFeature] = {
+    "speed": CarFeature(Kind.SPEED, lambda car: car.speed_mps),
+    "x": CarFeature(Kind.LENGTH, lambda car: car.x_m),
+    "y": CarFeature(Kind.LENGTH, lambda car: car.y_m),
+    "heading": CarFeature(Kind.ANGLE, lambda car: car.heading_rad),
+    "length": CarFeature(Kind.LENGTH, lambda car: car.length_m),
+    "width": CarFeature(Kind.LENGTH, lambda car: car.width_m),
+    "class": CarFeature(Kind.WORD, lambda car: car.car_class),
+    "seen": CarFeature(Kind.TRUTH, lambda car: car.linked),
+    "on_road": CarFeature(Kind.TRUTH, lambda car: bool(car.road), needs_roads=True),
+    "road": CarFeature(Kind.WORD, lambda car: car.road, needs_roads=True),
+    "lane": CarFeature(Kind.WORD, lambda car: car.lane, needs_roads=True),
+    "along": CarFeature(Kind.LENGTH, lambda car: car.along_m, needs_roads=True),
+}
 
-KINDS: Mapping[str, Kind] = MappingProxyType(
-    {name: feature.kind for name, feature in CAR_FEATURES.items()}
-    | {one.name: Kind.WORD if one.name == "turn" else Kind.TRUTH for one in RELATIONS}
-)
+KINDS: Mapping[str, Kind] = {name: feature.kind for name, feature in CAR_FEATURES.items()} | {
+    one.name: Kind.WORD if one.name == "turn" else Kind.TRUTH for one in RELATIONS
+}
 
 # Words that a feature can be, where they do not depend on the site.
-WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "class": CLASS_NAMES,
-        "turn": ("left", "right", "straight", "uturn"),
-    }
-)
+WORDS: Mapping[str, tuple[str, ...]] = {
+    "class": CLASS_NAMES,
+    "turn": ("left", "right", "straight", "uturn"),
+}
 
 SIGNATURE = Signature(
     dict.fromkeys(CAR_FEATURES, 1) | {one.name: one.arity for one in RELATIONS},

@@ -16,10 +16,11 @@ from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
-from service.errors import InputError, LogError
-from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
+from service.errors import InputError
+from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_states import TrafficState, TrafficStates
 from service.monitoring.stream_processes import MonitoringUnit
+from service.questions.stored_events import refuse_unwatched
 from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
 
@@ -56,7 +57,7 @@ def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = No
         record = log.run(run)
         _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
-        _check_watched(record, monitors)
+        refuse_unwatched(record, monitors.relations, "monitors")  # unknown, so nothing could be violated
         lag_us = RelationSettings().backdate_us
         states, unit = TrafficStates(monitors.features, lag_us=lag_us), MonitoringUnit(monitors, lag_us=lag_us)
         events = [one.value for one in _told(states, unit, _replay(log, record.id, states))]
@@ -69,16 +70,6 @@ def _check_complete(run: RunRecord) -> None:
         raise InputError(
             f"run {run.id!r}: expected one of the shipped pipeline, got one whose streams a text of its own declares; "
             "run the monitors while processing, with --monitors"
-        )
-
-
-def _check_watched(run: RunRecord, monitors: LoadedMonitors) -> None:
-    """Refuse relations that the run did not watch: they would be unknown, and nothing could be violated."""
-    missing = sorted(monitors.relations.difference(run.relations))
-    if missing:
-        raise LogError(
-            f"run {run.id!r}: expected one that watched {', '.join(missing)}, got one that watched "
-            f"{', '.join(run.relations) or 'none'}; process the input again with these monitors"
         )
 
 

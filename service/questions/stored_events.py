@@ -73,14 +73,19 @@ def check_watched(run: RunRecord, chronicles: ChronicleSet) -> None:
         If there is such a relation, or if the run recorded only some of the changes.
     """
     consumed: frozenset[str] = frozenset().union(*(plan.consumes for plan in chronicles.plans))
-    missing = sorted((consumed & RANK.keys()) - set(run.relations))
+    refuse_unwatched(run, consumed & RANK.keys(), "chronicles")
+    if run.kpl and not _records_relations(run.kpl):
+        raise LogError(f"run {run.id!r}: expected all relation changes in the log, got a text in KPL that thins them")
+
+
+def refuse_unwatched(run: RunRecord, relations: Collection[str], asked_by: str) -> None:
+    """Refuse relations that a run did not watch: the log says nothing about them."""
+    missing = sorted(set(relations).difference(run.relations))
     if missing:
         raise LogError(
             f"run {run.id!r}: expected one that watched {', '.join(missing)}, got one that watched "
-            f"{', '.join(run.relations) or 'none'}; process the input again with these chronicles"
+            f"{', '.join(run.relations) or 'none'}; process the input again with these {asked_by}"
         )
-    if run.kpl and not _records_relations(run.kpl):
-        raise LogError(f"run {run.id!r}: expected all relation changes in the log, got a text in KPL that thins them")
 
 
 def _records_relations(kpl: str) -> bool:

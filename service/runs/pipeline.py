@@ -38,6 +38,7 @@ from service.errors import InputError
 from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
 from service.monitoring.monitored_states import SynchronisationUnit
 from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit
+from service.records import SourceText
 from vision.adapter import Vision, VisionUnit
 
 VIDEO, TRAJECTORIES = "video", "trajectories"
@@ -45,14 +46,6 @@ OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
 VERDICT, OCCURRENCE = "Verdict", "Occurrence"
 PATIENCE_US = 1_000_000
 """How long early events wait at most for verdicts to come: half of the time that they wait for their relations."""
-
-
-@dataclass(frozen=True, slots=True)
-class KplText:
-    """Hold a text in KPL with the name that messages call it."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +74,7 @@ class Pipeline:
     output_of : the type that each source and unit gives, by name.
     """
 
-    kpl: KplText
+    kpl: SourceText
     deployment: Deployment
     feed: Feed
     output_of: dict[str, str]
@@ -101,6 +94,11 @@ class Pipeline:
         for stream in self.deployment.publishers(self.feed.source):
             yield from stream.publish_in_steps(sample)
 
+    def type_of(self, label: str) -> str:
+        """Name the type of a label as the host does; what is no host code has the type that the text says, or none."""
+        made_of = self.deployment.made_of.get(label, "")
+        return self.output_of.get(made_of) or self.deployment.types.get(label, "")
+
     def stream(self, name: str, value_type: str | None) -> DeclaredStream | None:
         """Give a declared stream that carries values of a type, or any; None if the text declares none of the name.
 
@@ -112,8 +110,7 @@ class Pipeline:
         stream = self.deployment.streams.get(name)
         if stream is None:
             return None
-        made_of = self.deployment.made_of[stream.label]
-        found = self.output_of.get(made_of, self.deployment.types[stream.label])  # a mediation is no host code
+        found = self.type_of(stream.label)
         if value_type not in (None, found):
             raise InputError(f"{self.kpl.name}: stream {name!r}: expected values of type {value_type}, got {found}")
         return stream
@@ -138,10 +135,10 @@ class EngineSettings:
 USUAL = EngineSettings()
 
 
-def shipped_kpl(source: str) -> KplText:
+def shipped_kpl(source: str) -> SourceText:
     """Give the declaration that comes with the package for a kind of source."""
     name = "traffic.kpl" if source == VIDEO else "trajectories.kpl"
-    return KplText(name, files("service.runs").joinpath(name).read_text(encoding="utf-8"))
+    return SourceText(name, files("service.runs").joinpath(name).read_text(encoding="utf-8"))
 
 
 def declared_pipeline(
@@ -150,7 +147,7 @@ def declared_pipeline(
     chronicle_set: ChronicleSet,
     monitors: LoadedMonitors = NO_MONITORS,
     *,
-    kpl: KplText | None = None,
+    kpl: SourceText | None = None,
     settings: EngineSettings = USUAL,
     clock: Callable[[], int],
 ) -> Pipeline:
@@ -183,7 +180,7 @@ def watched_relations(chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO
     return tuple(sorted(RANK.keys() & consumed))
 
 
-def _refuse_gaps(text: KplText, deployment: Deployment) -> None:
+def _refuse_gaps(text: SourceText, deployment: Deployment) -> None:
     """Refuse sampling that puts `no_value` between frames: the engines take frames, not their absence."""
     for process in deployment.node.report():
         for label, policy in zip(process.inputs, process.policies, strict=True):

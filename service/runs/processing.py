@@ -17,14 +17,15 @@ from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
-from dyknow.node import Node, StreamReport
+from dyknow.node import Node
+from dyknow.streams.stream_report import StreamReport
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
-from service.records import InputFile, RunRecord, RunStatus, StartFrom, software_version
+from service.records import InputFile, RunRecord, RunStatus, SourceText, StartFrom, software_version
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
-from service.runs.pipeline import EngineSettings, KplText, Pipeline, declared_pipeline, watched_relations
+from service.runs.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
 from service.runs.recording import Recorder, recorded_streams
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import EventLog, open_log
@@ -158,7 +159,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     site = load_site(request.site) if request.site else None
     source = open_input(request.input, site, request.columns, detector=request.detector)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
-    kpl = None if request.kpl_file is None else KplText(str(request.kpl_file), read_text(request.kpl_file))
+    kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
     engines = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
     settings = replace(engines, linkage=linkage, early_events=not request.final)

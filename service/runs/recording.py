@@ -7,7 +7,6 @@ from itertools import zip_longest
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from anchoring.adapter import Anchored
 from anchoring.observations import Cars
@@ -37,10 +36,8 @@ from service.records import (
 from service.runs.car_states import CarRows
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
-from service.store.log import RunWriter
-from vision.objects import VisionObjects
-
-FloatArray = NDArray[np.float64]
+from service.store.writer import RunWriter
+from vision.objects import FloatArray, VisionObjects
 
 # The streams that are written, and the type that each carries; of frames only their times are, so any type will do.
 _RECORDED: Mapping[str, str | None] = {
@@ -118,11 +115,11 @@ class Recorder:
 
     def _record_objects(self, sample: Sample[VisionObjects | TrajectoryObjects]) -> None:
         objects = sample.value
-        self._writer.append_objects(_seen_objects(objects))
+        self._writer.append(_seen_objects(objects))
         if isinstance(objects, VisionObjects) and (objects.is_lost or objects.pixel_from_ground is not None):
             view = objects.pixel_from_ground
             numbers = () if view is None or objects.is_lost else tuple(view.ravel().tolist())
-            self._writer.append_views((ViewRecord(objects.t_us, numbers),))
+            self._writer.append((ViewRecord(objects.t_us, numbers),))
             self._note_view(objects.t_us, is_lost=objects.is_lost)
 
     def _note_view(self, t_us: int, *, is_lost: bool) -> None:
@@ -145,7 +142,7 @@ class Recorder:
         self._history.remember(cars)
         for one in (*sample.value.former, cars):
             self._writer.append_states(self._rows.of(one))
-        self._writer.append_links(
+        self._writer.append(
             msgspec.convert(change, LinkRecord, from_attributes=True) for change in sample.value.link_changes
         )
 
@@ -156,12 +153,12 @@ class Recorder:
             (frame.validated, "validated"),
             (frame.undecided, "undecided"),
         ]
-        self._writer.append_hypotheses(
+        self._writer.append(
             HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels
         )
         for change in frame.changes:
             self.unfit.count(event_of(change))
-        self._writer.append_relations(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
+        self._writer.append(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
 
     def _record_verdict(self, sample: Sample[MonitorEvent]) -> None:
         """Write what a monitor told: a moment, with the beginning of the time that was judged as its first part."""

@@ -47,15 +47,9 @@ def _record(report: StreamReport, pipeline: Pipeline) -> StreamRecord:
     return StreamRecord(
         **said,
         made_of=pipeline.deployment.made_of.get(report.label, ""),  # none if a configuration has created it
-        type=_type(report.label, pipeline),
+        type=pipeline.type_of(report.label),
         inputs=tuple(map(StreamInput, report.inputs, report.policies)),
     )
-
-
-def _type(label: str, pipeline: Pipeline) -> str:
-    """Name the type of a label as the host does; what is no host code has the type that the text says, or none."""
-    made_of = pipeline.deployment.made_of.get(label, "")
-    return pipeline.output_of.get(made_of) or pipeline.deployment.types.get(label, "")
 
 
 def stream_costs(pipeline: Pipeline) -> dict[str, int]:

@@ -107,20 +107,19 @@ def _rows(
     box_px: FloatArray | None = None,
 ) -> ObjectRows:
     """Order rows by frame; columns are x, y, heading, length, width."""
-    order = np.argsort(frame, kind="stable")
-    nothing = np.zeros(len(frame), np.bool_)
-    return ObjectRows(
-        frame=frame[order].astype(np.int64),
-        name=np.array(names, np.str_)[order],
-        centre_m=columns[order, :2],
-        heading_rad=columns[order, 2],
-        length_m=columns[order, 3],
-        width_m=columns[order, 4],
-        is_border=np.fromiter(clipped, np.bool_, len(frame))[order],
-        is_standing=nothing,
+    rows = ObjectRows(
+        frame=frame.astype(np.int64),
+        name=np.array(names, np.str_),
+        centre_m=columns[:, :2],
+        heading_rad=columns[:, 2],
+        length_m=columns[:, 3],
+        width_m=columns[:, 4],
+        is_border=np.fromiter(clipped, np.bool_, len(frame)),
+        is_standing=np.zeros(len(frame), np.bool_),
         kind=np.full(len(frame), "", np.str_),
-        box_px=None if box_px is None else box_px[order],
+        box_px=box_px,
     )
+    return rows.select(np.argsort(frame, kind="stable"))
 
 
 def _fill(times_us: IntArray, span_us: tuple[int, int]) -> IntArray:

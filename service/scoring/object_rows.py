@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from service.scoring.pairs import BoolArray, FloatArray, IntArray, StrArray
 from service.scoring.tracks import TrackRows
+from vision.objects import Table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObjectRows:
-    """One row an object and frame, ordered by frame.
+class ObjectRows(Table):
+    """One row an object and frame, ordered by frame; so must be the rows that are selected.
 
     Attributes
     ----------
@@ -41,10 +41,6 @@ class ObjectRows:
     def __len__(self) -> int:
         return len(self.frame)
 
-    def select(self, which: BoolArray | IntArray) -> ObjectRows:
-        """Take some rows, in the order given; they must stay ordered by frame."""
-        return _each_column((self,), lambda pieces: pieces[0][which])
-
     def tracks(self) -> TrackRows:
         """Number the objects."""
         _, track = np.unique(self.name, return_inverse=True)
@@ -66,18 +62,8 @@ def join_scenes(scenes: Sequence[tuple[ObjectRows, ObjectRows]]) -> tuple[Object
         true.append(_moved(true_rows, first_frame, f"{number}/"))
         found.append(_moved(found_rows, first_frame, f"{number}/"))
         first_frame = 1 + max((int(rows.frame[-1]) for rows in (true[-1], found[-1]) if len(rows)), default=first_frame)
-    return _each_column(true, np.concatenate), _each_column(found, np.concatenate)
+    return ObjectRows.joined(true), ObjectRows.joined(found)
 
 
 def _moved(rows: ObjectRows, first_frame: int, prefix: str) -> ObjectRows:
     return replace(rows, frame=rows.frame + first_frame, name=np.char.add(prefix, rows.name.astype(np.str_)))
-
-
-# Any: arrays of several types
-def _each_column(parts: Sequence[ObjectRows], make: Callable[[list[Any]], Any]) -> ObjectRows:
-    """Make each column of the same column of all parts; none where a part has none."""
-    columns: dict[str, Any] = {}
-    for field in fields(ObjectRows):
-        pieces = [getattr(part, field.name) for part in parts]
-        columns[field.name] = None if any(one is None for one in pieces) else make(pieces)
-    return ObjectRows(**columns)

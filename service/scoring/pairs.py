@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
+from vision.objects import Table
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -21,7 +23,7 @@ StrArray = NDArray[np.str_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pairs:
+class Pairs(Table):
     """Candidate pairs, ordered by true row, then by found row; both rows of a pair are of the same frame.
 
     Attributes
@@ -36,10 +38,6 @@ class Pairs:
 
     def __len__(self) -> int:
         return len(self.true_row)
-
-    def select(self, which: BoolArray) -> Pairs:
-        """Keep some pairs."""
-        return Pairs(self.true_row[which], self.found_row[which], self.similarity[which])
 
 
 def ground_pairs(
@@ -103,8 +101,7 @@ def box_pairs(true_frame: IntArray, true_px: FloatArray, found_frame: IntArray, 
         columns.append(found_rows[column])
         overlaps.append(overlap[row, column])
     pairs = Pairs(np.concatenate(rows), np.concatenate(columns), np.concatenate(overlaps))
-    order = np.lexsort((pairs.found_row, pairs.true_row))
-    return Pairs(pairs.true_row[order], pairs.found_row[order], pairs.similarity[order])
+    return pairs.select(np.lexsort((pairs.found_row, pairs.true_row)))
 
 
 def assign(pairs: Pairs, frame: IntArray, score: FloatArray) -> BoolArray:

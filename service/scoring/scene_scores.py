@@ -1,6 +1,6 @@
 """How good is a run, or a file of tracks, at seeing and following the vehicles of a scene?"""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,16 +19,8 @@ from service.store.log import open_log
 OBJECTS, CARS, TRACKS = "vision objects", "cars", "tracks"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Compared:
-    """Hold both sides of one scene, for each level at which names are given.
-
-    Attributes
-    ----------
-    levels : by the level's name (`OBJECTS`, `CARS`, `TRACKS`), in the order of processing: true and found rows.
-    """
-
-    levels: dict[str, tuple[ObjectRows, ObjectRows]]
+# Both sides of one scene by level (`OBJECTS`, `CARS`, `TRACKS`), in the order of processing: true and found rows.
+Compared = dict[str, tuple[ObjectRows, ObjectRows]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +41,7 @@ class SceneScore:
         """Return the figures as plain data, for JSON."""
         return {
             "detection": {"of": self.seen_by, **self.detection.as_record()},
-            "tracks": {level: score.as_record() for level, score in self.tracks.items()},
+            "tracks": {level: asdict(score) for level, score in self.tracks.items()},
         }
 
 
@@ -76,7 +68,7 @@ def compare_log(url: str, truth_folder: Path, *, run: str | None = None) -> Comp
     found = {} if objects is None else {OBJECTS: objects}
     found[CARS] = cars
     roads = load_scene_roads(truth_folder)
-    return Compared({level: _both_sides(table, one, view, roads) for level, one in found.items()})
+    return {level: _both_sides(table, one, view, roads) for level, one in found.items()}
 
 
 def compare_tracks(path: Path, truth_folder: Path) -> Compared:
@@ -95,7 +87,7 @@ def compare_tracks(path: Path, truth_folder: Path) -> Compared:
     is_mot = path.suffix.lower() in MOT_SUFFIXES
     frame_us = _frame_times(truth_folder, times_us) if is_mot else times_us
     found = load_tracks(path, span_us=span_us, frame_us=frame_us, view=view)
-    return Compared({TRACKS: _both_sides(table, found, view, load_scene_roads(truth_folder))})
+    return {TRACKS: _both_sides(table, found, view, load_scene_roads(truth_folder))}
 
 
 def score_scenes(*scenes: Compared) -> SceneScore:
@@ -105,7 +97,7 @@ def score_scenes(*scenes: Compared) -> SceneScore:
     ----------
     scenes : at least one; the levels are those of the first.
     """
-    settled = {level: settle(*join_scenes([scene.levels[level] for scene in scenes])) for level in scenes[0].levels}
+    settled = {level: settle(*join_scenes([scene[level] for scene in scenes])) for level in scenes[0]}
     seen_by = next(iter(settled))
     tracks = {level: score_settled_tracks(one) for level, one in settled.items()}
     return SceneScore(seen_by, score_detection(settled[seen_by]), tracks)

@@ -7,10 +7,10 @@ import numpy as np
 import shapely
 
 from gis.camera_pose import CameraTrack, read_camera_track
-from gis.errors import GisError
 from service.errors import TruthError
 from service.records import CameraRecord
 from service.runs.inputs.site import load_site
+from service.runs.inputs.toml_tables import told
 from service.scoring.object_rows import ObjectRows
 from service.scoring.pairs import FloatArray, IntArray
 
@@ -43,10 +43,8 @@ class SceneView:
             assert self.pixel_from_ground is not None
             return np.broadcast_to(self.pixel_from_ground, (len(t_us), 3, 3))
         times_us, place = np.unique(t_us, return_inverse=True)
-        try:
+        with told(TruthError, "camera.csv"):
             poses = [self.track.at(one) for one in times_us.tolist()]
-        except GisError as error:
-            raise TruthError(f"camera.csv: {error}") from error
         maps = [pose.camera(self.width_px, self.height_px).pixel_from_ground for pose in poses]
         return np.asarray(np.array(maps).reshape(-1, 3, 3)[place])
 
@@ -94,10 +92,8 @@ def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneVi
     """
     size_px = _picture_size(folder)
     if size_px is not None and (folder / "camera.csv").is_file():
-        try:
+        with told(TruthError):
             return SceneView(*size_px, None, read_camera_track(folder / "camera.csv"))
-        except GisError as error:
-            raise TruthError(str(error)) from error
     site_path = folder / "site.toml"
     if size_px is not None and site_path.is_file():
         site = load_site(site_path)

@@ -7,7 +7,7 @@ performance: the CLEAR MOT metrics". Where those leave something open we do as t
 docs/evaluation.md says how the agreement is tested.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -66,10 +66,6 @@ class TrackScore:
     found_rows: int
     true_tracks: int
     found_tracks: int
-
-    def as_record(self) -> dict[str, object]:
-        """Return the figures as plain data, for JSON."""
-        return asdict(self)
 
 
 def score_tracks(true: TrackRows, found: TrackRows, pairs: Pairs) -> TrackScore:
@@ -179,27 +175,16 @@ def _keep_matches(near: Pairs, step: IntArray, object_: IntArray, track: IntArra
     """Assign step by step; whoever was matched at the step before stays so where that is possible."""
     chosen = is_alone(near)
     before: dict[int, dict[int, int]] = {}  # the rivals' matches by step
-    alone = _ByStep(step[chosen], object_[chosen], track[chosen])
+    alone: dict[int, dict[int, int]] = {}
+    for at_step, one, name in np.column_stack((step, object_, track))[chosen].tolist():
+        alone.setdefault(at_step, {})[one] = name
     rivals = np.flatnonzero(~chosen)
     for group in groups_of(step[rivals]):
         at = rivals[group]
         now = int(step[at[0]])
-        kept = alone.at(now - 1) | before.get(now - 1, {})
+        kept = alone.get(now - 1, {}) | before.get(now - 1, {})
         bonus = np.array([KEEP_BONUS * (kept.get(int(object_[i]), -1) == track[i]) for i in at])
         taken = at[choose(near.true_row[at], near.found_row[at], near.similarity[at] + bonus)]
         chosen[taken] = True
         before = {now: dict(zip(object_[taken].tolist(), track[taken].tolist(), strict=True))}
     return chosen
-
-
-class _ByStep:
-    """Matches to be looked up by their step."""
-
-    def __init__(self, step: IntArray, object_: IntArray, track: IntArray) -> None:
-        order = np.argsort(step, kind="stable")
-        self._step, self._object, self._track = step[order], object_[order], track[order]
-
-    def at(self, step: int) -> dict[int, int]:
-        """Return the track of each object matched at a step."""
-        first, end = np.searchsorted(self._step, [step, step + 1]).tolist()
-        return dict(zip(self._object[first:end].tolist(), self._track[first:end].tolist(), strict=True))

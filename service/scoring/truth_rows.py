@@ -16,6 +16,7 @@ from service.errors import TruthError
 from service.scoring.object_rows import ObjectRows
 from service.scoring.pairs import BoolArray, FloatArray, IntArray, StrArray
 from service.scoring.scene_view import SceneView
+from vision.objects import Table
 
 EDGE_M = 1.0
 STANDING_MPS = 0.5
@@ -26,7 +27,7 @@ COLUMNS = ("t_us", "id", "class", *NUMBERS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TruthTable:
+class TruthTable(Table):
     """Hold `truth.csv`, ordered by time.
 
     Attributes
@@ -162,6 +163,5 @@ def _read(path: Path, lines: Iterator[list[str]]) -> TruthTable:
         kinds.append(kind)
     if not times:
         raise TruthError(f"{path}: expected at least one row, got none")
-    t_us_of = np.array(times, np.int64)
-    order = np.argsort(t_us_of, kind="stable")
-    return TruthTable(t_us_of[order], np.array(names)[order], np.array(kinds)[order], np.array(values)[order])
+    table = TruthTable(np.array(times, np.int64), np.array(names), np.array(kinds), np.array(values))
+    return table.select(np.argsort(table.t_us, kind="stable"))

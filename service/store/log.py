@@ -23,7 +23,7 @@ from typing import Any, Literal, Self, TypeVar
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, func, inspect, select
+from sqlalchemy import ColumnElement, Connection, Engine, Select, func, inspect, select
 
 from service.errors import LogError, NotInLogError
 from service.records import (
@@ -44,8 +44,6 @@ from service.store.repeats import file_beside, remove_log, take_place
 from service.store.run_lock import RunLock
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import RunWriter, insert_rows
-
-__all__ = ["EventLog", "RunWriter", "open_log"]
 
 Mode = Literal["r", "w"]
 
@@ -213,7 +211,7 @@ class EventLog:
 
     def cars(self, run_id: str) -> list[CarRecord]:
         """List the car symbols of a run in the order of first sight."""
-        return sorted(self._records(CarRecord, schema.cars, run_id), key=lambda car: car.number)
+        return sorted(self._records(CarRecord, run_id), key=lambda car: car.number)
 
     def states(
         self, run_id: str, *, car: str | None = None, from_us: int | None = None, to_us: int | None = None
@@ -232,11 +230,11 @@ class EventLog:
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
         """Stream the vision objects of a run, ordered by time; none for a run without vision."""
-        return self._records(SeenObject, schema.seen_objects, run_id)
+        return self._records(SeenObject, run_id)
 
     def views(self, run_id: str) -> Iterator[ViewRecord]:
         """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
-        return self._records(ViewRecord, schema.views, run_id)
+        return self._records(ViewRecord, run_id)
 
     def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number from 1, t_us) of the frames of a run, in the order of the input."""
@@ -246,11 +244,11 @@ class EventLog:
 
     def links(self, run_id: str) -> Iterator[LinkRecord]:
         """Stream the changes of the identity chain of a run in the order in which they were decided."""
-        return self._records(LinkRecord, schema.links, run_id)
+        return self._records(LinkRecord, run_id)
 
     def hypotheses(self, run_id: str) -> Iterator[HypothesisRecord]:
         """Stream what has become of the links on trial, in the order in which it was decided."""
-        return self._records(HypothesisRecord, schema.hypotheses, run_id)
+        return self._records(HypothesisRecord, run_id)
 
     def streams(self, run_id: str) -> tuple[StreamRecord, ...]:
         """List the processes of a run and what they did, inputs before what reads them; empty if it told nothing."""
@@ -282,12 +280,11 @@ class EventLog:
         """Stream the relation changes of a run with `from_us <= t_us < to_us` in the order they were decided."""
         table = schema.relations
         conditions = [] if name is None else [table.c.name == name]
-        return self._records(RelationRecord, table, run_id, *conditions, *_between(table.c.t_us, from_us, to_us))
+        return self._records(RelationRecord, run_id, *conditions, *_between(table.c.t_us, from_us, to_us))
 
-    def _records(
-        self, kind: type[_Record], table: Table, run_id: str, *conditions: ColumnElement[bool]
-    ) -> Iterator[_Record]:
-        """Stream rows of a table as structs, in the order of its primary key."""
+    def _records(self, kind: type[_Record], run_id: str, *conditions: ColumnElement[bool]) -> Iterator[_Record]:
+        """Stream records of a kind, in the order of the primary key of their table."""
+        table = schema.TABLE_OF[kind]
         columns = [table.c[name] for name in kind.__struct_fields__]
         query = select(*columns).where(_of_run(table.c.run_no, run_id), *conditions)
         return (kind(*row) for row in self._stream(query.order_by(*table.primary_key.columns)))

@@ -7,7 +7,7 @@ event of each type, which bounds how far back a search for overlapping intervals
 and constraints that SQLite and PostgreSQL share.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import msgspec
@@ -172,6 +172,15 @@ relations = _numbered_table(
 )
 hypotheses = _numbered_table("hypotheses", *_columns(HypothesisRecord))
 
+# Which table has the records of a kind, a column for each field.
+TABLE_OF: Mapping[type[Struct], Table] = {
+    CarRecord: cars,
+    SeenObject: seen_objects,
+    ViewRecord: views,
+    LinkRecord: links,
+    RelationRecord: relations,
+    HypothesisRecord: hypotheses,
+}
 # One row for each process of the run, written at its end: inputs before what reads them.
 streams = _numbered_table("streams", Column("body", Text, nullable=False))  # StreamRecord as JSON
 

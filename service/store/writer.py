@@ -14,19 +14,7 @@ from msgspec.structs import asdict, astuple
 from sqlalchemy import Connection, Engine, Table, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
-from service.records import (
-    CarState,
-    EventDraft,
-    EventRecord,
-    HypothesisRecord,
-    LinkRecord,
-    RelationRecord,
-    RunRecord,
-    RunStatus,
-    SeenObject,
-    StreamRecord,
-    ViewRecord,
-)
+from service.records import CarState, EventDraft, EventRecord, RunRecord, RunStatus, StreamRecord
 from service.store import schema
 from service.store.engine import explained
 from service.times import format_utc
@@ -92,14 +80,6 @@ class RunWriter:
             last_us = state.t_us
         self._flush_when_due(last_us)
 
-    def append_objects(self, objects: Iterable[SeenObject]) -> None:
-        """Add what the tracker saw in one or more frames, in the order of time."""
-        self._append_all(schema.seen_objects, objects)
-
-    def append_views(self, views: Iterable[ViewRecord]) -> None:
-        """Add where a moving camera looked, in the order of time."""
-        self._append_all(schema.views, views)
-
     def append_events(self, events: Iterable[EventDraft]) -> list[str]:
         """Add recognised events, or newer states of such; return their identifiers.
 
@@ -113,17 +93,12 @@ class RunWriter:
         self._flush_when_due(self._flushed_us)
         return event_ids
 
-    def append_links(self, links: Iterable[LinkRecord]) -> None:
-        """Add changes of the identity chain in the order in which they were decided."""
-        self._append_all(schema.links, links)
-
-    def append_hypotheses(self, verdicts: Iterable[HypothesisRecord]) -> None:
-        """Add what has become of links on trial."""
-        self._append_all(schema.hypotheses, verdicts)
-
-    def append_relations(self, relations: Iterable[RelationRecord]) -> None:
-        """Add changes of relations, in the order in which they were decided."""
-        self._append_all(schema.relations, relations)
+    def append(self, records: Iterable[Struct]) -> None:
+        """Add records of `schema.TABLE_OF`, those of one kind in the order of time or of decision."""
+        for record in records:
+            # A tuple is a JSON array there.
+            values = tuple(_json(one) if isinstance(one, tuple) else one for one in astuple(record))
+            self._append(schema.TABLE_OF[type(record)], values)
 
     def append_streams(self, streams: Iterable[StreamRecord]) -> None:
         """Add what the processes of the run did, inputs before what reads them."""
@@ -134,11 +109,6 @@ class RunWriter:
         """Add the microseconds that were spent in the code of each process, by label."""
         for cost in costs.items():
             self._append(schema.costs, cost)
-
-    def _append_all(self, table: Table, records: Iterable[Struct]) -> None:
-        """Add structs whose fields are the last columns of a table; a tuple is a JSON array there."""
-        for record in records:
-            self._append(table, tuple(_json(one) if isinstance(one, tuple) else one for one in astuple(record)))
 
     def _append(self, table: Table, values: Row) -> None:
         key = (self._run_no, self._next(table)) if table in self._counts else (self._run_no,)

@@ -9,8 +9,8 @@ from dyknow.kpl.loader import made_of
 from dyknow.kpl.model import ConfigureDeclaration, MediationDeclaration, Process, Term
 from dyknow.kpl.policies import policy_of
 from dyknow.kpl.vocabulary import Vocabulary
-from service.records import ProcessRecord, StreamInput
-from service.runs.pipeline import VIDEO, KplText, shipped_kpl
+from service.records import ProcessRecord, SourceText, StreamInput
+from service.runs.pipeline import VIDEO, shipped_kpl
 from service.texts.chronicle_files import read_text
 
 
@@ -57,7 +57,7 @@ def read_declared_streams(path: Path | None = None) -> DeclaredStreams:
     >>> declared.processes[1].inputs
     (StreamInput(label='frames', policy='any update, strict order'),)
     """
-    kpl = shipped_kpl(VIDEO) if path is None else KplText(str(path), read_text(path))
+    kpl = shipped_kpl(VIDEO) if path is None else SourceText(str(path), read_text(path))
     checked = check_kpl(kpl.text, name=kpl.name)
     return DeclaredStreams(
         kpl.name,

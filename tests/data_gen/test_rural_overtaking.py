@@ -6,7 +6,8 @@ import pytest
 from data_gen.drawing.view import camera_over
 from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import simulate
-from data_gen.truth.events import TruthEvent, find_events
+from data_gen.truth.event import TruthEvent
+from data_gen.truth.events import find_events
 from data_gen.truth.motion import tabulate
 from gis.sumo_net import read_sumo_net
 from tests.data_gen.truth_support import centres_in_view

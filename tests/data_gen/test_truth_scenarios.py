@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import pytest
 
 from data_gen.drawing.view import camera_over
-from data_gen.truth.clip import clip_events
+from data_gen.truth.clip import clip_events, visible_masks
 from data_gen.truth.event import ROLES, TruthEvent
 from gis.sumo_net import read_sumo_net
 from tests.data_gen.scenario_clips import clip, lane_sequences
@@ -17,7 +17,8 @@ NO_OPTIONS: Mapping[str, str] = {}
 def events_of(name: str, *, seconds: int) -> tuple[TruthEvent, ...]:
     played = clip(name, NO_OPTIONS, seconds=seconds)
     view = camera_over(played.scenario.view, (1280, 720))
-    return clip_events(played.states, read_sumo_net(played.scenario.network_file), (view,) * len(played.states))
+    visible = visible_masks(played.states, (view,) * len(played.states))
+    return clip_events(played.states, read_sumo_net(played.scenario.network_file), visible)
 
 
 @pytest.mark.parametrize(
@@ -31,7 +32,8 @@ def test_hard_negatives_have_plenty_of_one_thing_and_nothing_like_an_overtake(na
 
 def test_every_countable_turn_of_a_junction_is_the_one_between_its_edges() -> None:
     played = clip("junction", NO_OPTIONS, seconds=40)
-    events = clip_events(played.states, read_sumo_net(played.scenario.network_file), None)
+    visible = visible_masks(played.states, None)
+    events = clip_events(played.states, read_sumo_net(played.scenario.network_file), visible)
     arms = ("north", "east", "south", "west")
     lanes = lane_sequences(played.states)
     kinds = {1: "turn_left", 2: "drive_straight", 3: "turn_right"}

@@ -103,8 +103,8 @@ def write_small_log(path: Path, record: RunRecord | None = None) -> str:
             writer.append_states(
                 [state(t_us, "car7", 1.0 + frame, 2.0), state(t_us, "car10", 9.0, 5.0, linked=frame < 2)]
             )
-        writer.append_links([LinkRecord(0, "established", "car", "o1", "car7", "seen for 0.5 s", "o1->car7#1")])
-        writer.append_relations(
+        writer.append([LinkRecord(0, "established", "car", "o1", "car7", "seen for 0.5 s", "o1->car7#1")])
+        writer.append(
             [
                 RelationRecord(10_000, 40_000, "behind", ("car7", "car10"), "unknown", "true", ("v1->w1#1",)),
                 RelationRecord(20_000, 40_000, "moving", ("car7",), "false", "true"),

@@ -87,9 +87,7 @@ def log_with_views(folder: Path, lost: set[int]) -> str:
     with open_log(url, "w") as log:
         writer = log.begin_run(run())
         writer.append_frames([second * 1_000_000 for second in range(11)])
-        writer.append_views(
-            ViewRecord(second * 1_000_000, () if second in lost else (1.0,) * 9) for second in range(11)
-        )
+        writer.append(ViewRecord(second * 1_000_000, () if second in lost else (1.0,) * 9) for second in range(11))
         for start_s, end_s in ((2, 3), (5, 8), (9, 9)):
             writer.append_events([overtake(start_s * 1_000_000, end_s * 1_000_000)])
         writer.finish("finished")

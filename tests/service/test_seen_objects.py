@@ -27,8 +27,8 @@ def seen(t_us: int, name: str = "v1", x_m: float = 1.5) -> SeenObject:
 def write(path: Path, objects: list[SeenObject], views: list[ViewRecord]) -> EventLog:
     with open_log(str(path), "w") as log:
         writer = log.begin_run(run())
-        writer.append_objects(objects)
-        writer.append_views(views)
+        writer.append(objects)
+        writer.append(views)
         writer.finish("finished")
     return open_log(str(path))
 
@@ -96,7 +96,7 @@ def test_moving_view_is_drawn_where_it_was(tmp_path: Path) -> None:
             writer.append_frames([k * STEP_US])
             writer.append_states([state(k * STEP_US, "car1", 20.0, 5.0)])
         maps = (tuple(MAP.ravel().tolist()), tuple(moved.ravel().tolist()), ())
-        writer.append_views([ViewRecord(k * STEP_US, numbers) for k, numbers in enumerate(maps)])
+        writer.append([ViewRecord(k * STEP_US, numbers) for k, numbers in enumerate(maps)])
         writer.finish("finished")
     write_video(tmp_path / "video.mp4", [np.full((360, 640), 90, np.uint8)] * 3)
     boxes = [drawn_columns(tmp_path, k * STEP_US) for k in range(3)]

@@ -44,7 +44,7 @@ class SolidPainter:
         self._sun = sun
         self._parts: dict[VehicleLooks, tuple[Part, ...]] = {}
 
-    def draw(self, canvas: NDArray[np.uint8], states: VehicleStates, view: CameraView) -> list[Rectangle]:
+    def draw(self, canvas: NDArray[np.uint8], states: VehicleStates, view: CameraView) -> None:
         """Draw all vehicles with their shadows.
 
         Parameters
@@ -52,24 +52,18 @@ class SolidPainter:
         canvas : (h, w, 3), changed.
         states : vehicles, those out of view included.
         view : the camera; it has a pose.
-
-        Returns
-        -------
-        The rectangles that were changed.
         """
         assert view.pose is not None
         space = view.pose.projection(*self._size_px)
         distance_m = np.hypot(*(states.centre_m - view.pose.place_m[:2]).T)
-        touched: list[Rectangle] = []
         pixel_m = rows_near_image(states, view)
         far_first = sorted(pixel_m, key=lambda row: -float(distance_m[row]))
         drawn = [self._solid(states, row, space, view.pose.place_m, pixel_m[row]) for row in far_first]
         if not self._sun.is_hidden:
             for solid in drawn:
-                touched += _shade(canvas, solid, self._size_px, self._sun)
+                _shade(canvas, solid, self._size_px, self._sun)
         for solid in drawn:
-            touched += _fill(canvas, solid, self._size_px, self._sun)
-        return touched
+            _fill(canvas, solid, self._size_px, self._sun)
 
     def _solid(self, states: VehicleStates, row: int, space: FloatArray, eye_m: FloatArray, pixel_m: float) -> "_Solid":
         """Place a vehicle in space."""
@@ -143,28 +137,26 @@ class _Solid:
             yield quad, (blue, green, red)
 
 
-def _shade(canvas: NDArray[np.uint8], solid: _Solid, size_px: tuple[int, int], sun: Sun) -> list[Rectangle]:
+def _shade(canvas: NDArray[np.uint8], solid: _Solid, size_px: tuple[int, int], sun: Sun) -> None:
     outlines_px = [solid.to_pixels(shadow_m(part, sun, solid.heading_rad), 0.0) for part in solid.parts]
     soft_px = PENUMBRA_M / solid.pixel_m
     part = rectangle_around(np.vstack(outlines_px), size_px, margin_px=3 * soft_px + 1)
     if part is None:
-        return []
+        return
     cover = _raster(part, [(outline_px, (255.0,)) for outline_px in outlines_px], solid.fineness, channels=1)
     soft = cv2.GaussianBlur(cover, (0, 0), max(0.3, soft_px))
     alpha = soft.astype(np.float32)[:, :, None] * np.float32(SHADOW_STRENGTH / 255)
     window = canvas[part.window]
     window[:] = np.round(window + alpha * (np.asarray(SHADOW_COLOUR, dtype=np.float32) - window)).astype(np.uint8)
-    return [part]
 
 
-def _fill(canvas: NDArray[np.uint8], solid: _Solid, size_px: tuple[int, int], sun: Sun) -> list[Rectangle]:
+def _fill(canvas: NDArray[np.uint8], solid: _Solid, size_px: tuple[int, int], sun: Sun) -> None:
     faces = list(solid.faces(sun))
     part = rectangle_around(np.vstack([outline_px for outline_px, _ in faces]), size_px, margin_px=1)
     if part is None:
-        return []
+        return
     opaque = [(outline_px, (*colour, 255.0)) for outline_px, colour in faces]
     blend(canvas[part.window], _raster(part, opaque, solid.fineness, channels=4))
-    return [part]
 
 
 def _raster(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from data_gen.drawing.ground.paint import Colour, cover_of, coverage_of, fill, lay_over
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import Part, VehicleLooks, height_m, vehicle_parts
-from data_gen.drawing.view import CameraView, Rectangle, hull_of, warp_into
+from data_gen.drawing.view import CameraView, hull_of, warp_into
 from data_gen.simulation.states import FloatArray, VehicleStates
 
 _HEADING_STEP_RAD = math.radians(2)
@@ -53,7 +53,7 @@ class SpritePainter:
         self._sun = sun
         self._sprites: dict[str, dict[tuple[int, int], Sprite]] = {}
 
-    def draw(self, canvas: NDArray[np.uint8], states: VehicleStates, view: CameraView) -> list[Rectangle]:
+    def draw(self, canvas: NDArray[np.uint8], states: VehicleStates, view: CameraView) -> None:
         """Draw all vehicles with their shadows.
 
         Parameters
@@ -61,22 +61,15 @@ class SpritePainter:
         canvas : (h, w, 3), changed.
         states : vehicles, those out of view included.
         view : the camera.
-
-        Returns
-        -------
-        The rectangles that were changed.
         """
         self._forget_gone(states)
         pixel_from_ground = view.camera.pixel_from_ground
         pixel_m = rows_near_image(states, view)
-        touched: list[Rectangle] = []
         # Low ones first: the shadow of a truck falls on the car beside it, never the other way round.
         for row in sorted(pixel_m, key=lambda row: height_m(states.classes[row])):
             sprite = self._sprite(states, row, pixel_m[row])
             to_ground = ground_from_vehicle(states.centre_m[row], float(states.heading_rad[row]))
-            part = self._draw_one(canvas, sprite, pixel_from_ground @ to_ground)
-            touched += [part] if part is not None else []
-        return touched
+            self._draw_one(canvas, sprite, pixel_from_ground @ to_ground)
 
     def _forget_gone(self, states: VehicleStates) -> None:
         for vehicle_id in self._sprites.keys() - set(states.ids):
@@ -96,16 +89,15 @@ class SpritePainter:
             )
         return made[heading_step, scale_step]
 
-    def _draw_one(self, canvas: NDArray[np.uint8], sprite: Sprite, pixel_from_vehicle: FloatArray) -> Rectangle | None:
+    def _draw_one(self, canvas: NDArray[np.uint8], sprite: Sprite, pixel_from_vehicle: FloatArray) -> None:
         to_pixel = pixel_from_vehicle @ sprite.vehicle_from_sprite
         height_px, width_px = sprite.bgra.shape[:2]
         if (found := warp_into(to_pixel, (width_px, height_px), self._size_px)) is None:
-            return None
+            return
         part, to_part = found
         # A camera straight above maps straight lines to parallel ones: no division pixel by pixel.
         layer = cv2.warpAffine(sprite.bgra, to_part[:2] / to_part[2, 2], part.size_px, flags=cv2.INTER_LINEAR)
         blend(canvas[part.window], np.asarray(layer, dtype=np.uint8))
-        return part
 
 
 def rows_near_image(states: VehicleStates, view: CameraView) -> dict[int, float]:

@@ -5,7 +5,6 @@ A progressor takes one state after another and keeps what is left of its formula
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 from dyknow.mtl.formula import Formula
 from dyknow.mtl.printer import print_formula
@@ -67,7 +66,7 @@ class Progressor:
     def __init__(
         self,
         formula: Formula,
-        objects: Mapping[str, str] = MappingProxyType({}),
+        objects: Mapping[str, str] = {},
         *,
         shared: SharedWork | None = None,
     ) -> None:

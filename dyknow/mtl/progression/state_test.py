@@ -5,7 +5,6 @@ The logic is Kleene's: what is not known stays unknown unless the rest decides a
 
 import operator
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, TypeAlias  # Any: features have values of any type
 
 from dyknow.mtl import formula as model
@@ -20,19 +19,17 @@ StateTest: TypeAlias = Callable[[State, Bound], "bool | None"]
 Reader: TypeAlias = Callable[[State, Bound], Any]
 Slots: TypeAlias = Mapping[str, int]
 
-_OPERATORS: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
-    {
-        "<": operator.lt,
-        "<=": operator.le,
-        "=": operator.eq,
-        "!=": operator.ne,
-        ">=": operator.ge,
-        ">": operator.gt,
-    }
-)
+_OPERATORS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    "=": operator.eq,
+    "!=": operator.ne,
+    ">=": operator.ge,
+    ">": operator.gt,
+}
 
 
-def state_test(formula: Formula, slots: Slots = MappingProxyType({})) -> StateTest:  # noqa: PLR0911 - one per kind
+def state_test(formula: Formula, slots: Mapping[str, int] = {}) -> StateTest:  # noqa: PLR0911 - one per kind
     """Make the function that says whether a formula without tense holds in a state.
 
     Parameters

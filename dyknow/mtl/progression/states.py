@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping
 from enum import Enum
-from types import MappingProxyType
 from typing import Any, Protocol
 
 from dyknow.errors import DyKnowError
@@ -44,7 +43,7 @@ class DictState:
     def __init__(
         self,
         values: Mapping[Any, Any],  # Any: keys are names or pairs; values have any type
-        sorts: Mapping[str, Collection[str]] = MappingProxyType({}),
+        sorts: Mapping[str, Collection[str]] = {},
     ) -> None:
         self._values = values
         self._sorts = sorts

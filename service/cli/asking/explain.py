@@ -1,14 +1,12 @@
 """`dyknow explain` and `dyknow why-not`: why was this recognised, and why was that not?"""
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Sequence
+from typing import Annotated
 
 import typer
 
 from service.cli.options import AsJson, ChronicleFiles, From, LogName, RunName, To, read_roles, read_window
 from service.cli.printing import show
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def explain(
@@ -55,7 +53,7 @@ def why_not(
     show(to_json(found), render(found), as_json=as_json)
 
 
-def _one_each(texts: "Sequence[str]") -> dict[str, str]:
+def _one_each(texts: Sequence[str]) -> dict[str, str]:
     roles = {}
     for name, actors in read_roles(texts):
         if len(actors) > 1:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson, LogName, RunName
-from service.cli.printing import format_table, print_json, tell
+from service.cli.printing import format_table, show, tell
 
 if TYPE_CHECKING:
     from service.questions.identity import CarIdentity, IdentityLink
@@ -30,16 +30,12 @@ def objects(
         record = opened.run(run)
         if car is not None:
             links = links_of(opened, record, car)
-            if as_json:
-                print_json({"run": record.id, "car": car, "links": links})
-            else:
-                print(format_table(LINK_TITLES, [_link_row(one) for one in links]), end="")
+            table = format_table(LINK_TITLES, [_link_row(one) for one in links])
+            show({"run": record.id, "car": car, "links": links}, table, as_json=as_json)
             return
         cars = identities(opened, record.id)
-        if as_json:
-            print_json({"run": record.id, "cars": cars})
-        else:
-            print(format_table(CAR_TITLES, [_car_row(one) for one in cars]), end="")
+        table = format_table(CAR_TITLES, [_car_row(one) for one in cars])
+        show({"run": record.id, "cars": cars}, table, as_json=as_json)
         tell("note", run_notes([opened], EventFilter(runs=(record.id,))))
         tell("note", [] if cars else [f"run {record.id!r} of {record.source} has no cars"])
 

@@ -10,7 +10,9 @@ from service.cli.options import AsJson, From, LogName, RunName, To, read_window
 from service.cli.printing import print_json_list, show
 
 if TYPE_CHECKING:
-    from service.records import RunRecord
+    from collections.abc import Iterable
+
+    from service.records import CarState, RunRecord
     from service.store.log import EventLog
 
 
@@ -40,23 +42,23 @@ def tracks(
         record = opened.run(run)
         if car is not None:
             check_car(opened, record, car)
+        states = opened.states(record.id, car=car, from_us=from_us, to_us=to_us)
         if as_json:
-            states = opened.states(record.id, car=car, from_us=from_us, to_us=to_us)
             print_json_list("states", (msgspec.json.encode(one).decode() for one in states), run=record.id)
         elif output == "csv":
-            write_tracks_csv(opened.states(record.id, car=car, from_us=from_us, to_us=to_us), sys.stdout)
+            write_tracks_csv(states, sys.stdout)
         else:
-            _print_mot(opened, record, car, from_us, to_us)
+            _print_mot(opened, record, states)
 
 
-def _print_mot(log: "EventLog", run: "RunRecord", car: str | None, from_us: int | None, to_us: int | None) -> None:
+def _print_mot(log: "EventLog", run: "RunRecord", states: "Iterable[CarState]") -> None:
     from service.errors import ExportError
     from service.export.tracks import write_tracks_mot
 
     if run.camera is None:
         raise ExportError(f"run {run.id!r}: expected a run with a camera for --format mot, got one without")
     report = write_tracks_mot(
-        log.states(run.id, car=car, from_us=from_us, to_us=to_us),
+        states,
         sys.stdout,
         frames=log.frames(run.id),
         car_numbers={one.car: one.number for one in log.cars(run.id)},

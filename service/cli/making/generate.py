@@ -1,18 +1,15 @@
 """`dyknow generate` and `dyknow trajectories`: where do test videos and tracks come from? Scenes with exact truth."""
 
 import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from service.cli.options import AsJson, ScenarioOptions, Seed, read_pairs
 from service.cli.printing import show
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
 
 SCENE_FILES = ("truth.csv", "camera.csv")
 
@@ -79,7 +76,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 @contextmanager
-def drawing_bar(title: str) -> "Iterator[Callable[[int, int], None]]":
+def drawing_bar(title: str) -> Iterator[Callable[[int, int], None]]:
     """Show how many frames are drawn, on a terminal only; yields the callback."""
     if not sys.stderr.isatty():
         yield lambda done, total: None

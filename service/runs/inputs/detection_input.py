@@ -4,27 +4,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dyknow.sample import Sample
 from gis.camera import GroundCamera
-from gis.errors import GisError
 from gis.road_network import plain_rings
 from service.errors import InputError
-from service.records import CameraRecord, InputKind
+from service.records import InputKind
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
-from service.runs.inputs.input_kind import Asked, Input
-from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area
+from service.runs.inputs.input_kind import Asked, Input, camera_record
+from service.runs.inputs.moving_camera import StoredPoses, first_camera
 from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.toml_tables import told
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import box_camera
-from vision.errors import VisionError
 from vision.networks.stored_detections import StoredDetections
+from vision.objects import FloatArray
 from vision.settings import VisionSettings
-
-FloatArray = NDArray[np.float64]
 
 NO_PICTURE = (0, 0)
 
@@ -85,24 +80,14 @@ class DetectionInput(Input):
             motion=site.motion if site and camera is not None else None,
             settings=settings,
             detector=describe(choice),
+            frame_count=stored.last_key + 1 if stored.is_by_frame else None,
+            camera=None if camera is None else camera_record(camera, size_px),
         )
-
-    @property
-    def frame_count(self) -> int | None:
-        """Return the number of frames, for a file by frame."""
-        return self.stored.last_key + 1 if self.stored.is_by_frame else None
-
-    @property
-    def camera(self) -> CameraRecord | None:
-        """Return how the ground maps to the picture, for the log."""
-        if self.ground_camera is None:
-            return None
-        return CameraRecord(tuple(self.ground_camera.pixel_from_ground.ravel().tolist()), *self.size_px)
 
     def feed(self) -> Feed:
         """Give the moments of the file, and the tracking to look at them."""
         poses = None if self.motion is None else self.motion.poses
-        try:
+        with told(InputError, self.path, "with the camera and roads of its site"):
             vision = box_camera(
                 self.stored,
                 self.area_m,
@@ -111,8 +96,6 @@ class DetectionInput(Input):
                 motion=None if poses is None else StoredPoses(poses, self.size_px),
                 settings=self.settings,
             )
-        except VisionError as error:
-            raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         instants = self.stored.instants(self.rate_hz)
         return Feed(VIDEO, (Sample(instant.t_us, instant.t_us, instant) for instant in instants), vision)
 
@@ -127,14 +110,10 @@ def _camera(
     if site is None or not is_known:
         raise InputError(f"{path}: expected a [camera] in the site file for boxes in pixels, got none")
     size_px = alone_size(details, path)
-    if site.motion is None:
-        return site.camera, size_px
-    if site.motion.poses is None:
+    if site.motion is not None and site.motion.poses is None:
         raise InputError(f"{path}: expected poses of the moving camera for detections without a video, got none")
-    try:
+    with told(InputError, site.path, f"for {path.name}"):
         return first_camera(site.camera, site.motion, size_px), size_px
-    except GisError as error:
-        raise InputError(f"{site.path}: for {path.name}: {error}") from error
 
 
 def _area(
@@ -146,9 +125,5 @@ def _area(
     if camera is None:
         assert site.network is not None
         return plain_rings(site.network.surface())
-    try:
-        if site.motion is not None:
-            return moving_area(camera, site.motion, site.network, size_px)
-        return watched_area(camera, site.network, site.road_mask, size_px)
-    except GisError as error:
-        raise InputError(f"{site.path}: for {path.name}: {error}") from error
+    with told(InputError, site.path, f"for {path.name}"):
+        return watched_area(camera, site.network, site.road_mask, size_px, site.motion)

@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
+from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
 from service.errors import InputError
 from service.records import CameraRecord, InputKind
@@ -60,6 +61,9 @@ class Input(ABC):
     network : the roads in view.
     warnings : what the user should know about how the input is read.
     detector, detector_files : what looks at the frames, in words, and the files that it depends on.
+    video : what is read, where it is one.
+    frame_count : as far as it is known before the frames are read.
+    camera : how the ground maps to the image, for the log.
     """
 
     kind: ClassVar[InputKind]
@@ -68,6 +72,9 @@ class Input(ABC):
     warnings: tuple[str, ...] = ()
     detector: str = ""
     detector_files: tuple[Path, ...] = ()
+    video: VideoSource | None = None
+    frame_count: int | None = None
+    camera: CameraRecord | None = None
 
     @classmethod
     @abstractmethod
@@ -102,20 +109,10 @@ class Input(ABC):
         """Return the number of bytes and their digest."""
         return self.path.stat().st_size, content_digest(self.path)
 
-    @property
-    def video(self) -> VideoSource | None:
-        """Return the video that is read; None where there is none."""
-        return None
 
-    @property
-    def frame_count(self) -> int | None:
-        """Return the number of frames, as far as it is known before they are read."""
-        return None
-
-    @property
-    def camera(self) -> CameraRecord | None:
-        """Return how the ground maps to the image, for the log."""
-        return None
+def camera_record(camera: GroundCamera, size_px: tuple[int, int]) -> CameraRecord:
+    """Write down how the ground maps to an image of this width and height."""
+    return CameraRecord(tuple(camera.pixel_from_ground.ravel().tolist()), *size_px)
 
 
 def content_digest(*paths: Path) -> str:

@@ -3,19 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
-from numpy.typing import NDArray
 
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraTrack
 from gis.errors import GisError
-from gis.road_network import RoadNetwork, plain_rings
 from service.runs.inputs.site import Motion
 from vision.networks.box_detector import Instant
+from vision.objects import FloatArray
 from vision.registration.registration import Registration
 from vision.registration.settings import RegistrationSettings
-
-FloatArray = NDArray[np.float64]
 
 # How far the camera may come to look, as a part of the diagonal of its first view: less where there is no network,
 # since all ground in reach is road then.
@@ -43,7 +39,7 @@ class StoredPoses:
             return None
 
 
-def first_camera(camera: GroundCamera | None, motion: Motion, size_px: tuple[int, int]) -> GroundCamera:
+def first_camera(camera: GroundCamera | None, motion: Motion | None, size_px: tuple[int, int]) -> GroundCamera:
     """Give the camera of the first frame: that of the poses where there are any.
 
     Raises
@@ -51,9 +47,9 @@ def first_camera(camera: GroundCamera | None, motion: Motion, size_px: tuple[int
     GisError
         If the first pose sees no ground.
     """
-    if motion.poses is not None:
+    if motion is not None and motion.poses is not None:
         return motion.poses.poses[0].camera(*size_px)
-    assert camera is not None, "a site with a moving camera has its first map or its poses"
+    assert camera is not None, "a site with a camera has its first map or its poses"
     return camera
 
 
@@ -74,26 +70,6 @@ def reach_m(camera: GroundCamera, motion: Motion, size_px: tuple[int, int], *, h
         return share * float(np.hypot(*(high - low)))
     seen = np.concatenate([pose.camera(*size_px).view_outline(*size_px) for pose in motion.poses.poses])
     return float(max((low - seen.min(axis=0)).max(), (seen.max(axis=0) - high).max(), 0.0))
-
-
-def moving_area(
-    camera: GroundCamera, motion: Motion, network: RoadNetwork | None, size_px: tuple[int, int]
-) -> tuple[FloatArray, ...]:
-    """Outline the ground that vision may come to look at: the roads, or all ground in reach where none are known.
-
-    Returns
-    -------
-    Rings (k, 2) in metres.
-
-    Raises
-    ------
-    GisError
-        If the camera sees no ground.
-    """
-    if network is not None:
-        return plain_rings(network.surface())
-    around_m = reach_m(camera, motion, size_px, has_roads=False)
-    return plain_rings(shapely.Polygon(camera.view_outline(*size_px)).buffer(around_m, join_style="mitre"))
 
 
 def camera_motion(

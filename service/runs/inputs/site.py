@@ -16,15 +16,15 @@ from msgspec import Meta, Struct
 from anchoring.settings import AnchoringSettings
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraTrack, read_camera_track
-from gis.errors import GisError
 from gis.frames import LocalFrame
 from gis.geojson import read_geojson
 from gis.lanes import Lane, edge_name
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
+from service.errors import SiteError
 from service.runs.inputs.detectors import DetectionDetails
-from service.runs.inputs.toml_tables import Number, Text, read_toml, wrong
+from service.runs.inputs.toml_tables import Number, Text, read_toml, told, wrong
 from service.times import FIRST_UTC, LAST_UTC
 from vision.settings import VisionSettings
 
@@ -140,7 +140,6 @@ class Site:
     start_utc : when the source's time line starts, in UTC; None if the file does not say.
     network : None if the file has no [network].
     camera : None if the file has no [camera], or gives a moving one by its poses alone.
-    frame : where on Earth the local frame lies; None if the file has no [frame].
     road_mask : an image of the frame's size that is bright where road is; exists when the file is loaded.
     path : the site file.
     files : the site file and every file it names: all that the site depends on.
@@ -154,7 +153,6 @@ class Site:
     start_utc: datetime | None
     network: RoadNetwork | None
     camera: GroundCamera | None
-    frame: LocalFrame | None
     road_mask: Path | None
     path: Path
     files: tuple[Path, ...]
@@ -204,7 +202,6 @@ def load_site(path: str | Path) -> Site:
         start_utc=said.start_utc.astimezone(UTC) if said.start_utc else None,
         network=network,
         camera=camera,
-        frame=frame,
         road_mask=view.road_mask,
         path=path,
         files=tuple(file for file in files if file),
@@ -218,10 +215,8 @@ def load_site(path: str | Path) -> Site:
 
 
 def _read_frame(table: FrameTable, path: Path) -> LocalFrame:
-    try:
+    with told(SiteError, path, "frame"):
         return LocalFrame(table.origin_lat_deg, table.origin_lon_deg)
-    except GisError as error:
-        raise wrong(path, "frame", error) from error
 
 
 def _only_form(table: Struct, names: tuple[str, ...], path: Path, place: str) -> str:
@@ -236,16 +231,15 @@ def _only_form(table: Struct, names: tuple[str, ...], path: Path, place: str) ->
 def _read_network(table: NetworkTable, frame: LocalFrame | None, path: Path) -> RoadNetwork:
     form = f"network.{_only_form(table, ('sumo', 'geojson', 'lane'), path, 'network')}"
     try:
-        if table.lane is not None:
-            return RoadNetwork(_read_lanes(table.lane, path))
-        if table.sumo is not None:
-            return read_sumo_net(table.sumo)
-        if frame is None:
-            raise wrong(path, form, "expected a [frame] table beside it, which places its degrees; got none")
-        assert table.geojson is not None
-        return read_geojson(table.geojson, frame)
-    except GisError as error:
-        raise wrong(path, form, error) from error
+        with told(SiteError, path, form):
+            if table.lane is not None:
+                return RoadNetwork(_read_lanes(table.lane, path))
+            if table.sumo is not None:
+                return read_sumo_net(table.sumo)
+            if frame is None:
+                raise wrong(path, form, "expected a [frame] table beside it, which places its degrees; got none")
+            assert table.geojson is not None
+            return read_geojson(table.geojson, frame)
     except RecursionError as error:
         raise wrong(path, form, "expected a file with a few levels of nesting, got too many to read") from error
 
@@ -257,10 +251,8 @@ def _read_lanes(tables: list[LaneTable], path: Path) -> list[Lane]:
         road = one.road if one.road is not None else one.id
         edge = edge_name(road, one.direction)
         line_m, index = np.array(one.centre_line_m), lanes_of_edge[edge]
-        try:
+        with told(SiteError, path, f"network.lane[{number}]"):
             lanes.append(Lane(one.id, edge, index, road, one.direction, line_m, one.width_m, one.speed_limit_mps))
-        except GisError as error:
-            raise wrong(path, f"network.lane[{number}]", error) from error
         lanes_of_edge[edge] += 1
     return lanes
 
@@ -274,10 +266,8 @@ def _read_motion(table: CameraTable, path: Path) -> Motion | None:
         return None
     if table.road_mask is not None:
         raise wrong(path, "camera.road_mask", "expected a camera that stands still beside it, got moving = true")
-    try:
+    with told(SiteError, path, "camera.poses"):
         return Motion(None if table.poses is None else read_camera_track(table.poses), table.reach_m)
-    except GisError as error:
-        raise wrong(path, "camera.poses", error) from error
 
 
 def _read_camera(table: CameraTable, path: Path) -> GroundCamera | None:
@@ -289,14 +279,10 @@ def _read_camera(table: CameraTable, path: Path) -> GroundCamera | None:
     if table.homography is not None:
         return _camera_of(table.homography, path, "camera")
     points = table.point or []
-    try:
+    with told(SiteError, path, "camera.point"):
         return GroundCamera.from_point_pairs([one.pixel for one in points], [one.ground_m for one in points])
-    except GisError as error:
-        raise wrong(path, "camera.point", error) from error
 
 
 def _camera_of(homography: Matrix, path: Path, place: str) -> GroundCamera:
-    try:
+    with told(SiteError, path, f"{place}.homography"):
         return GroundCamera.from_homography(homography)
-    except GisError as error:
-        raise wrong(path, f"{place}.homography", error) from error

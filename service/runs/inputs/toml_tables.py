@@ -10,6 +10,7 @@ import dataclasses
 import difflib
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from types import NoneType, UnionType
@@ -21,7 +22,7 @@ from msgspec import Meta
 from anchoring.errors import AnchoringError
 from gis.errors import GisError
 from qsr.errors import QsrError
-from service.errors import SiteError
+from service.errors import InputError, SiteError
 from vision.errors import VisionError
 
 # Bounds that infinity and nan do not keep.
@@ -62,6 +63,15 @@ def wrong(path: Path, field: str, problem: object) -> SiteError:
     return SiteError(f"{path}: {field}: {problem}" if field else f"{path}: {problem}")
 
 
+@contextmanager
+def told(error_type: type[InputError], *places: object) -> Iterator[None]:
+    """Turn what an engine refuses into an error of the user's file, with its places from the outside in."""
+    try:
+        yield
+    except (AnchoringError, GisError, QsrError, VisionError) as error:
+        raise error_type(": ".join([*filter(None, map(str, places)), str(error)])) from error
+
+
 class _Reader:
     """Convert the values of one file; `root` is the declared form of the whole of it."""
 
@@ -88,10 +98,8 @@ class _Reader:
                 given[name] = getattr(usual, name)
             elif is_needed:
                 raise wrong(self._path, _join(place, name), f"expected {_words(hint)}, got no such field")
-        try:
+        with told(SiteError, self._path, place):
             return declared(**given)
-        except (AnchoringError, GisError, QsrError, VisionError) as error:
-            raise wrong(self._path, place, error) from error
 
     def _value(self, value: object, hint: object, place: str, usual: object) -> object:
         bare, _ = _unwrap(hint)

@@ -26,8 +26,7 @@ from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, 
 from service.runs.pipeline import TRAJECTORIES, Feed
 from service.texts.csv_table import read_name, read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
-
-FloatArray = NDArray[np.float64]
+from vision.objects import FloatArray
 
 TRAJECTORY_SUFFIXES = (".csv",)
 
@@ -227,17 +226,13 @@ class TrajectoryInput(Input):
         """Read the file."""
         read = load_trajectories(asked.path, asked.columns)
         path = Path("stdin") if asked.path in STANDARD_INPUT else asked.path
-        return cls(path=path, trajectories=read, network=asked.network, warnings=read.warnings)
+        times = len(read.times_us)
+        return cls(path=path, trajectories=read, network=asked.network, warnings=read.warnings, frame_count=times)
 
     @property
     def contents(self) -> tuple[int, str]:
         """Return what was read of it: a pipe gives its bytes but once."""
         return self.trajectories.size_bytes, self.trajectories.digest
-
-    @property
-    def frame_count(self) -> int:
-        """Return the number of distinct times."""
-        return len(self.trajectories.times_us)
 
     def feed(self) -> Feed:
         """Give the objects of each time; nothing needs to look at them."""

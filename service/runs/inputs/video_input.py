@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from dyknow.sample import Sample
 from gis.camera import GroundCamera
-from gis.errors import GisError
 from gis.road_network import RoadNetwork
 from service.errors import InputError
-from service.records import CameraRecord, InputKind
+from service.records import InputKind
 from service.runs.inputs.detectors import (
     FileChoice,
     MotionChoice,
@@ -20,15 +19,15 @@ from service.runs.inputs.detectors import (
     check_against,
     describe,
 )
-from service.runs.inputs.input_kind import Asked, Input
-from service.runs.inputs.moving_camera import first_camera, moving_area
+from service.runs.inputs.input_kind import Asked, Input, camera_record
+from service.runs.inputs.moving_camera import first_camera
 from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.toml_tables import told
 from service.runs.inputs.trajectories import is_trajectories
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import FixedView
-from vision.errors import VisionError
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.road.scale import estimate_scale, image_plane
@@ -65,28 +64,10 @@ class VideoInput(Input):
             return _with_channels(path, asked.site, choice)
         return _with_detector(_open_video(path, asked.site), choice)
 
-    @property
-    def frame_count(self) -> int | None:
-        """Return the number of frames by the container."""
-        return self.sensor.video.frame_count
-
-    @property
-    def video(self) -> VideoSource:
-        """Return the video of the camera."""
-        return self.sensor.video
-
-    @property
-    def camera(self) -> CameraRecord:
-        """Return how the ground maps to the image, for the log."""
-        numbers = tuple(self.sensor.ground_camera.pixel_from_ground.ravel().tolist())
-        return CameraRecord(numbers, *self.sensor.size_px)
-
     def feed(self) -> Feed:
         """Give the frames, and the vision of this camera to look at them."""
-        try:
+        with told(InputError, self.path, "with the camera and roads of its site"):
             vision = self.sensor.vision()
-        except (VisionError, GisError) as error:
-            raise InputError(f"{self.path}: with the camera and roads of its site: {error}") from error
         samples = (Sample(frame.t_us, frame.t_us, frame) for frame in self.sensor.frames(vision))
         return Feed(VIDEO, samples, vision)
 
@@ -117,19 +98,25 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
 def _open_video(path: Path, site: Site | None) -> VideoInput:
     network, settings = (site.network, site.vision) if site else (None, VisionSettings())
     video = open_video(path)
-    if site is not None and site.motion is not None:
-        return _with_moving_camera(path, video, site, site.motion)
-    if site is not None and site.camera is not None:
-        try:
-            area_m = watched_area(site.camera, network, site.road_mask, (video.width_px, video.height_px))
-        except GisError as error:
-            raise InputError(f"{site.path}: for {path.name}: {error}") from error
-        return _video_input(path, VideoSensor(video, site.camera, network, area_m, settings=settings))
-    return _without_camera(path, video, network, settings)
+    if site is None or (site.camera is None and site.motion is None):
+        return _without_camera(path, video, network, settings)
+    size_px = (video.width_px, video.height_px)
+    with told(InputError, site.path, f"for {path.name}"):
+        camera = first_camera(site.camera, site.motion, size_px)
+        area_m = watched_area(camera, network, site.road_mask, size_px, site.motion)
+    return _video_input(path, VideoSensor(video, camera, network, area_m, site.motion, settings=settings))
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
-    return VideoInput(path=path, network=sensor.network, sensor=sensor, warnings=warnings)
+    return VideoInput(
+        path=path,
+        network=sensor.network,
+        sensor=sensor,
+        warnings=warnings,
+        video=sensor.video,
+        frame_count=sensor.video.frame_count,
+        camera=camera_record(sensor.ground_camera, sensor.size_px),
+    )
 
 
 def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
@@ -150,26 +137,14 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
     )
 
 
-def _with_moving_camera(path: Path, video: VideoSource, site: Site, motion: Motion) -> VideoInput:
-    size_px = (video.width_px, video.height_px)
-    try:
-        camera = first_camera(site.camera, motion, size_px)
-        area_m = moving_area(camera, motion, site.network, size_px)
-    except GisError as error:
-        raise InputError(f"{site.path}: for {path.name}: {error}") from error
-    return _video_input(path, VideoSensor(video, camera, site.network, area_m, motion, settings=site.vision))
-
-
 def _without_camera(
     path: Path, video: VideoSource, network: RoadNetwork | None, settings: VisionSettings
 ) -> VideoInput:
     """Lay the ground into the image plane, with a scale from what moves in the first seconds."""
     if network is not None:
         raise InputError(f"{path}: expected a [camera] beside the [network] of the site file, got a network alone")
-    try:
+    with told(InputError, path, "no camera is known"):
         scale = estimate_scale(_first_pictures(video), settings)
-    except VisionError as error:
-        raise InputError(f"{path}: no camera is known: {error}") from error
     camera = GroundCamera.from_homography(image_plane(scale, width_px=video.width_px, height_px=video.height_px))
     warning = (
         f"{path.name}: no camera is known, so the image plane is taken for the ground, at {scale:.3f} m a pixel from "

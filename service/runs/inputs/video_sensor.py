@@ -3,9 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
 from service.runs.inputs.moving_camera import camera_motion, reach_m
@@ -13,10 +10,9 @@ from service.runs.inputs.site import Motion
 from vision.camera import Camera, FixedView, box_camera, fixed_camera, fused_camera, moving_camera, thermal_settings
 from vision.detection.lanes import LaneStrip
 from vision.networks.box_detector import BoxDetector
+from vision.objects import FloatArray
 from vision.settings import VisionSettings
 from vision.video.frames import Frame, VideoSource
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,29 +5,35 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork, plain_rings
 from service.errors import SiteError
-
-FloatArray = NDArray[np.float64]
-ByteArray = NDArray[np.uint8]
+from service.runs.inputs.moving_camera import reach_m
+from service.runs.inputs.site import Motion
+from vision.objects import ByteArray, FloatArray
 
 BRIGHT = 128
 NO_PARENT = -1
 
 
 def watched_area(
-    camera: GroundCamera, network: RoadNetwork | None, road_mask: Path | None, size_px: tuple[int, int]
+    camera: GroundCamera,
+    network: RoadNetwork | None,
+    road_mask: Path | None,
+    size_px: tuple[int, int],
+    motion: Motion | None = None,
 ) -> tuple[FloatArray, ...]:
-    """Outline what vision looks at.
+    """Outline what vision looks at, or may come to look at.
 
     Parameters
     ----------
-    network : its surface; without one, all ground in view.
+    camera : of the first frame.
+    network : its surface; without one, all ground in view, or in reach of a camera that moves.
     road_mask : an image of the frame's size, bright where there is road; None for no further limit.
     size_px : width and height of the frames.
+    motion : of the camera; None if it stands still.
 
     Returns
     -------
@@ -35,16 +41,25 @@ def watched_area(
 
     Raises
     ------
+    GisError
+        If a pose sees no ground.
     SiteError
         If the mask is no image, has another size, or leaves nothing to look at.
     """
-    area: shapely.Geometry = network.surface() if network else shapely.Polygon(camera.view_outline(*size_px))
+    area: shapely.Geometry = network.surface() if network else _ground_in_reach(camera, motion, size_px)
     if road_mask is not None:
         area = shapely.intersection(area, _bright_area(camera, _read_mask(road_mask, size_px)))
     rings = plain_rings(area)
     if not rings:
         raise SiteError(f"{road_mask}: expected a mask that is bright on some road in view, got none")
     return rings
+
+
+def _ground_in_reach(camera: GroundCamera, motion: Motion | None, size_px: tuple[int, int]) -> shapely.Geometry:
+    seen = shapely.Polygon(camera.view_outline(*size_px))
+    if motion is None:
+        return seen
+    return seen.buffer(reach_m(camera, motion, size_px, has_roads=False), join_style="mitre")
 
 
 def _read_mask(path: Path, size_px: tuple[int, int]) -> ByteArray:

@@ -123,21 +123,9 @@ def test_the_traffic_passes_under_the_occluder(camera: CameraKind) -> None:
 
 def test_the_shadow_of_a_plate_darkens_ground_and_not_the_plate() -> None:
     picture = np.full((SIZE_PX[1], SIZE_PX[0], 3), 200, dtype=np.uint8)
-    overlay(slab(500.0, 510.0)).apply(picture, WHOLE, ABOVE)
+    overlay(slab(500.0, 510.0)).apply(picture, ABOVE)
     (plate, shadow, open_ground) = (
         picture[180, round(float(ABOVE.camera.to_pixels([[x_m, 0.0]])[0, 0])), 0] for x_m in (505.0, 513.0, 530.0)
     )
     assert (plate, open_ground) == (90, 200)
     assert 90 <= shadow <= 110
-
-
-def test_applying_to_parts_equals_applying_to_the_whole() -> None:
-    rng = np.random.default_rng(5)
-    whole = rng.integers(0, 256, (SIZE_PX[1], SIZE_PX[0], 3), dtype=np.uint8)
-    parts, hung = whole.copy(), overlay(*planned("trees", "bridge", "gantry"))
-    hung.apply(whole, WHOLE, ABOVE)
-    for left in range(0, SIZE_PX[0], 80):
-        for top in range(0, SIZE_PX[1], 60):
-            part = Rectangle(left, top, left + 80, top + 60)
-            hung.apply(parts[part.window], part, ABOVE)
-    assert np.array_equal(whole, parts)

@@ -5,7 +5,8 @@ import pytest
 
 from data_gen.drawing.view import BoolArray
 from data_gen.simulation.states import FloatArray
-from data_gen.truth.events import TruthEvent, find_events
+from data_gen.truth.event import TruthEvent
+from data_gen.truth.events import find_events
 from data_gen.truth.motion import Motion
 from tests.data_gen.support import STEP_US, Track, motion_of
 

@@ -87,9 +87,9 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     with open_log(str(folder / "a.db"), "w") as log:
         writer = log.begin_run(record)
         writer.append_frames(second * SECOND for second in range(41))
-        writer.append_links(links)
-        writer.append_relations(relations)
-        writer.append_hypotheses([HypothesisRecord(32 * SECOND, *wrong, "refuted")])
+        writer.append(links)
+        writer.append(relations)
+        writer.append([HypothesisRecord(32 * SECOND, *wrong, "refuted")])
         writer.append_events(drafts)
         writer.finish("finished")
     return str(folder / "a.db")

@@ -60,8 +60,8 @@ def write(path: Path, links: Sequence[LinkRecord], *, cars: Sequence[str] = ("ca
         writer = log.begin_run(run())
         writer.append_frames([0, 9 * S])
         writer.append_states([state(t_us, car) for t_us in (0, 9 * S) for car in cars])
-        writer.append_links(links)
-        writer.append_hypotheses(VERDICTS)
+        writer.append(links)
+        writer.append(VERDICTS)
         writer.finish("finished")
     return str(path)
 

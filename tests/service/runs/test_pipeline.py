@@ -12,7 +12,8 @@ from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError
 from service.monitoring.stored_monitoring import monitor_log
 from service.questions.recognition import recognise_stored
-from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, KplText, declared_pipeline, shipped_kpl
+from service.records import SourceText
+from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, declared_pipeline, shipped_kpl
 from service.runs.processing import RunRequest, process
 from service.runs.recording import Recorder, recorded_streams
 from service.store.log import open_log
@@ -29,7 +30,7 @@ def changed(text: str, before: str, after: str) -> str:
 
 def deployed(text: str) -> dict[str, DeclaredStream]:
     return recorded_streams(
-        declared_pipeline(Feed(TRAJECTORIES), None, CHRONICLES, kpl=KplText("own.kpl", text), clock=lambda: 0)
+        declared_pipeline(Feed(TRAJECTORIES), None, CHRONICLES, kpl=SourceText("own.kpl", text), clock=lambda: 0)
     )
 
 

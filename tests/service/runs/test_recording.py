@@ -18,7 +18,7 @@ from gis.road_network import RoadPositions
 from service.cli.app import run
 from service.records import CarState
 from service.runs.recording import CarHistory, Recorder
-from service.store.log import RunWriter
+from service.store.writer import RunWriter
 from tests.service.logs import read_all
 from tests.service.tracks import write_tracks
 
@@ -57,7 +57,7 @@ class Rows(list[CarState]):
     def append_states(self, rows: Iterable[CarState]) -> None:
         self.extend(rows)
 
-    def append_links(self, links: Iterable[object]) -> None:
+    def append(self, links: Iterable[object]) -> None:
         assert not list(links)
 
     def subscribe(self, consumer: Callable[[Sample[object]], None]) -> None:

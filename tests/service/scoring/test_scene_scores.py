@@ -38,7 +38,7 @@ def write_run(path: Path, *, objects: bool = True) -> str:
             writer.append_frames([t_us])
             if objects:
                 name = "v1" if frame < FRAMES // 2 else "v2"
-                writer.append_objects([seen(t_us, name, x_m + 0.5, observed=frame != 3), seen(t_us, "v9", 500.0)])
+                writer.append([seen(t_us, name, x_m + 0.5, observed=frame != 3), seen(t_us, "v9", 500.0)])
             writer.append_states([state(t_us, "car1", x_m + 0.5, 18.0, linked=frame != 3)])
         writer.finish("finished")
     return url

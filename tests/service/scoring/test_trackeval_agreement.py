@@ -1,6 +1,7 @@
 """Our figures against those of TrackEval, the reference program, on the same random sequences."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ STORED = json.loads((Path(__file__).parent / "trackeval_figures.json").read_text
 def test_every_figure_agrees_with_trackeval(seed: int) -> None:
     true, found = make_sequence(seed)
     pairs = box_pairs(true.frame, true.box_px, found.frame, found.box_px)
-    ours = score_tracks(TrackRows(true.frame, true.track), TrackRows(found.frame, found.track), pairs).as_record()
+    ours = asdict(score_tracks(TrackRows(true.frame, true.track), TrackRows(found.frame, found.track), pairs))
     theirs = STORED["figures"][str(seed)]
     assert {name: ours[name] for name in theirs} == pytest.approx(theirs, abs=1e-6)
 

@@ -108,5 +108,5 @@ def test_every_class_can_be_drawn(vehicle_class: VehicleClass) -> None:
 
 def test_vehicles_behind_the_camera_are_left_out() -> None:
     canvas = np.zeros((SIZE_PX[1], SIZE_PX[0], 3), dtype=np.uint8)
-    assert SolidPainter(SIZE_PX, NO_SUN).draw(canvas, states_of(("a", 0.0, -400.0, 0.0)), view_of(40.0)) == []
+    SolidPainter(SIZE_PX, NO_SUN).draw(canvas, states_of(("a", 0.0, -400.0, 0.0)), view_of(40.0))
     assert not canvas.any()

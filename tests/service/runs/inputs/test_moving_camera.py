@@ -10,8 +10,9 @@ import pytest
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import SiteError
-from service.runs.inputs.moving_camera import StoredPoses, first_camera, moving_area, reach_m
+from service.runs.inputs.moving_camera import StoredPoses, first_camera, reach_m
 from service.runs.inputs.site import Motion, Site, load_site
+from service.runs.inputs.watched_area import watched_area
 from tests.vision.support import make_frame
 
 SIZE = (320, 180)
@@ -101,5 +102,5 @@ def test_reach_follows_the_poses_the_file_or_the_view() -> None:
 
 def test_without_roads_all_ground_in_reach_is_watched() -> None:
     camera = GroundCamera.from_homography([[0.5, 0, 0], [0, -0.5, 90], [0, 0, 1]])
-    (ring,) = moving_area(camera, Motion(None, 10.0), None, SIZE)
+    (ring,) = watched_area(camera, None, None, SIZE, Motion(None, 10.0))
     assert np.ptp(ring, axis=0) == pytest.approx([180.0, 110.0])

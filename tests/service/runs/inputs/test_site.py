@@ -51,7 +51,7 @@ def load(tmp_path: Path, text: str) -> Site:
 def test_a_site_of_name_and_start_alone_has_no_network_and_no_camera(tmp_path: Path) -> None:
     site = load(tmp_path, HEAD)
     assert (site.name, site.start_utc) == ("crossing", datetime(2026, 5, 1, 8, tzinfo=UTC))
-    assert (site.network, site.camera, site.frame, site.road_mask) == (None, None, None, None)
+    assert (site.network, site.camera, site.road_mask) == (None, None, None)
     assert site.path == tmp_path / "site.toml"
 
 
@@ -66,7 +66,6 @@ def test_a_geojson_network_is_placed_by_the_frame(tmp_path: Path) -> None:
     write_geojson(read_sumo_net(CROSSING_NET), tmp_path / "roads.geojson", LocalFrame(58.4, 15.6))
     site = load(tmp_path, HEAD + FRAME + '[network]\ngeojson = "roads.geojson"\n')
     assert site.network is not None
-    assert site.frame == LocalFrame(58.4, 15.6)
     assert site.network.locate([[0.0, 100.0]]).road.tolist() == [[road.id for road in site.network.roads].index("cn")]
 
 
