@@ -1,9 +1,10 @@
 """How does chronicle recognition sit in a stream graph? A DyKnow process: relation changes in, occurrences out."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
+from chronicles.recogniser import Recogniser
 from dyknow.sample import Sample
 
 
@@ -41,23 +42,6 @@ class FrameChanges(Protocol[_Change]):
     def hypotheses_of(self, change: _Change) -> tuple[str, ...]: ...  # noqa: D102
 
 
-class Revisable(Protocol):
-    """Describe a recogniser that may be told later what its events rested on."""
-
-    @property
-    def open_hypotheses(self) -> Collection[str]: ...  # noqa: D102
-    def advance(self, t_us: int) -> Sequence[Occurrence]: ...  # noqa: D102
-    def revise(  # noqa: D102
-        self,
-        *,
-        opened: Sequence[tuple[str, int]] = (),
-        refuted: Sequence[str] = (),
-        confirmed: Sequence[str] = (),
-        undecided: Collection[str] = (),
-        events: Sequence[Event] = (),
-    ) -> list[Occurrence]: ...
-
-
 class RecognitionUnit:
     """Run a recogniser as a computational unit.
 
@@ -67,7 +51,7 @@ class RecognitionUnit:
 
     __slots__ = ("_horizon_us", "_now_us", "_recogniser")
 
-    def __init__(self, recogniser: Revisable, *, horizon_us: int) -> None:
+    def __init__(self, recogniser: Recogniser, *, horizon_us: int) -> None:
         self._recogniser = recogniser
         self._horizon_us = horizon_us
         self._now_us = 0

@@ -94,9 +94,11 @@ def _run(example: model.Example, loaded: ChronicleSet) -> ExampleResult:
     return ExampleResult(example.title, *place, tuple(matched), tuple(missing), tuple(unexpected))
 
 
-def _event(event: model.ExampleEvent) -> Event:
-    old, new = event.change or (None, None)
-    return Event(event.name, event.arguments, event.t_us, old, new)
+def _event(one: model.ExampleEvent) -> Event:
+    texts = [term.text for term in one.pattern.terms if isinstance(term, model.Literal)]
+    arity = len(one.pattern.arguments)
+    old, new = texts[arity:] or (None, None)
+    return Event(one.pattern.name, tuple(texts[:arity]), one.t_us, old, new)
 
 
 def _is_equal(expected: model.ExpectedOccurrence, found: Occurrence) -> bool:

@@ -79,6 +79,7 @@ class Recogniser:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
         self._setup: dict[str, Any] = {
+            "format": 2,
             "chronicles": [[plan.name, plan.version] for plan in chronicles.plans],
             "lateness_us": lateness_us,
             "executor": executor,
@@ -183,17 +184,15 @@ class Recogniser:
         >>> [(found.status, found.roles) for found in recogniser.revise(refuted=["it was car1"])]
         [('recognised', {'car': 'car1'})]
         """
-        if self._revision is None and not (opened or refuted or confirmed or undecided or _rest_on_any(events)):
+        is_sure = not (opened or refuted or confirmed or undecided or any(event.hypotheses for event in events))
+        if self._revision is None and is_sure:
             return [found for event in sorted(events, key=attrgetter("t_us")) for found in self.observe(event)]
         revision = self._revising()
         in_time = [event for event in events if event.t_us >= revision.settled_us]
         self.late_count += len(events) - len(in_time)
-        told: tuple[tuple[Collection[str], Verdict], ...] = (
-            (refuted, "refuted"),
-            (confirmed, "confirmed"),
-            (undecided, "undecided"),
-        )
-        return revision.revise(opened, [(label, verdict) for labels, verdict in told for label in labels], in_time)
+        verdicts: dict[Verdict, Collection[str]]
+        verdicts = {"refuted": refuted, "confirmed": confirmed, "undecided": undecided}
+        return revision.revise(opened, verdicts, in_time)
 
     def _revising(self) -> Revision:
         if self._revision is None:
@@ -301,10 +300,6 @@ def recognise(
     if until_us is not None:
         found += recogniser.advance(until_us)
     return found
-
-
-def _rest_on_any(events: Iterable[Event]) -> bool:
-    return any(event.hypotheses for event in events)
 
 
 def _digest(state: object) -> str:

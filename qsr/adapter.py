@@ -98,9 +98,12 @@ class FrameRelations:
         >>> frame.hypotheses_of(change)
         ('v2->b#7', 'a lost#9')
         """
-        known = self.hypotheses
-        links = tuple(label for one in change.args for label in known.get(one, ())) if known else ()
-        return (*links, *(self.absences[one] for one in change.absent))
+        labels: tuple[str, ...] = ()
+        for one in change.args if self.hypotheses else ():
+            labels += self.hypotheses.get(one, ())
+        for one in change.absent:
+            labels += (self.absences[one],)
+        return labels
 
 
 class RelationUnit:

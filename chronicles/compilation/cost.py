@@ -25,6 +25,7 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 from chronicles.compilation.plan import Plan
+from chronicles.compilation.steps import members, missing_from, steps_from
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
 from dyknow.language.places import Span
@@ -113,21 +114,12 @@ def cost(plan: Plan, rates_hz: Mapping[str, float], default_rate_hz: float = 1.0
 
 
 def reachable(plan: Plan) -> list[int]:
-    """List the sets of positions (as bits) that an instance can have matched, in the order of their size.
-
-    A position can be the next if no missing one must be before it.
-    """
-    distance, count = plan.distance_us, len(plan.positions)
-    found = {0}
-    pending = [0]
+    """List the sets of positions (as bits) that an instance can have matched, in the order of their size."""
+    found, pending = {0}, [0]
     while pending:
-        mask = pending.pop()
-        missing = [one for one in range(count) if not mask >> one & 1]
-        for one in missing:
-            following = mask | 1 << one
-            if following not in found and all(distance[one][other] >= 0 for other in missing):
-                found.add(following)
-                pending.append(following)
+        following = {step.target for step in steps_from(plan, pending.pop())} - found
+        found |= following
+        pending += following
     return sorted(found - {0}, key=lambda mask: (mask.bit_count(), mask))
 
 
@@ -168,19 +160,18 @@ class _Bound:
     def _windows_us(self, mask: int) -> dict[int, int]:
         """Say for each matched event how long before now it can lie while the instance waits; below 0: it cannot."""
         plan = self._plan
-        missing = [one for one in range(len(self._names)) if not mask >> one & 1]
-        members = [one for one in range(len(self._names)) if mask >> one & 1]
+        matched, missing = members(mask), missing_from(plan, mask)
         if missing:
-            return {one: min(plan.distance_us[one][other] for other in missing) for one in members}
+            return {one: min(plan.distance_us[one][other] for other in missing) for one in matched}
         anchors = [one.end for one in plan.obligations]
         ends = [(anchor.position, anchor.offset_us) for anchor in anchors]
         if plan.settling_us:
-            ends += [(one, 0) for one in members]
+            ends += [(one, 0) for one in matched]
         # At the end itself the instance is concluded: it waits one microsecond less.
         settled_us = plan.settling_us - 1
         return {
             one: max((plan.distance_us[one][place] + offset_us for place, offset_us in ends), default=0) + settled_us
-            for one in members
+            for one in matched
         }
 
     def _factors(self, first: int, windows_us: Mapping[int, int]) -> list[_Factor]:

@@ -30,6 +30,7 @@ class CountLog:
         fields = [field for field, _ in (*count.test.variables, *count.different)]
         self._matcher: EventMatcher = event_matcher(count.test, fields)
         self._found: dict[Values, tuple[list[Event], list[Values]]] = {}
+        self._own: set[Values] = set()  # the keys of those lists that no state shares
 
     def append(self, event: Event) -> None:
         """Keep an event if it is counted; events come in the order of time."""
@@ -37,7 +38,11 @@ class CountLog:
         if values is None:
             return
         key, own = values[: len(self._bound_slots)], values[len(self._bound_slots) :]
-        events, owns = self._found.setdefault(key, ([], []))
+        if key not in self._own:
+            self._own.add(key)
+            events, owns = self._found.get(key, ((), ()))
+            self._found[key] = list(events), list(owns)
+        events, owns = self._found[key]
         events.append(event)
         owns.append(own)
 
@@ -64,13 +69,15 @@ class CountLog:
             start = bisect_left(events, t_us, key=_time)
             if start < len(events):
                 kept[key] = (events[start:], owns[start:])
-        self._found = kept
+        self._found, self._own = kept, set(kept)
         return sum(len(events) for events, _ in kept.values())
 
     def state(self) -> dict[Values, tuple[list[Event], list[Values]]]:
         """Give the events kept, as plain data and events."""
-        return {key: (list(events), list(owns)) for key, (events, owns) in self._found.items()}
+        self._own.clear()
+        return dict(self._found)
 
     def restore(self, state: dict[Values, tuple[list[Event], list[Values]]]) -> None:
         """Take up where `state` was given."""
-        self._found = {key: (list(events), list(owns)) for key, (events, owns) in state.items()}
+        self._own.clear()
+        self._found = dict(state)

@@ -67,7 +67,7 @@ class Engine:
             if self._direct is not None:
                 return self._take(self._direct, event)
             self._push(event)
-        return self._run() if self.due_us <= self.watermark_us else []
+        return _told(*self._step()) if self.due_us <= self.watermark_us else []
 
     def conclude(self, event: Event, complete: Completed) -> Sequence[Occurrence]:
         """Take the stored event that comes next, with the instances that it completes."""
@@ -86,7 +86,7 @@ class Engine:
     def advance(self, t_us: int) -> Sequence[Occurrence]:
         """Let time pass; an earlier time than the latest told changes nothing."""
         self._let_pass(t_us)
-        return self._run() if self.due_us <= self.watermark_us else []
+        return _told(*self._step()) if self.due_us <= self.watermark_us else []
 
     def partial_instances(self) -> list[PartialInstance]:
         """List what is under way, sorted by chronicle, matched events and roles."""
@@ -110,9 +110,6 @@ class Engine:
         findings = stage.take((event.t_us, self._sequence, event))
         self.due_us = stage.due_us
         return _told(findings, stage.take_unbuilt())
-
-    def _run(self) -> Sequence[Occurrence]:
-        return _told(*self._step())
 
     def _step(self) -> tuple[list[Finding], list[Unbuilt]]:
         findings: list[Finding] = []

@@ -21,7 +21,7 @@ _Index = dict[tuple[str, ...], dict[tuple[str, ...], None]]  # arguments of flue
 class FluentHistory:
     """The values of one fluent; invariant: times ascend, and the value at times[i] lasts until times[i + 1].
 
-    `_labels` holds the hypotheses of the changes at a time; most histories have none, so it is made when needed.
+    The changes at times[i] rest on the hypotheses labels[i].
 
     Attributes
     ----------
@@ -30,39 +30,39 @@ class FluentHistory:
 
     __slots__ = ("_instant", "_labels", "_times", "_values", "owner")
 
-    def __init__(self, owner: object, state: Iterable[Any] = ((), (), (), None)) -> None:
+    def __init__(self, owner: object, state: Iterable[Any] = ((), (), (), ())) -> None:
         times, values, instant, labels = state
         self.owner = owner
         self._times: list[int] = list(times)
         self._values: list[str] = list(values)
         self._instant: tuple[tuple[str, str], ...] = instant
-        self._labels: dict[int, Labels] | None = labels and dict(labels)
+        self._labels: list[Labels] = list(labels)
 
     def append(self, change: Event, initial: str) -> None:
         """Add a change at or after the latest one; `initial` is the value before the first."""
         assert change.new is not None
         t_us, old, new = change.t_us, change.old or UNKNOWN, change.new
-        if change.hypotheses:
-            self._add_labels(t_us, change.hypotheses)
         if not self._times or t_us > self._times[-1]:
             self._times.append(t_us)
             self._values.append(new)
+            self._labels.append(change.hypotheses)
             self._instant = ((old, new),)
             return
         self._instant += ((old, new),)
         before = self._values[-2] if len(self._values) > 1 else initial
         self._values[-1] = value_after(before, self._instant)
+        self._labels[-1] = _both(self._labels[-1], change.hypotheses)
 
     def assign(self, t_us: int, value: str, labels: Labels) -> None:
         """Set the value from a time on, up to the next change; all changes at that time are known already."""
-        if labels:
-            self._add_labels(t_us, labels)
         index = bisect_right(self._times, t_us)
         if index and self._times[index - 1] == t_us:
             self._values[index - 1] = value
+            self._labels[index - 1] = _both(self._labels[index - 1], labels)
         else:
             self._times.insert(index, t_us)
             self._values.insert(index, value)
+            self._labels.insert(index, labels)
 
     def value_throughout(self, start_us: int, end_us: int, initial: str) -> str | None:
         """Give the one value the fluent has in [start, end), None if it has several."""
@@ -79,13 +79,13 @@ class FluentHistory:
         """Give the values the fluent has in [start, end), each with the hypotheses of the change that brought it."""
         index = bisect_right(self._times, start_us) - 1
         value = self._values[index] if index >= 0 else initial
-        yield value, self._labels_at(index)
+        yield value, self._labels[index] if index >= 0 else ()
         for later in range(index + 1, len(self._times)):
             if self._times[later] >= end_us:
                 return
             if self._values[later] != value:
                 value = self._values[later]
-                yield value, self._labels_at(later)
+                yield value, self._labels[later]
 
     def is_reported_by(self, t_us: int) -> bool:
         """Say whether a change at or before a time is known."""
@@ -96,9 +96,8 @@ class FluentHistory:
         keep_from = bisect_right(self._times, t_us) - 1
         if keep_from <= 0:
             return self
-        times = self._times[keep_from:]
-        labels = self._labels and {at_us: labels for at_us, labels in self._labels.items() if at_us >= times[0]}
-        return FluentHistory(self.owner, (times, self._values[keep_from:], self._instant, labels))
+        times, values, labels = (kept[keep_from:] for kept in (self._times, self._values, self._labels))
+        return FluentHistory(self.owner, (times, values, self._instant, labels))
 
     def is_unknown_since(self, t_us: int) -> bool:
         """Say whether the value became unknown before `t_us` and has stayed so."""
@@ -108,13 +107,9 @@ class FluentHistory:
         """Give everything, as plain data, to make another one of."""
         return iter((self._times, self._values, self._instant, self._labels))
 
-    def _add_labels(self, t_us: int, labels: Labels) -> None:
-        if self._labels is None:
-            self._labels = {}
-        self._labels[t_us] = tuple(sorted({*self._labels.get(t_us, ()), *labels}))
 
-    def _labels_at(self, index: int) -> Labels:
-        return () if self._labels is None or index < 0 else self._labels.get(self._times[index], ())
+def _both(labels: Labels, others: Labels) -> Labels:
+    return tuple(sorted({*labels, *others})) if others else labels
 
 
 def value_after(before: str, changes: Iterable[tuple[str, str]]) -> str:
@@ -158,6 +153,7 @@ class AttributeHistory:
         # Changes made by `assign` come back once as events, because the stage looks at their attribute.
         self._assigned: list[Event] = []
         self._me = object()
+        self._unreported = FluentHistory(None)
         self.has_labels = False
 
     def index_by(self, name: str, places: tuple[int, ...]) -> None:
@@ -206,20 +202,14 @@ class AttributeHistory:
 
     def value_throughout(self, name: str, args: tuple[str, ...], start_us: int, end_us: int) -> str | None:
         """Give the one value of a fluent in [start, end), None if it has several."""
-        fluent = self._kept(name, args)
-        if fluent is None:
-            return self._initial[name]
-        return fluent.value_throughout(start_us, end_us, self._initial[name])
+        return self._kept(name, args).value_throughout(start_us, end_us, self._initial[name])
 
     def values_within(self, name: str, args: tuple[str, ...], start_us: int, end_us: int) -> list[tuple[str, Labels]]:
         """List the values of a fluent in [start, end), each with the hypotheses of the change that brought it.
 
         A value that is stated again is not brought again; the value at the start was brought by the latest change then.
         """
-        fluent = self._kept(name, args)
-        if fluent is None:
-            return [(self._initial[name], ())]
-        return list(fluent.values_within(start_us, end_us, self._initial[name]))
+        return list(self._kept(name, args).values_within(start_us, end_us, self._initial[name]))
 
     def hypotheses_within(
         self, name: str, args: tuple[str, ...], start_us: int, end_us: int, *, of_known: bool
@@ -236,8 +226,7 @@ class AttributeHistory:
 
     def is_reported(self, name: str, args: tuple[str, ...], t_us: int) -> bool:
         """Say whether a change of a fluent at or before a time is known."""
-        fluent = self._kept(name, args)
-        return fluent is not None and fluent.is_reported_by(t_us)
+        return self._kept(name, args).is_reported_by(t_us)
 
     def matching(self, name: str, places: tuple[int, ...], key: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
         """List the arguments of all kept fluents that have `key` at `places`."""
@@ -288,9 +277,10 @@ class AttributeHistory:
         for args in list(self._unread[name]):
             self._made(name, args)
 
-    def _kept(self, name: str, args: tuple[str, ...]) -> FluentHistory | None:
-        """Give a fluent that was reported, None if it never was."""
-        return self._fluents[name].get(args) or (self._made(name, args) if args in self._unread[name] else None)
+    def _kept(self, name: str, args: tuple[str, ...]) -> FluentHistory:
+        """Give a fluent to look at, an empty one if it was never reported."""
+        kept = self._fluents[name].get(args)
+        return kept or (self._made(name, args) if args in self._unread[name] else self._unreported)
 
     def _own(self, name: str, args: tuple[str, ...]) -> FluentHistory:
         """Give a fluent that may be changed, a copy if others share it."""

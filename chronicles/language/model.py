@@ -359,24 +359,6 @@ class ExampleEvent(Node):
     t_us: int
     pattern: Pattern
 
-    @property
-    def name(self) -> str:
-        """Name of the message or of the attribute."""
-        return self.pattern.name
-
-    @property
-    def arguments(self) -> tuple[str, ...]:
-        """Texts of the arguments."""
-        return _texts(self.pattern.arguments)
-
-    @property
-    def change(self) -> tuple[str, str] | None:
-        """Texts of the old and the new value; None for a message."""
-        if not self.pattern.values:
-            return None
-        old, new = _texts(self.pattern.values)
-        return old, new
-
 
 @dataclass(frozen=True, slots=True)
 class Role(Node):
@@ -413,10 +395,6 @@ class Example(Node):
     events: tuple[ExampleEvent, ...]
     until_us: int | None
     expected: tuple[ExpectedOccurrence, ...]
-
-
-def _texts(terms: tuple[Term, ...]) -> tuple[str, ...]:
-    return tuple(term.text for term in terms if isinstance(term, Literal))
 
 
 Declaration = TimeUnit | Constant | Domain | Attribute | Message | Chronicle | Example

@@ -50,7 +50,7 @@ def _looked_at(declarations: Sequence[model.Declaration]) -> Iterator[str]:
     pending: list[object] = list(declarations)
     while pending:
         node = pending.pop()
-        if isinstance(node, model.Pattern | model.DomainName | model.ExampleEvent):
+        if isinstance(node, model.Pattern | model.DomainName):
             yield node.name
         if isinstance(node, tuple):
             pending += node

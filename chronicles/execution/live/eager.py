@@ -17,11 +17,11 @@ from typing import Any  # an instance is a heterogeneous list; states are plain 
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
+from chronicles.compilation.steps import deadline_bounds, known_slots, members, steps_from
 from chronicles.execution.event_tests import Code
 from chronicles.execution.instances import Instance, Record, no_records, record_builder
 from chronicles.execution.live.partial_rows import Row, Rows
 from chronicles.execution.live.programs import extend_code, read_code, row_places
-from chronicles.execution.live.steps import deadline_bounds, known_slots, members, steps_from
 
 # Numbers of chronicles, each with instances that have all their events; a chronicle may come more than once.
 Completed = list[tuple[int, Sequence[Instance]]]

@@ -59,8 +59,7 @@ class _Writer:
 
     def __init__(self) -> None:
         self.events: list[list[Any]] = []
-        self._number_of: dict[int, int] = {}
-        self._kept: list[Event] = []  # an identity stays unique only while its object lives
+        self._number_of: dict[int, int] = {}  # by identity: the events live as long as the value that is written
 
     def write(self, value: Any) -> Any:  # Any: nested data
         """Write one value."""
@@ -83,7 +82,6 @@ class _Writer:
         number = self._number_of.get(id(event))
         if number is None:
             number = self._number_of[id(event)] = len(self.events)
-            self._kept.append(event)
             self.events.append([event.name, list(event.args), event.t_us, event.old, event.new, list(event.hypotheses)])
         return number
 

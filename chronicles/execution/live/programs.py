@@ -15,9 +15,9 @@ from collections.abc import Callable, Sequence
 
 from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
+from chronicles.compilation.steps import Step, known_slots, members
 from chronicles.execution.event_tests import Code, field_text, fit_code, tuple_text
 from chronicles.execution.instances import Record, says_everything
-from chronicles.execution.live.steps import Step, known_slots, members
 
 _HELD_WHOLE = "(sequence, args, event.old, event.new, event.hypotheses)"  # as `instances.Held` has it
 

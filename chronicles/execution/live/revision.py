@@ -12,13 +12,14 @@ by construction. Rejected: removing instances, logs and histories event by event
 by looking again), and a second engine that follows behind (it takes every event once more).
 
 Who wants final answers only needs no such states: events wait in the journal until nothing can take them back, and
-what the engine tells of them stands.
+what the engine tells of them stands. What was told together stands, waits and is fed together: of the labels of its
+events only their union is looked at.
 """
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left, bisect_right, insort
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence, Set
-from dataclasses import replace
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
 from operator import attrgetter, itemgetter
 from typing import Any, Literal  # Any: states are plain nested data
 
@@ -31,10 +32,21 @@ DECIDED_KEPT = 10_000
 
 Verdict = Literal["confirmed", "refuted", "undecided"]
 
+_time = attrgetter("t_us")
+_clock = attrgetter("clock_us")
 
 _STATE_EVERY = 1000
-"""Entries of the journal from one state that is kept to the next; giving one costs as much as some hundred events."""
+"""Events of the journal from one state that is kept to the next; giving one costs as much as some hundred events."""
 _STATES_KEPT = 32
+
+
+@dataclass(slots=True)
+class _Entry:
+    """What was told together: the time told by it and all before it, its events in order of time, and their labels."""
+
+    clock_us: int
+    events: list[Event]
+    labels: set[str]
 
 
 class Revision:
@@ -61,14 +73,13 @@ class Revision:
         self._clock_us = self._settled_clock_us = engine.clock_us
         self._replayed_us = -UNBOUNDED_US
         self._is_changed = False  # whether the journal has changes that the live engine has not seen
-        self._journal: list[Event | int] = []  # an int is a time that was told without an event
-        self._clocks_us: list[int] = []  # the time that is told by each entry and all before it
+        self._journal: list[_Entry] = []
         self._settled = 0  # so many entries cannot change any more
         self._states: list[tuple[int, Any]] = []  # of the engine, each with the number of entries seen; ascending
+        self._fed_since = 0  # events and entries that the live engine has seen since the last of them
         # What the live engine found in the journal, as it was told last, with the number of the entry.
         self._found: list[tuple[int, Occurrence]] = []
         self._open: dict[str, int] = {}  # from when on events may come or go by it that are not in the journal
-        self._first_us: dict[str, int] = {}  # the least time of the events that rest on it, for those open
         self._decided: dict[str, Verdict] = {}  # the latest, in the order in which they were decided
 
     @property
@@ -82,78 +93,79 @@ class Revision:
         return self._settled_clock_us - self.live.lateness_us
 
     def revise(
-        self, opened: Iterable[tuple[str, int]], verdicts: Sequence[tuple[str, Verdict]], events: Iterable[Event]
+        self, opened: Iterable[tuple[str, int]], verdicts: Mapping[Verdict, Collection[str]], events: Sequence[Event]
     ) -> list[Occurrence]:
         """Take what became known together; events are not before `settled_us`."""
         for label, since_us in opened:
             if label not in self._decided:
                 self._open[label] = min(since_us, self._open.get(label, since_us))
-        fallen = {
-            label: self._first_us[label] for label, one in verdicts if one == "refuted" and label in self._first_us
-        }
-        for label, verdict in verdicts:
-            self._decide(label, verdict)
-        watermark_us = self._clock_us - self.live.lateness_us
-        entries = [self._entry(event) for event in sorted(events, key=attrgetter("t_us"))]
-        late = [one for one in entries if isinstance(one, Event) and one.t_us < watermark_us]
-        self._rewrite(fallen.keys(), min(fallen.values(), default=UNBOUNDED_US), late)
-        told = [one for entry in entries if _time(entry) >= watermark_us for one in self._take(entry)]
-        return self._concluded(has_verdicts=bool(verdicts)) + told
+        fallen = self._open.keys() & verdicts["refuted"]
+        for verdict, labels in verdicts.items():
+            for label in labels:
+                self._decide(label, verdict)
+        standing = self._standing(events)
+        late = bisect_left(standing, self._clock_us - self.live.lateness_us, key=_time)
+        self._rewrite(fallen, standing[:late])
+        clock_us = max([event.t_us for event in events], default=self._clock_us)
+        told = self._take(standing[late:], clock_us) if standing[late:] or clock_us > self._clock_us else []
+        return self._concluded(has_verdicts=any(verdicts.values())) + told
 
     def advance(self, t_us: int) -> list[Occurrence]:
         """Let time pass."""
-        told = self._take(t_us) if t_us > self._clock_us else []
+        told = self._take([], t_us) if t_us > self._clock_us else []
         return told + self._concluded()
 
     def _decide(self, label: str, verdict: Verdict) -> None:
         """Keep a verdict, if it is the first one on its hypothesis."""
         self._open.pop(label, None)
-        self._first_us.pop(label, None)
         self._decided.setdefault(label, verdict)
         if len(self._decided) > DECIDED_KEPT:
             del self._decided[next(iter(self._decided))]
 
-    def _entry(self, event: Event) -> Event | int:
-        """Open the hypotheses of an event; one that rests on a refuted one, or fits nothing, only tells the time."""
-        if event.name not in self._names or any(self._decided.get(one) == "refuted" for one in event.hypotheses):
-            return event.t_us
-        for label in event.hypotheses:
-            if label not in self._decided:
-                self._open.setdefault(label, UNBOUNDED_US)
-                self._first_us[label] = min(event.t_us, self._first_us.get(label, event.t_us))
-        return event
+    def _standing(self, events: Iterable[Event]) -> list[Event]:
+        """Sort events by time, open their hypotheses, and leave out what fits nothing or rests on a refuted one."""
+        standing = sorted([event for event in events if event.name in self._names], key=_time)
+        labels = _labels(standing)
+        refuted = {label for label in labels & self._decided.keys() if self._decided[label] == "refuted"}
+        if refuted:
+            standing = [event for event in standing if refuted.isdisjoint(event.hypotheses)]
+            labels = _labels(standing)
+        for label in labels - self._decided.keys():
+            self._open.setdefault(label, UNBOUNDED_US)
+        return standing
 
-    def _take(self, entry: Event | int) -> list[Occurrence]:
-        """Write down an event or a time that is not late, and give what it makes certain."""
-        self._clock_us = max(self._clock_us, _time(entry))
+    def _take(self, events: list[Event], t_us: int) -> list[Occurrence]:
+        """Write down events that are not late and the time that is told with them; give what they make certain."""
+        self._clock_us = max(self._clock_us, t_us)
+        entry = _Entry(self._clock_us, events, _labels(events))
         if self._early and not self._journal:
             if not self._open:  # nothing is ever to be taken back of it
                 self._settled_clock_us = self._clock_us
-                return [self._new(one) for one in _fed(self.live, entry)]
+                return [self._new(one, one.recognised_us) for one in _fed(self.live, entry)]
             self._states = [(0, self.live.state())]
+            self._fed_since = 0
         self._journal.append(entry)
-        self._clocks_us.append(self._clock_us)
         if not self._early or self._is_changed:
             return []
-        return [self._found_at(len(self._journal) - 1, self._new(one)) for one in self._follow(len(self._journal) - 1)]
+        number = len(self._journal) - 1
+        return [self._found_at(number, self._new(one, one.recognised_us)) for one in self._follow(number)]
 
-    def _rewrite(self, fallen: Set[str], since_us: int, late: Iterable[Event]) -> None:
-        """Leave out of the journal what falls, and put in what comes late where it would just not have been late.
+    def _rewrite(self, fallen: Set[str], late: Iterable[Event]) -> None:
+        """Leave out of the journal what falls, and put in what comes late, into the last entry where it is not late.
 
         So what happened at one time stays in the order in which it came. Time that a refuted event told has passed all
         the same.
         """
-        journal, clocks_us, changed = self._journal, self._clocks_us, []
-        for place in range(bisect_left(clocks_us, since_us), len(journal)):
-            entry = journal[place]
-            if isinstance(entry, Event) and not fallen.isdisjoint(entry.hypotheses):
-                journal[place] = entry.t_us
-                changed.append(place)
+        changed = []
+        for number, entry in enumerate(self._journal) if fallen else ():
+            if not fallen.isdisjoint(entry.labels):
+                entry.events = [event for event in entry.events if fallen.isdisjoint(event.hypotheses)]
+                changed.append(number)
         for event in late:
-            place = bisect_right(clocks_us, event.t_us + self.live.lateness_us)
-            journal.insert(place, event)
-            clocks_us.insert(place, max(event.t_us, clocks_us[place - 1] if place else self._settled_clock_us))
-            changed.append(place)
+            number = bisect_right(self._journal, event.t_us + self.live.lateness_us, key=_clock)
+            insort(self._journal[number].events, event, key=_time)
+            self._journal[number].labels.update(event.hypotheses)
+            changed.append(number)
         if self._early and changed:
             self._is_changed = True
             while self._states[-1][0] > min(changed):
@@ -171,21 +183,26 @@ class Revision:
 
     def _replayed(self) -> list[Occurrence]:
         """Make the live engine anew; give the occurrences that fall, then that change, then that appear."""
-        self._is_changed, self._replayed_us = False, self._clock_us
+        self._is_changed, self._replayed_us, self._fed_since = False, self._clock_us, 0
         place, state = self._states[-1]
         self.live.restore(state)
         at = bisect_left(self._found, place, key=itemgetter(0))
-        before = _Occurrences(one for _, one in self._found[at:])
+        before: dict[OccurrenceKey, deque[Occurrence]] = {}  # several are alike when the same event was told twice
+        for _, one in self._found[at:]:
+            before.setdefault(one.key, deque()).append(one)
         del self._found[at:]
         changed, appeared = self._reconsidered(), []
         for number in range(place, len(self._journal)):
             for occurrence in self._follow(number):
-                earlier = before.take(occurrence.key)
-                if earlier is None:
-                    appeared.append(self._found_at(number, self._new(occurrence)))
-                elif self._found_at(number, new := self._still(earlier, occurrence)).status != earlier.status:
+                alike = before.get(occurrence.key)
+                if not alike:
+                    appeared.append(self._found_at(number, self._new(occurrence, self._clock_us)))
+                    continue
+                earlier = alike.popleft()
+                if self._found_at(number, new := self._still(earlier, occurrence)).status != earlier.status:
                     changed.append(new)
-        return [replace(one, status="retracted") for one in before] + changed + appeared
+        fallen = [replace(one, status="retracted") for alike in before.values() for one in alike]
+        return fallen + changed + appeared
 
     def _reconsidered(self) -> list[Occurrence]:
         """Give the occurrences that rest on no open hypothesis any more."""
@@ -196,8 +213,11 @@ class Revision:
 
     def _follow(self, number: int) -> Sequence[Occurrence]:
         """Give an entry of the journal to the live engine."""
-        occurrences = list(_fed(self.live, self._journal[number]))
-        if number + 1 >= self._states[-1][0] + _STATE_EVERY:
+        entry = self._journal[number]
+        occurrences = _fed(self.live, entry)
+        self._fed_since += 1 + len(entry.events)
+        if self._fed_since >= _STATE_EVERY:
+            self._fed_since = 0
             self._states.append((number + 1, self.live.state()))
             if len(self._states) > _STATES_KEPT:
                 del self._states[1::2]
@@ -207,8 +227,8 @@ class Revision:
         self._found.append((number, occurrence))
         return occurrence
 
-    def _new(self, occurrence: Occurrence) -> Occurrence:
-        return replace(occurrence, status=self._status(occurrence), recognised_us=self._clock_us)
+    def _new(self, occurrence: Occurrence, recognised_us: int) -> Occurrence:
+        return replace(occurrence, status=self._status(occurrence), recognised_us=recognised_us)
 
     def _status(self, occurrence: Occurrence) -> Status:
         """Say whether all that it rests on is confirmed; what rests on something undecided stays tentative."""
@@ -228,17 +248,15 @@ class Revision:
         found: list[Occurrence] = []
         while self._settled < len(self._journal):
             entry = self._journal[self._settled]
-            if _time(entry) > until_us or (
-                isinstance(entry, Event) and not self._open.keys().isdisjoint(entry.hypotheses)
-            ):
+            if entry.clock_us > until_us or not self._open.keys().isdisjoint(entry.labels):
                 break
-            self._settled_clock_us = self._clocks_us[self._settled]
+            self._settled_clock_us = entry.clock_us
             self._settled += 1
             if not self._early:
                 found += _fed(self.live, entry)
         if not self._is_changed:
             self._forget()
-        return [self._new(one) for one in found]
+        return [self._new(one, self._clock_us) for one in found]
 
     def _forget(self) -> None:
         """Forget the part of the journal that no replay will start from."""
@@ -250,7 +268,7 @@ class Revision:
         else:
             self._states = []
         if gone:
-            del self._journal[:gone], self._clocks_us[:gone]
+            del self._journal[:gone]
             self._settled -= gone
             self._found = [(number - gone, one) for number, one in self._found if number >= gone]
 
@@ -262,11 +280,10 @@ class Revision:
             "engine": self._states[0][1] if self._states else self.live.state(),
             "clock_us": [self._clock_us, self._settled_clock_us, self._replayed_us],
             "is_changed": self._is_changed,
-            "journal": [self._journal, self._clocks_us],
+            "journal": [(entry.clock_us, entry.events) for entry in self._journal],
             "settled": self._settled,
             "found": self._found,
             "open": self._open,
-            "first_us": self._first_us,
             "decided": self._decided,
         }
 
@@ -275,9 +292,8 @@ class Revision:
         self.live.restore(state["engine"])
         self._clock_us, self._settled_clock_us, self._replayed_us = state["clock_us"]
         self._is_changed, self._settled = state["is_changed"], state["settled"]
-        self._journal, self._clocks_us = (list(one) for one in state["journal"])
-        self._found, self._first_us = list(state["found"]), dict(state["first_us"])
-        self._open, self._decided = dict(state["open"]), dict(state["decided"])
+        self._journal = [_Entry(clock_us, events, _labels(events)) for clock_us, events in state["journal"]]
+        self._found, self._open, self._decided = list(state["found"]), dict(state["open"]), dict(state["decided"])
         if self._early and self._journal:
             self._states = [(0, state["engine"])]
             if not self._is_changed:
@@ -285,32 +301,11 @@ class Revision:
                     self._follow(number)
 
 
-def _time(entry: Event | int) -> int:
-    return entry if isinstance(entry, int) else entry.t_us
+def _labels(events: Iterable[Event]) -> set[str]:
+    return set().union(*[event.hypotheses for event in events])
 
 
-def _fed(engine: Engine, entry: Event | int) -> Sequence[Occurrence]:
-    return engine.advance(entry) if isinstance(entry, int) else engine.observe(entry)
-
-
-class _Occurrences:
-    """Occurrences in their order; several may be alike, when the same event was told twice."""
-
-    def __init__(self, occurrences: Iterable[Occurrence]) -> None:
-        self._by_key: dict[OccurrenceKey, deque[Occurrence]] = {}
-        for one in occurrences:
-            self._by_key.setdefault(one.key, deque()).append(one)
-
-    def take(self, key: OccurrenceKey) -> Occurrence | None:
-        """Remove and give the first one with this key, None if there is none."""
-        alike = self._by_key.get(key)
-        if alike is None:
-            return None
-        first = alike.popleft()
-        if not alike:
-            del self._by_key[key]
-        return first
-
-    def __iter__(self) -> Iterator[Occurrence]:
-        for alike in self._by_key.values():
-            yield from alike
+def _fed(engine: Engine, entry: _Entry) -> list[Occurrence]:
+    found = [one for event in entry.events for one in engine.observe(event)]
+    found += engine.advance(entry.clock_us)
+    return found

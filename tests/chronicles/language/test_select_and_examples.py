@@ -5,7 +5,7 @@ import pytest
 from chronicles.chronicle_set import load, load_texts
 from chronicles.language import model
 from chronicles.language.parser import parse
-from chronicles.language.printer import print_file
+from chronicles.language.printer import print_file, print_pattern
 from dyknow.language.diagnostics import Reporter
 
 VISIT = "message enter[?car] attribute near[?a, ?b] chronicle visit[?car](t1) { event(enter[?car], t1) }"
@@ -47,9 +47,9 @@ example "a car comes \\"near\\"" {
     found = read(text).declarations[1]
     assert isinstance(found, model.Example)
     assert found.title == 'a car comes "near"'
-    assert [(one.t_us, one.name, one.arguments, one.change) for one in found.events] == [
-        (1_000_000, "enter", ("car1",), None),
-        (1_500_000, "near", ("car1", "t2"), ("unknown", "true")),
+    assert [(one.t_us, print_pattern(one.pattern)) for one in found.events] == [
+        (1_000_000, "enter[car1]"),
+        (1_500_000, 'near[car1, "t2"]:(unknown, true)'),
     ]
     assert found.until_us == 60_000_000
     assert [(one.chronicle, one.roles, one.start_us, one.end_us) for one in found.expected] == [
@@ -71,8 +71,8 @@ def test_loaded_examples_have_the_values_of_constants() -> None:
         + ' example "e" { 1s enter[mine] 2s near["mine", b]:(mine, x) expect visit[car=mine] 1s..1s }'
     )
     [found] = load(text).examples
-    assert [one.arguments for one in found.events] == [("car 1",), ("mine", "b")]
-    assert found.events[1].change == ("car 1", "x")
+    written = [print_pattern(one.pattern) for one in found.events]
+    assert written == ['enter["car 1"]', 'near["mine", "b"]:("car 1", "x")']
     assert found.expected[0].roles == (("car", "car 1"),)
 
 

@@ -221,8 +221,21 @@ def check_case(seed: int, *, early: bool, patience_us: int) -> tuple[bool, bool]
     assert tentative <= doubtful(case, stands, undecided), (case.text, lateness_us, steps, verdicts, moments)
     assert recogniser.late_count == 0
     assert standing.all == expected, (case.text, lateness_us, steps, verdicts, moments)
+    assert told_at_once(case, told, since_us, verdicts, early=early).all == expected, (case.text, steps, verdicts)
     in_time = [one for one in stands if not any(one is other for other in late)]
     return expected != occurring(case, in_time), expected != occurring(case, told)
+
+
+def told_at_once(case: Case, events: list[Event], since_us: int, verdicts: dict[str, str], *, early: bool) -> Standing:
+    """Tell all events and verdicts in one frame."""
+    recogniser, standing = Recogniser(case.chronicles, case.lateness_us, early=early), Standing()
+    refuted, confirmed, undecided = ([one for one in verdicts if verdicts[one] == verdict] for verdict in VERDICTS)
+    opened = [("late", since_us)]
+    standing.read(
+        recogniser.revise(opened=opened, refuted=refuted, confirmed=confirmed, undecided=undecided, events=events)
+    )
+    standing.read(recogniser.advance(FAR_US))
+    return standing
 
 
 def occurring(case: Case, events: Iterable[Event]) -> Counter[OccurrenceKey]:

@@ -49,19 +49,20 @@ def known_slots(plan: Plan, mask: int) -> tuple[int, ...]:
 
 def deadline_bounds(plan: Plan, mask: int) -> list[tuple[int, int]]:
     """List (position, bound): an instance dies at the least of its times plus their bounds."""
-    missing = _missing(plan, mask)
+    missing = missing_from(plan, mask)
     bounds = {one: min(plan.distance_us[one][other] for other in missing) for one in members(mask)}
     return [(one, bound) for one, bound in _without_implied(plan, bounds).items()]
 
 
 def steps_from(plan: Plan, mask: int) -> list[Step]:
     """List the steps out of a state; simultaneous events may come in any order."""
-    missing, distance = _missing(plan, mask), plan.distance_us
+    missing, distance = missing_from(plan, mask), plan.distance_us
     # The event of no other missing position must come before.
     return [_step(plan, mask, one) for one in missing if all(distance[one][other] >= 0 for other in missing)]
 
 
-def _missing(plan: Plan, mask: int) -> list[int]:
+def missing_from(plan: Plan, mask: int) -> list[int]:
+    """List the positions that a state lacks, in ascending order."""
     return [index for index in range(len(plan.positions)) if not mask >> index & 1]
 
 
@@ -80,7 +81,9 @@ def _windows(plan: Plan, mask: int, position: int) -> tuple[tuple[int, int | Non
     After its deadline an instance takes no event, also where the window of the event itself is longer.
     """
     distance = plan.distance_us
-    most = _without_implied(plan, {one: min(distance[one][q] for q in _missing(plan, mask)) for one in members(mask)})
+    most = _without_implied(
+        plan, {one: min(distance[one][q] for q in missing_from(plan, mask)) for one in members(mask)}
+    )
     least = {one: -distance[position][one] for one in members(mask) if distance[position][one] < 0}
     for one in list(least):
         # t - one >= least[one] follows from t - other >= least[other] and other - one >= -distance[other][one].
