@@ -27,6 +27,11 @@ MAINTAIN = (
     "always not ( not visible until [ 0us , oo ] not visible )",
     "always not ( not visible until [ 200001us , oo ] not visible )",
     "always separate and always not ( not visible until [ 300000us , oo ] not visible ) and always uncontested",
+    "always visible and always not ( not visible until [ 300000us , oo ] not visible )",
+    (
+        "always not ( not visible until [ 300000us , oo ] not visible ) "
+        "and always not ( not visible until [ 900000us , oo ] not visible )"
+    ),
     (
         "always not ( not visible until [ 1us , oo ] not visible ) "
         "and always not ( not separate until [ 400000us , oo ] not separate )"
