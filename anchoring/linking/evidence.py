@@ -99,13 +99,15 @@ def _within_reach(starts: Looks, ends: Looks, settings: AnchoringSettings) -> tu
     most_m = float(_reach_m(starts.speed_mps.max(), ends.speed_mps.max(), longest_s, settings))
     near = KDTree(starts.centre_m).sparse_distance_matrix(KDTree(ends.centre_m), most_m, output_type="ndarray")
     row, column = near["i"], near["j"]
+    elsewhere = (starts.road[row] != ends.road[column]) | (ends.road[column] < 0)
+    # On one road nobody drives back or turns right round; and what was there together with the car cannot be the car.
+    ahead_m = (starts.along_m[row] - ends.along_m[column]) * ends.sense[column]
+    kept = (elsewhere | (ahead_m >= -settings.backwards_m)).nonzero()[0]
+    row, column, elsewhere = row[kept], column[kept], elsewhere[kept]
+    goes_on = np.cos(starts.heading_rad[row] - ends.heading_rad[column]) >= math.cos(settings.back_rad)
     gap_s = (starts.t_us[row] - ends.t_us[column]) * 1e-6
     reach_m = _reach_m(starts.speed_mps[row], ends.speed_mps[column], np.maximum(gap_s, 0.0), settings)
-    # What was there together with the car cannot be the car; and on one road nobody turns right round or drives back.
-    possible = (gap_s >= -settings.overlap_us * 1e-6) & (near["v"] <= reach_m)
-    goes_on = (starts.along_m[row] - ends.along_m[column]) * ends.sense[column] >= -settings.backwards_m
-    goes_on &= np.cos(starts.heading_rad[row] - ends.heading_rad[column]) >= math.cos(settings.back_rad)
-    possible &= goes_on | (starts.road[row] != ends.road[column]) | (ends.road[column] < 0)
+    possible = (elsewhere | goes_on) & (gap_s >= -settings.overlap_us * 1e-6) & (near["v"][kept] <= reach_m)
     return np.divmod(np.sort(row[possible] * len(ends.t_us) + column[possible]), len(ends.t_us))
 
 
