@@ -13,7 +13,7 @@ import numpy as np
 
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
-from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, Weighing
+from anchoring.hypotheses.hypotheses import Chain, Linkage, Weighing
 from anchoring.hypotheses.language import LinkageText, default_linkage
 from anchoring.hypotheses.trials import Trials
 from anchoring.linking.births import Outline
@@ -31,6 +31,8 @@ from gis.road_network import RoadNetwork, RoadPositions
 
 # Where hidden cars were is told for frames at least so far apart: relations change more slowly.
 _MOMENT_US = 200_000
+
+_FITS = int(Fluent.FITS)
 
 MOST_AWAY = 10_000  # names that may come back; each is about a kilobyte
 
@@ -318,10 +320,10 @@ class Anchorer:
     def _agrees(self, frame: Frame, column: int, target: int) -> bool:
         """Let the condition of a return see that a new vision object fits a lost world object."""
         chain, world = self._bodies.chains[column], self._bodies.chains[target].world
-        if chain.proposal is None or chain.proposal.world != world.upper:
-            chain.proposal = Proposal(world.upper, world.linkage.reestablish())
-        state = self._states.of(int(self._bodies.codes[column]) | Fluent.FITS.value)
-        return chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE
+        if chain.proposal is None or chain.proposal[0] != world.upper:
+            chain.proposal = world.upper, world.linkage.reestablish()
+        state = self._states.of(int(self._bodies.codes[column]) | _FITS)
+        return chain.proposal[1].progress(frame.t_us, state) is Verdict.TRUE
 
     def _take_back(self, frame: Frame, column: int, reason: str) -> LinkChange:
         """Refute the link of a lost car to a vision object that began lately: the car is as lost as before."""
@@ -386,13 +388,14 @@ class Anchorer:
                 continue
             rival = by_start[start]
             loss_nats, runner_up = losses[rival], worlds[pair_ends[rival]]
-            chain.weighing = Weighing(NEW, None, min(loss_nats, MOST_MARGIN), runner_up)
             if start in best:
                 pair, margin_nats = best[start]
                 end, ratio = pair_ends[pair], ratios[pair]
                 other = by_end[end]
                 others = (ratio, NEW), (loss_nats, runner_up), (losses[other], names[pair_starts[other]])
                 chain.weighing = Weighing(worlds[end], ratio, margin_nats, min(others)[1])
+            else:
+                chain.weighing = Weighing(NEW, None, min(loss_nats, MOST_MARGIN), runner_up)
             if bodies.is_established[column]:
                 said = chain.world.upper if bodies.is_returned[column] else NEW
                 self._weighed[chain.world.upper] = chain.weighing.of(said)

@@ -6,7 +6,7 @@ were linked: it takes nothing back.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from anchoring.hypotheses.hypotheses import Weighing
 from anchoring.observations import NEW, Level, LinkChange, LinkKind
@@ -121,7 +121,7 @@ class Trials:
         for upper, weighing in weighed.items():
             trial = self._open.get(("world", upper))
             if trial and (trial.link.margin_nats is None or weighing.margin_nats < trial.link.margin_nats):
-                trial.link = replace(trial.link, margin_nats=weighing.margin_nats, runner_up=weighing.runner_up)
+                trial.link = trial.link._replace(margin_nats=weighing.margin_nats, runner_up=weighing.runner_up)
                 trial.until_us = self._until_us(trial.link)
         told: list[LinkChange] = []
         for change in changes:
@@ -135,7 +135,7 @@ class Trials:
 
     def _begin(self, change: LinkChange) -> LinkChange:
         self._count += 1
-        link = replace(change, label=f"{change.lower}->{change.upper}#{self._count}")
+        link = change._replace(label=f"{change.lower}->{change.upper}#{self._count}")
         self._open[link.level, link.upper] = Trial(link, self._until_us(link))
         return link
 
@@ -171,4 +171,4 @@ class Trials:
         other = "a new car" if link.runner_up == NEW else link.runner_up
         nearness = "was likelier at times, by" if link.margin_nats < 0 else "was never nearer than"
         reason = f"{other} {nearness} {abs(link.margin_nats):.1f} nats"
-        return [replace(link, t_us=t_us, kind=kind, reason=reason, hidden_us=None)]
+        return [link._replace(t_us=t_us, kind=kind, reason=reason, hidden_us=None)]
