@@ -226,6 +226,4 @@ def nowhere(count: int) -> RoadPositions:
     """
     off = np.full(count, -1, dtype=np.int32)
     none = np.full(count, np.nan)
-    return RoadPositions(
-        road=off, along_m=none, across_m=none.copy(), lane=off.copy(), junction=off.copy(), tangent_rad=none.copy()
-    )
+    return RoadPositions(off, none, none, off, off, none)

@@ -6,7 +6,7 @@ object), or its *reestablish* condition (an upper object that had lost its lower
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from anchoring.hypotheses.conditions import Condition, Maker, Verdict
@@ -37,13 +37,9 @@ class Link:
     """Keep one link of a chain: hypothesised (no upper object yet), linked, or broken."""
 
     linkage: Linkage
+    condition: Condition
     upper: str = ""
     is_linked: bool = False
-    condition: Condition = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Start with the hypothesis."""
-        self.condition = self.linkage.establish()
 
     def join(self) -> None:
         """Link, and watch the maintain condition from here on."""
@@ -95,7 +91,7 @@ class Chain:
 
     def __init__(self, vision_id: str, linkages: tuple[Linkage, ...]) -> None:
         self.vision_id = vision_id
-        self.links = tuple([Link(linkage) for linkage in linkages])
+        self.links = tuple([Link(linkage, linkage.establish()) for linkage in linkages])
         self.world = self.links[0]
         self.car_number = 0
         self.proposal: tuple[str, Condition] | None = None
