@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from anchoring.linking.linker import Evidence
 from anchoring.linking.ways import Looks, Routes, Ways, ways
-from anchoring.observations import FloatArray, LongArray
+from anchoring.observations import BoolArray, FloatArray, LongArray
 from anchoring.settings import AnchoringSettings
 
 # What is known of a new car before it is seen: speed, place across the road and size are anywhere in these ranges.
@@ -69,7 +69,8 @@ def weigh(starts: Looks, ends: Looks, new: NewCars, routes: Routes, settings: An
         + np.where(way.changes_lane, math.log(settings.change_share), 0.0)
         - np.log(new.births_per_m[row] / _SPEEDS_MPS)
     )
-    return _without_passing(Evidence(row, column, ratios).select(possible), len(starts.t_us), ends, settings)
+    in_lane = np.abs(way.aside_m[possible]) < settings.same_lane_m
+    return _without_passing(Evidence(row, column, ratios).select(possible), in_lane, ends, settings)
 
 
 def explained(seen: Looks, once: Looks, settings: AnchoringSettings) -> FloatArray:
@@ -159,11 +160,14 @@ def _sizes(start: Looks, end: Looks, new: NewCars, settings: AnchoringSettings) 
     return np.where(start.is_whole & end.is_whole, total, 0.0)
 
 
-def _without_passing(evidence: Evidence, starts: int, ends: Looks, settings: AnchoringSettings) -> Evidence:
-    """Count against each pair the lost cars that the start could be too, and that went into the hidden place first."""
+def _without_passing(evidence: Evidence, in_lane: BoolArray, ends: Looks, settings: AnchoringSettings) -> Evidence:
+    """Count against each pair the lost cars that the start could be too, and that went into the hidden place first.
+
+    Only those in whose lane it begins: whoever comes out beside it may have overtaken inside.
+    """
     first, behind = _queued(ends, settings)
-    count = len(ends.t_us)
-    could_be = csr_array((np.ones(len(evidence.ratios)), (evidence.starts, evidence.ends)), shape=(starts, count))
+    starts, count = evidence.starts.max(initial=0) + 1, len(ends.t_us)
+    could_be = csr_array((in_lane.astype(np.float64), (evidence.starts, evidence.ends)), shape=(starts, count))
     passed = could_be @ csr_array((np.ones(len(first)), (first, behind)), shape=(count, count))
     passes = np.asarray(passed[evidence.starts, evidence.ends]).ravel()
     return replace(evidence, ratios=evidence.ratios - settings.pass_nats * passes)
