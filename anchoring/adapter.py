@@ -7,33 +7,18 @@ from typing import Protocol
 from anchoring.absences import Absences
 from anchoring.anchorer import Anchorer
 from anchoring.former import FormerRows
-from anchoring.observations import BoolArray, Cars, FloatArray, LinkChange, Observations
+from anchoring.observations import Cars, LinkChange, Observations
 from dyknow.sample import Sample
 
 
 class TrackedObjects(Protocol):
-    """Describe what anchoring needs of a tracker's objects in one frame; see `Observations` for the meaning."""
+    """Describe a tracker's objects in one frame: besides these, they have all fields of `Observations`."""
 
     @property
-    def t_us(self) -> int: ...  # noqa: D102
-    @property
-    def ids(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def centre_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def velocity_mps(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def heading_rad(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def length_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def width_m(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def observed(self) -> BoolArray: ...  # noqa: D102
-    @property
-    def clipped(self) -> BoolArray: ...  # noqa: D102
-    @property
-    def classes(self) -> tuple[str, ...]: ...  # noqa: D102
+    def t_us(self) -> int:
+        """Time of the frame, microseconds."""
+        ...
+
     @property
     def is_lost(self) -> bool:
         """Whether the camera does not know where it looks: then nothing is known of any car, not even a prediction."""
@@ -79,7 +64,7 @@ class AnchoringUnit:
         self._last_us: int | None = None
         self._silent_until_us: int | None = 0  # None while the view is lost
         self._absences = Absences()
-        self._former = FormerRows(anchorer.settings, anchorer.locate)
+        self._former = FormerRows(anchorer.settings, anchorer.roads.locate)
 
     @property
     def left_out(self) -> Mapping[str, int]:

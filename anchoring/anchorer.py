@@ -13,24 +13,24 @@ import numpy as np
 
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
-from anchoring.hypotheses.hypotheses import Chain, Linkage, Proposal, Weighing
+from anchoring.hypotheses.hypotheses import Chain, Linkage, Weighing
 from anchoring.hypotheses.language import LinkageText, default_linkage
 from anchoring.hypotheses.trials import Trials
 from anchoring.linking.births import Outline
-from anchoring.linking.bodies import END, HEADING, LOST, NOW, OLD, START, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import CLASS_NAMES
-from anchoring.linking.evidence import NewCars, weigh
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
-from anchoring.linking.hidden import earlier_cars, hidden_path
-from anchoring.linking.linker import MOST_MARGIN, Evidence, choose, rivals
-from anchoring.linking.ways import Looks
-from anchoring.observations import NEW, BoolArray, Cars, FloatArray, LinkChange, LongArray, Observations
+from anchoring.linking.hidden import fill
+from anchoring.linking.returns import find_returns
+from anchoring.observations import BoolArray, Cars, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadNetwork, RoadPositions
+from gis.road_network import RoadNetwork
 
 # Where hidden cars were is told for frames at least so far apart: relations change more slowly.
 _MOMENT_US = 200_000
+
+_FITS = int(Fluent.FITS)
 
 MOST_AWAY = 10_000  # names that may come back; each is about a kilobyte
 
@@ -41,8 +41,7 @@ class Away:
 
     chain: Chain
     seen_us: int
-    x_m: float
-    y_m: float
+    centre_m: list[float]
 
 
 class Anchorer:
@@ -59,6 +58,7 @@ class Anchorer:
 
     Attributes
     ----------
+    roads : where cars are on them.
     filled : of the last frame, where cars that are seen again were while they were not, oldest first.
     trials : of the links: what was judged in the last frame, and what is doubtful.
     refused : how often what the input says of a name was not believed, by cause: jumps of a vision object that is a
@@ -93,15 +93,13 @@ class Anchorer:
         trusts_ids: bool = False,
     ) -> None:
         self.settings = AnchoringSettings() if settings is None else settings
-        self._roads = RoadMap(network, self.settings)
+        self.roads = RoadMap(network, self.settings)
         linkages, _, norms = linkage or default_linkage(self.settings)
         self._linkages = tuple([one for one in linkages if network is not None or one.level != "on_road"])
         levels = [linkage.level for linkage in self._linkages]
         if len(levels) < 2 or levels[0] != "world" or levels[-1] != "car":
             raise AnchoringError(f"anchorer: expected linkages from 'world' to 'car', got levels {levels!r}")
         self._bodies = Bodies(self.settings, norms)
-        # Sizes of five usual cars, (2, 5): what is known before any is seen here.
-        self._usual_m = norms.usual_m[:, :1] + norms.usual_m[:, 1:] * np.array([-1.0, -1.0, 0.0, 1.0, 1.0])
         self._outline = Outline()
         self.trials = Trials(self.settings)
         self._weighed_us = 0
@@ -141,7 +139,7 @@ class Anchorer:
         columns = np.array([self._columns[vision_id] for vision_id in observations.ids], dtype=np.int64)
         if observations.classes:
             self._bodies.tell_classes(columns, observations.classes)
-        frame = self._roads.frame(self._bodies, observations, columns)
+        frame = self.roads.frame(self._bodies, observations, columns)
         changes += self._progress(frame)
         self._accept(frame)
         merged, relinked = self._relink(frame)
@@ -150,10 +148,6 @@ class Anchorer:
         self.filled = self._fill(frame, cars)
         self._drop(merged + ended)
         return cars, tuple(self.trials.judge(t_us, (*changes, *relinked, *endings), self._weighed))
-
-    def locate(self, centre_m: FloatArray) -> RoadPositions:
-        """Find where points, (k, 2), are on the roads, as of cars."""
-        return self._roads.locate(centre_m)
 
     def _match(self, observations: Observations) -> list[LinkChange]:
         """Give every vision object a body, and take away the vision objects that are gone."""
@@ -168,8 +162,8 @@ class Anchorer:
             if bodies.is_established[column]:
                 changes.append(bodies.chains[column].lose(observations.t_us, "the vision object is gone"))
                 if self._trusts_ids:
-                    x_m, y_m = bodies.states[NOW, X : Y + 1, column].tolist()
-                    self._away[vision_id] = Away(bodies.chains[column], int(bodies.states_us[NOW, column]), x_m, y_m)
+                    seen_us, centre_m = int(bodies.states_us[NOW, column]), bodies.states[NOW, X : Y + 1, column]
+                    self._away[vision_id] = Away(bodies.chains[column], seen_us, centre_m.tolist())
             else:
                 dropped.append(column)
         while len(self._away) > MOST_AWAY:
@@ -200,10 +194,10 @@ class Anchorer:
     def _progress(self, frame: Frame) -> list[LinkChange]:
         """Let the conditions see this frame; those that would learn nothing new are passed over."""
         bodies, changes = self._bodies, list[LinkChange]()
-        codes = measure(bodies, frame, self._roads, self.settings)
+        codes = measure(bodies, frame, self.roads, self.settings)
         for column in (bodies.waits | (codes != bodies.codes)).nonzero()[0].tolist():
             chain, code = bodies.chains[column], int(codes[column])
-            made = list(chain.progress(frame.t_us, self._states.of(code), self._name))
+            made = list(chain.progress(frame.t_us, self._states[code], self._name))
             if made:
                 changes += made
                 self._note(column)
@@ -236,7 +230,7 @@ class Anchorer:
             self.refused["jumps refused"] += 1
         else:
             bodies.go_back(column, snapshot=OLD)
-        self._roads.predict_again(bodies, frame, column)
+        self.roads.predict_again(bodies, frame, column)
 
     def _accept(self, frame: Frame) -> None:
         """Take over what was seen."""
@@ -257,11 +251,12 @@ class Anchorer:
         found = dict[int, int]()
         is_new = ~bodies.is_established & frame.is_seen
         is_new[merged] = False
-        self._weighed.clear()
+        self._weighed = {}
         if not is_new.any() or not self._is_time_to_weigh(frame.t_us, is_new):
             return merged, changes
-        bodies.is_contested[:] = False
-        pairs = self._pairs(frame, is_new)
+        pairs, self._weighed = find_returns(
+            bodies, frame, is_new, outline=self._outline, roads=self.roads, settings=self.settings
+        )
         for column in is_new.nonzero()[0].tolist():
             if column not in pairs:
                 bodies.chains[column].proposal = None
@@ -290,7 +285,7 @@ class Anchorer:
             away = self._away.pop(vision_id, None)
             if away is None:
                 continue
-            chain, way_m = away.chain, math.dist((away.x_m, away.y_m), frame.state[X : Y + 1, column])
+            chain, way_m = away.chain, math.dist(away.centre_m, frame.state[X : Y + 1, column])
             if way_m > self.settings.return_mps * (frame.t_us - away.seen_us) * 1e-6:
                 self.refused["returns refused"] += 1
             elif chain not in bodies.chains:
@@ -318,10 +313,10 @@ class Anchorer:
     def _agrees(self, frame: Frame, column: int, target: int) -> bool:
         """Let the condition of a return see that a new vision object fits a lost world object."""
         chain, world = self._bodies.chains[column], self._bodies.chains[target].world
-        if chain.proposal is None or chain.proposal.world != world.upper:
-            chain.proposal = Proposal(world.upper, world.linkage.reestablish())
-        state = self._states.of(int(self._bodies.codes[column]) | Fluent.FITS.value)
-        return chain.proposal.condition.progress(frame.t_us, state) is Verdict.TRUE
+        if chain.proposal is None or chain.proposal[0] != world.upper:
+            chain.proposal = world.upper, world.linkage.reestablish()
+        state = self._states[int(self._bodies.codes[column]) | _FITS]
+        return chain.proposal[1].progress(frame.t_us, state) is Verdict.TRUE
 
     def _take_back(self, frame: Frame, column: int, reason: str) -> LinkChange:
         """Refute the link of a lost car to a vision object that began lately: the car is as lost as before."""
@@ -332,7 +327,7 @@ class Anchorer:
         bodies.go_back(column, snapshot=END)
         bodies.unseen_us[column] = bodies.states_us[END, column] + 1
         bodies.is_returned[column] = False
-        self._roads.predict_again(bodies, frame, column)
+        self.roads.predict_again(bodies, frame, column)
         return change
 
     def _withdraw(self, frame: Frame, column: int) -> list[LinkChange]:
@@ -342,70 +337,6 @@ class Anchorer:
         chain.vision_id = vision_id
         self._bodies.car_number[column] = 0
         return [refuted, *chain.end(frame.t_us, "it never was a car of its own")]
-
-    def _pairs(self, frame: Frame, is_new: BoolArray) -> dict[int, int]:
-        """Find which vision objects that began lately are lost world objects: columns of the one and the other."""
-        bodies, settings = self._bodies, self.settings
-        is_open = frame.is_seen & (frame.t_us - bodies.states_us[START] <= settings.open_us)
-        starts = (is_open | is_new).nonzero()[0]
-        returned = (is_open & bodies.is_returned).nonzero()[0]
-        lost = (bodies.is_established & ~frame.is_seen).nonzero()[0]
-        if not len(lost) + len(returned):
-            return {}
-        ends = np.concatenate([lost, returned])
-        before = np.repeat((NOW, END), (len(lost), len(returned)))
-        begun, gone = bodies.looks(starts, START), bodies.looks(ends, before)
-        new = self._new_cars(begun, bodies.was_clipped[START, starts])
-        evidence = weigh(begun, gone, new, self._roads.routes(begun, gone), settings)
-        bodies.is_contested[starts[evidence.starts[evidence.ratios > 0.0]]] = True
-        bodies.is_contested &= is_new
-        chosen, margins = choose(evidence)
-        self._note_weighings(starts, ends, evidence, chosen, margins)
-        clear = chosen[margins >= settings.margin_nats]
-        pairs = zip(starts[evidence.starts[clear]].tolist(), ends[evidence.ends[clear]].tolist(), strict=True)
-        return {column: target for column, target in pairs if column != target}
-
-    def _note_weighings(
-        self, starts: LongArray, ends: LongArray, evidence: Evidence, chosen: LongArray, margins: FloatArray
-    ) -> None:
-        """Keep how much likelier than all else it is what each vision object is taken for."""
-        bodies = self._bodies
-        losses, by_start, by_end = (one.tolist() for one in rivals(evidence, chosen))
-        pair_starts, pair_ends, ratios = (one.tolist() for one in (evidence.starts, evidence.ends, evidence.ratios))
-        best = {
-            pair_starts[pair]: (pair, margin) for pair, margin in zip(chosen.tolist(), margins.tolist(), strict=True)
-        }
-        names = [bodies.chains[start].vision_id for start in starts.tolist()]
-        worlds = [bodies.chains[end].world.upper for end in ends.tolist()]
-        possible = set(pair_starts)
-        for start, column in enumerate(starts.tolist()):
-            chain = bodies.chains[column]
-            if start not in possible:
-                if bodies.is_returned[column]:  # as its speed is surer now, it could not have come here
-                    self._weighed[chain.world.upper] = Weighing(chain.world.upper, None, -MOST_MARGIN, NEW)
-                continue
-            rival = by_start[start]
-            loss_nats, runner_up = losses[rival], worlds[pair_ends[rival]]
-            chain.weighing = Weighing(NEW, None, min(loss_nats, MOST_MARGIN), runner_up)
-            if start in best:
-                pair, margin_nats = best[start]
-                end, ratio = pair_ends[pair], ratios[pair]
-                other = by_end[end]
-                others = (ratio, NEW), (loss_nats, runner_up), (losses[other], names[pair_starts[other]])
-                chain.weighing = Weighing(worlds[end], ratio, margin_nats, min(others)[1])
-            if bodies.is_established[column]:
-                said = chain.world.upper if bodies.is_returned[column] else NEW
-                self._weighed[chain.world.upper] = chain.weighing.of(said)
-
-    def _new_cars(self, begun: Looks, clipped: BoolArray) -> NewCars:
-        """Tell what is expected of cars that are new where something began, and of the size that is usual here."""
-        bodies, settings = self._bodies, self.settings
-        back_m = settings.edge_m * np.stack([np.cos(begun.heading_rad), np.sin(begun.heading_rad)])
-        inside = self._outline.holds(begun.centre_m.T - back_m, slack_m=settings.outline_slack_m)
-        births_per_m = np.where(clipped | ~inside, settings.edge_births_per_m, settings.births_per_m)
-        known_m = np.stack([bodies.length_m, bodies.width_m])[:, bodies.is_established & bodies.is_measured()]
-        sizes_m = np.concatenate([self._usual_m, known_m], axis=1)
-        return NewCars(births_per_m, sizes_m.mean(axis=1), sizes_m.std(axis=1))
 
     def _adopt(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:
         """Link the vision object of one body to the world object of another."""
@@ -473,25 +404,8 @@ class Anchorer:
         moments, t_us = self._moments_us, cars.t_us
         while moments and moments[0] < t_us - self.settings.survive_us:
             moments.popleft()
-        bodies, returned = self._bodies, np.array(self._returned, dtype=np.int64)
-        returned = returned[(bodies.car_number[returned] > 0) & frame.is_seen[returned]]
-        times_us = np.array(moments, dtype=np.int64)
-        body, moment = (times_us > bodies.states_us[LOST, returned][:, None]).nonzero()
+        moments_us, returned = np.array(moments, dtype=np.int64), np.array(self._returned, dtype=np.int64)
         if not moments or t_us - moments[-1] >= _MOMENT_US:
             moments.append(t_us)
-        if not len(body):
-            return ()
-        # From when each was seen last to when its vision object was seen first, and from then to now.
-        lost_us, began_us, now_us = bodies.states_us[[[LOST], [START], [NOW]], returned]
-        has_both = (lost_us < began_us) & (began_us < now_us)
-        columns = returned.repeat(2)
-        end = bodies.looks(columns, np.tile((LOST, START), len(returned)))
-        start = bodies.looks(
-            columns, np.stack((np.where(has_both, START, NOW), np.full(len(returned), NOW)), 1).ravel()
-        )
-        times_us = times_us[moment]
-        span = 2 * body + (has_both[body] & (times_us >= began_us[body]))
-        path = hidden_path(end, start, span, times_us, self._roads)
-        row_of = {car: row for row, car in enumerate(cars.ids)}
-        rows = np.array([row_of[bodies.chains[column].car_id] for column in returned])
-        return tuple(earlier_cars(cars, rows[body], times_us, path, self._roads))
+        returned = returned[(self._bodies.car_number[returned] > 0) & frame.is_seen[returned]]
+        return tuple(fill(cars, self._bodies, returned, moments_us, self.roads))

@@ -8,7 +8,6 @@ Nothing that was told before changes, and what was concluded from it is not look
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from typing import cast
 
 from anchoring.observations import Cars, FloatArray, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
@@ -51,18 +50,18 @@ class FormerRows:
         refuted = {change.lower for change in changes if change.kind == "refuted" and change.level == "world"}
         before = self._unnamed_us
         self._unnamed_us = {one: t_us if one in refuted else before.get(one, t_us) for one in seen.ids}
-        named = [k for k in cars.linked.nonzero()[0].tolist() if self._unnamed_us[cars.vision_ids[k]] is not None]
-        since_us = {k: self._first_us(cars.ids[k], cars.vision_ids[k]) for k in named}
+        # From when on a vision object that has a name now had none and its car no row.
+        since_us = {
+            k: max(unnamed_us, self._told_us.get(cars.ids[k], -1) + 1)
+            for k in cars.linked.nonzero()[0].tolist()
+            if (unnamed_us := self._unnamed_us[cars.vision_ids[k]]) is not None
+        }
         former = tuple(self._former(cars, since_us)) if since_us else ()
-        self._unnamed_us |= dict.fromkeys([cars.vision_ids[k] for k in named])
+        self._unnamed_us |= dict.fromkeys([cars.vision_ids[k] for k in since_us])
         self._told_us = {car: at_us for car, at_us in self._told_us.items() if at_us >= back_us}
         self._told_us |= dict.fromkeys(cars.ids, t_us)
         self._frames.append(seen)
         return former
-
-    def _first_us(self, car: str, vision_id: str) -> int:
-        """Tell from when on a vision object had no name and the car no row."""
-        return max(cast(int, self._unnamed_us[vision_id]), self._told_us.get(car, -1) + 1)
 
     def _former(self, cars: Cars, since_us: dict[int, int]) -> Iterator[Cars]:
         row_of = [{name: row for row, name in enumerate(then.ids) if then.observed[row]} for then in self._frames]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,9 +137,8 @@ class Cars:
         return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0))
 
 
-@dataclass(frozen=True, slots=True)
-class LinkChange:
-    """Say that a link between two objects came or went.
+class LinkChange(NamedTuple):
+    """Say that a link between two objects came or went; a tuple, as hundreds come in one frame of a crowd.
 
     Attributes
     ----------
@@ -227,6 +226,4 @@ def nowhere(count: int) -> RoadPositions:
     """
     off = np.full(count, -1, dtype=np.int32)
     none = np.full(count, np.nan)
-    return RoadPositions(
-        road=off, along_m=none, across_m=none.copy(), lane=off.copy(), junction=off.copy(), tangent_rad=none.copy()
-    )
+    return RoadPositions(off, none, none, off, off, none)

@@ -8,6 +8,7 @@ else *new*. A stretch after an absence that is shorter than `SHORTEST_US` and ha
 
 from __future__ import annotations
 
+import gc
 import time
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
@@ -96,10 +97,12 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
     unit = AnchoringUnit(Anchorer(network, settings))
     said: list[Anchored] = []
     frame_ms: list[float] = []
+    gc.freeze()  # no frame pays for a walk of the garbage collector over the modules and the scenes
     for objects in trajectories_of(tracks):
         start_s = time.process_time()
         said += [one.value for one in unit.update(Sample(objects.t_us, objects.t_us, objects))]
         frame_ms.append((time.process_time() - start_s) * 1000)
+    gc.unfreeze()
     symbol_of = {
         (cars.t_us, vision_id): car
         for one in said

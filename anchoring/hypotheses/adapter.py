@@ -36,18 +36,13 @@ def load_linkage(text: str, settings: AnchoringSettings, *, name: str = "linkage
     return read_linkage(text, settings, name=name, read_formula=_condition_of)
 
 
-def condition_maker(formula: Formula, *, is_lasting: bool) -> Maker:
-    """Make conditions of a formula over fluents; `is_lasting` if it is to be maintained."""
-    return partial(Progressed, formula, SharedWork(), is_lasting=is_lasting)
-
-
 def _condition_of(words: Sequence[Word], source: Source, *, is_lasting: bool) -> Maker | None:
     formula = read_formula(words, source, signature=_SIGNATURE)
-    return None if formula is None else condition_maker(formula, is_lasting=is_lasting)
+    return None if formula is None else partial(Progressed, formula, SharedWork(), is_lasting=is_lasting)
 
 
 class Progressed:
-    """Ask a progressor; see `Condition` for when a formula that is not to be maintained starts anew."""
+    """Ask a progressor; see `Condition` for when a formula that is not to be maintained (lasting) starts anew."""
 
     __slots__ = ("_fresh", "_is_lasting", "_progressor", "_verdict", "is_idle")
 

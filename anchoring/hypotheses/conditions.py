@@ -70,78 +70,47 @@ class HeldFor:
 
     def progress(self, t_us: int, state: Mapping[str, bool]) -> Verdict:
         """Take the next state."""
-        self.is_idle = not all(state[fluent] for fluent in self._fluents)
+        self.is_idle = not all(map(state.__getitem__, self._fluents))
         if self.is_idle:
             self._since_us, self._is_true = None, False
             return Verdict.UNKNOWN
         if self._since_us is None:
             self._since_us = t_us
-        if t_us - self._since_us >= self._duration_us and all(state[fluent] for fluent in self._at_last):
+        if t_us - self._since_us >= self._duration_us and all(map(state.__getitem__, self._at_last)):
             self._is_true = True
         self.is_idle = self._is_true  # until a fluent fails, however long the link waits for the one below
         return Verdict.TRUE if self._is_true else Verdict.UNKNOWN
 
 
 class NotLostFor:
-    """FALSE once a fluent has failed without a break for a while; UNKNOWN until then.
+    """FALSE once a fluent has failed without a break for its while; UNKNOWN until then.
 
     Parameters
     ----------
-    fluent : name.
-    duration_us : how long it must have failed, from the first state in which it does; 0 allows no failure at all.
+    durations_us : of the fluents by name: how long each must have failed, from the first state in which it does; 0
+        allows no failure at all.
 
     Examples
     --------
-    >>> on_road = NotLostFor("on_road", 100_000)
-    >>> [on_road.progress(t_us, {"on_road": False}).value for t_us in (0, 99_999, 100_000)]
+    >>> on_road = NotLostFor({"on_road": 100_000, "no_jump": 0})
+    >>> [on_road.progress(t_us, {"on_road": False, "no_jump": True}).value for t_us in (0, 99_999, 100_000)]
     ['unknown', 'unknown', 'false']
-    >>> NotLostFor("no_jump", 0).progress(0, {"no_jump": False}).value
-    'false'
     """
 
-    __slots__ = ("_duration_us", "_fluent", "_lost_since_us", "is_idle")
+    __slots__ = ("_durations_us", "_since_us", "is_idle")
 
-    def __init__(self, fluent: str, duration_us: int) -> None:
-        self._fluent = fluent
-        self._duration_us = duration_us
-        self._lost_since_us: int | None = None
+    def __init__(self, durations_us: Mapping[str, int]) -> None:
+        self._durations_us = durations_us
+        self._since_us: Mapping[str, int] = {}  # of those that fail
         self.is_idle = False  # until the first state
 
     def progress(self, t_us: int, state: Mapping[str, bool]) -> Verdict:
         """Take the next state."""
-        self.is_idle = state[self._fluent]
-        if self.is_idle:
-            self._lost_since_us = None
-            return Verdict.UNKNOWN
-        if self._lost_since_us is None:
-            self._lost_since_us = t_us
-        return Verdict.FALSE if t_us - self._lost_since_us >= self._duration_us else Verdict.UNKNOWN
-
-
-class AllOf:
-    """Join conditions: FALSE if one is, TRUE if all are, else UNKNOWN.
-
-    Parameters
-    ----------
-    conditions : each takes every state.
-    """
-
-    __slots__ = ("_conditions",)
-
-    def __init__(self, *conditions: Condition) -> None:
-        self._conditions = conditions
-
-    def progress(self, t_us: int, state: Mapping[str, bool]) -> Verdict:
-        """Take the next state."""
-        verdicts = {condition.progress(t_us, state) for condition in self._conditions}
-        if Verdict.FALSE in verdicts:
-            return Verdict.FALSE
-        return Verdict.TRUE if verdicts == {Verdict.TRUE} else Verdict.UNKNOWN
-
-    @property
-    def is_idle(self) -> bool:
-        """Tell whether every part is idle."""
-        return all(condition.is_idle for condition in self._conditions)
+        failing = [fluent for fluent in self._durations_us if not state[fluent]]
+        self.is_idle = not failing
+        self._since_us = {fluent: self._since_us.get(fluent, t_us) for fluent in failing}
+        is_lost = any(t_us - self._since_us[fluent] >= self._durations_us[fluent] for fluent in failing)
+        return Verdict.FALSE if is_lost else Verdict.UNKNOWN
 
 
 def compiled(formula: str, fluents: AbstractSet[str], *, is_lasting: bool) -> Maker | None:
@@ -162,12 +131,12 @@ def compiled(formula: str, fluents: AbstractSet[str], *, is_lasting: bool) -> Ma
     (None, None)
     """
     if is_lasting:
-        parts = list(_KEPT.finditer(formula)) if _ALL_KEPT.fullmatch(formula) else []
-        kept = [(part["always"] or part["kept"], _us(part["lost"])) for part in parts]
-        is_usual = all(part["always"] or part["kept"] == part["again"] for part in parts)
-        if not parts or not is_usual or not fluents >= {fluent for fluent, _ in kept}:
+        parts = [_KEPT.fullmatch(part) for part in re.split(" and (?=always )", formula)]
+        kept = [(part[1] or part[2], _us(part[3])) for part in parts if part]
+        if len(kept) < len(parts) or not fluents >= {fluent for fluent, _ in kept}:
             return None
-        return lambda: AllOf(*(NotLostFor(fluent, duration_us) for fluent, duration_us in kept))
+        # Of a fluent that comes twice the shorter time is over first.
+        return partial(NotLostFor, dict(sorted(kept, key=lambda one: -one[1])))
     held = _HELD.fullmatch(formula) or _NOW.fullmatch(formula)
     if held is None:
         return None
@@ -185,7 +154,4 @@ _NAMES = r"\w+(?: and \w+)*"
 _US = r"0|\d+us"
 _NOW = re.compile(rf"({_NAMES})")
 _HELD = re.compile(rf"(\w+|\( {_NAMES} \)) until \[ (?P<for>{_US}) , oo \] (\w+|\( {_NAMES} \))")
-_PART = r"always (?:not \( not (?P<kept>\w+) until \[ (?P<lost>US) , oo \] not (?P<again>\w+) \)|(?P<always>\w+))"
-_KEPT = re.compile(_PART.replace("US", _US))
-_UNNAMED = re.sub(r"\?P<\w+>", "?:", _KEPT.pattern)
-_ALL_KEPT = re.compile(rf"{_UNNAMED}(?: and {_UNNAMED})*")
+_KEPT = re.compile(rf"always (?:(\w+)|not \( not (\w+) until \[ ({_US}) , oo \] not \2 \))")

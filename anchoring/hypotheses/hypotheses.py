@@ -6,7 +6,8 @@ object), or its *reestablish* condition (an upper object that had lost its lower
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from anchoring.hypotheses.conditions import Condition, Maker, Verdict
 from anchoring.observations import NEW, Level, LinkChange, LinkKind
@@ -31,18 +32,14 @@ class Linkage:
     maintain: Maker
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Link:
     """Keep one link of a chain: hypothesised (no upper object yet), linked, or broken."""
 
     linkage: Linkage
+    condition: Condition
     upper: str = ""
     is_linked: bool = False
-    condition: Condition = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Start with the hypothesis."""
-        self.condition = self.linkage.establish()
 
     def join(self) -> None:
         """Link, and watch the maintain condition from here on."""
@@ -55,8 +52,7 @@ class Link:
         self.condition = self.linkage.reestablish()
 
 
-@dataclass(frozen=True, slots=True)
-class Weighing:
+class Weighing(NamedTuple):
     """Say by how much it is likeliest that a vision object is one that was lost, or `NEW`; see `LinkChange`."""
 
     said: str
@@ -75,14 +71,6 @@ class Weighing:
         return self if said == self.said else Weighing(said, None, -self.margin_nats, self.said)
 
 
-@dataclass(slots=True)
-class Proposal:
-    """Keep the hypothesis that an unlinked vision object is a certain lost world object."""
-
-    world: str
-    condition: Condition
-
-
 class Chain:
     """Keep all links above one vision object, or above a world object that has none at the moment.
 
@@ -93,25 +81,21 @@ class Chain:
 
     Attributes
     ----------
-    links : one a level, lowest first.
+    links : one a level, lowest first. world : the first of them.
     car_number : of the symbol; 0 before there is one.
-    proposal : which lost world object it may be, while nothing is established.
+    proposal : while nothing is established, the lost world object that it may be, with the condition of the link.
     weighing : the last one of its vision object; None if nothing was lost that it could be.
     """
 
-    __slots__ = ("car_number", "links", "proposal", "vision_id", "weighing")
+    __slots__ = ("car_number", "links", "proposal", "vision_id", "weighing", "world")
 
     def __init__(self, vision_id: str, linkages: tuple[Linkage, ...]) -> None:
         self.vision_id = vision_id
-        self.links = tuple(Link(linkage) for linkage in linkages)
+        self.links = tuple([Link(linkage, linkage.establish()) for linkage in linkages])
+        self.world = self.links[0]
         self.car_number = 0
-        self.proposal: Proposal | None = None
+        self.proposal: tuple[str, Condition] | None = None
         self.weighing: Weighing | None = None
-
-    @property
-    def world(self) -> Link:
-        """The link to the world object."""
-        return self.links[0]
 
     @property
     def car_id(self) -> str:
@@ -136,18 +120,20 @@ class Chain:
         t_us, state : as for a condition.
         name : gives out the next name of a level.
         """
+        has_lower = True
         for link in self._waiting():
             verdict = link.condition.progress(t_us, state)
             if link.is_linked and verdict is Verdict.FALSE:
                 link.part()
                 failed = tuple(fluent for fluent, holds in state.items() if not holds and fluent != "fits")
                 change = self.change(t_us, "refuted", link, f"no longer: {', '.join(failed)}")
-                yield replace(change, failed=failed)
-            elif not link.is_linked and verdict is Verdict.TRUE and self._has_lower(link):
+                yield change._replace(failed=failed)
+            elif not link.is_linked and verdict is Verdict.TRUE and has_lower:
                 kind: LinkKind = "reestablished" if link.upper else "established"
                 link.upper = link.upper or name(link.linkage)
                 link.join()
                 yield self.change(t_us, kind, link, "the establish condition became true")
+            has_lower = has_lower and (link.is_linked or (link is self.world and bool(link.upper)))
 
     def lose(self, t_us: int, reason: str, *, kind: LinkKind = "lost") -> LinkChange:
         """Take the vision object away from the world object: it is gone, or was another thing all the time."""
@@ -187,10 +173,6 @@ class Chain:
             weighed = weighing.score_nats, weighing.margin_nats, weighing.runner_up
         return LinkChange(t_us, kind, link.linkage.level, lower, link.upper, reason, "", *weighed, hidden_us)
 
-    def _waiting(self) -> Iterator[Link]:
+    def _waiting(self) -> tuple[Link, ...]:
         # A world object that has lost its vision object is linked again by the linker, which compares all pairs.
-        return (link for link in self.links if link is not self.world or link.is_linked or not link.upper)
-
-    def _has_lower(self, link: Link) -> bool:
-        level = self.links.index(link)
-        return level == 0 or (bool(self.world.upper) and all(lower.is_linked for lower in self.links[1:level]))
+        return self.links[1:] if self.world.upper and not self.world.is_linked else self.links

@@ -7,11 +7,12 @@ a reader of formulas that is given from above, as this package knows no progress
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
+from functools import partial
 from importlib.resources import files
 from typing import Any, NamedTuple, Protocol  # Any: the parts of a rule are words, nodes, or None
 
 from anchoring.errors import LinkageError
-from anchoring.hypotheses.conditions import AllOf, Maker, compiled
+from anchoring.hypotheses.conditions import Maker, NotLostFor, compiled
 from anchoring.hypotheses.hypotheses import Linkage
 from anchoring.linking.classes import CLASS_NAMES, VEHICLE, Norms, ObjectClass
 from anchoring.linking.fluents import Fluent
@@ -138,12 +139,12 @@ class _Builder:
             self._error("L0208", f"expected a name that ends in no digit, got {prefix.text!r}", prefix)
         self._top = upper.text
         places: dict[str, Span] = {}
-        makers: dict[str, Maker] = dict.fromkeys(_CONDITIONS, AllOf)
+        unused: Maker = partial(NotLostFor, {})  # in the place of a condition that is missing or wrong
+        makers = dict.fromkeys(_CONDITIONS, unused)
         for condition in conditions:
             kind, *parts = condition.parts
             self._note(kind.text, kind.span(self._source.file), places, "condition")
-            makers[kind.text] = self._condition(parts, is_lasting=kind.text == "maintain") or AllOf
-        # What stands for a condition that is missing or wrong is never used.
+            makers[kind.text] = self._condition(parts, is_lasting=kind.text == "maintain") or unused
         missing = [kind for kind in _CONDITIONS if kind not in places]
         if missing:
             self._error("L0205", f"expected {listed(map(repr, missing))} as well, got {len(places)} conditions", upper)

@@ -6,7 +6,6 @@ were linked: it takes nothing back.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
 
 from anchoring.hypotheses.hypotheses import Weighing
 from anchoring.observations import NEW, Level, LinkChange, LinkKind
@@ -67,14 +66,6 @@ class DoubtfulLinks:
         return {car: tuple(labels) for car, labels in found.items()}
 
 
-@dataclass(slots=True)
-class Trial:
-    """Keep a link on trial: how it began, with the least margin that it ever had, and until when."""
-
-    link: LinkChange
-    until_us: int
-
-
 class Trials:
     """Put links on trial, and end their trials.
 
@@ -106,7 +97,8 @@ class Trials:
     def __init__(self, settings: AnchoringSettings) -> None:
         self._settings = settings
         self._count = 0
-        self._open: dict[tuple[Level, str], Trial] = {}  # by the upper object
+        # By the upper object: how the link began, with the least margin that it ever had, and until when it is tried.
+        self._open: dict[tuple[Level, str], tuple[LinkChange, int]] = {}
         self.doubtful = DoubtfulLinks()
         self.validated, self.refuted, self.undecided = tuple[str, ...](), tuple[str, ...](), tuple[str, ...]()
 
@@ -119,43 +111,43 @@ class Trials:
         """
         self.validated = self.refuted = self.undecided = ()
         for upper, weighing in weighed.items():
-            trial = self._open.get(("world", upper))
-            if trial and (trial.link.margin_nats is None or weighing.margin_nats < trial.link.margin_nats):
-                trial.link = replace(trial.link, margin_nats=weighing.margin_nats, runner_up=weighing.runner_up)
-                trial.until_us = self._until_us(trial.link)
+            link, _ = self._open.get(("world", upper), (None, 0))
+            if link and (link.margin_nats is None or weighing.margin_nats < link.margin_nats):
+                self._try(link._replace(margin_nats=weighing.margin_nats, runner_up=weighing.runner_up))
         told: list[LinkChange] = []
         for change in changes:
             told += self._end(t_us, change)
             begins = change.kind in ("established", "reestablished")
             told.append(self._begin(change) if begins else change)
             self.doubtful.take(told[-1])
-        for key in [key for key, trial in self._open.items() if trial.until_us <= t_us]:
-            told += self._verdict(t_us, self._open.pop(key).link)
+        for key in [key for key, (_, until_us) in self._open.items() if until_us <= t_us]:
+            told += self._verdict(t_us, self._open.pop(key)[0])
         return told
 
     def _begin(self, change: LinkChange) -> LinkChange:
         self._count += 1
-        link = replace(change, label=f"{change.lower}->{change.upper}#{self._count}")
-        self._open[link.level, link.upper] = Trial(link, self._until_us(link))
+        link = change._replace(label=f"{change.lower}->{change.upper}#{self._count}")
+        self._try(link)
         return link
 
-    def _until_us(self, link: LinkChange) -> int:
-        """Tell when a trial ends: what something else may still take the place of stays open for that."""
+    def _try(self, link: LinkChange) -> None:
+        """Put a link on trial: what something else may still take the place of stays open for that."""
         is_found = link.margin_nats is not None and link.kind == "reestablished"
         is_open = is_found or not self._is_clear(link)
-        return link.t_us + (self._settings.open_us if is_open else self._settings.trial_us)
+        until_us = link.t_us + (self._settings.open_us if is_open else self._settings.trial_us)
+        self._open[link.level, link.upper] = link, until_us
 
     def _is_clear(self, link: LinkChange) -> bool:
         return link.margin_nats is None or link.margin_nats >= self._settings.decided_nats
 
     def _end(self, t_us: int, change: LinkChange) -> list[LinkChange]:
         """End the trial of the link that a change ends."""
-        trial = self._open.pop((change.level, change.upper), None)
-        if trial is None:
+        link, _ = self._open.pop((change.level, change.upper), (None, 0))
+        if link is None:
             return []
         if change.kind != "refuted":
-            return self._verdict(t_us, trial.link)
-        self.refuted += (trial.link.label,)
+            return self._verdict(t_us, link)
+        self.refuted += (link.label,)
         return []
 
     def _verdict(self, t_us: int, link: LinkChange) -> list[LinkChange]:
@@ -171,4 +163,4 @@ class Trials:
         other = "a new car" if link.runner_up == NEW else link.runner_up
         nearness = "was likelier at times, by" if link.margin_nats < 0 else "was never nearer than"
         reason = f"{other} {nearness} {abs(link.margin_nats):.1f} nats"
-        return [replace(link, t_us=t_us, kind=kind, reason=reason, hidden_us=None)]
+        return [link._replace(t_us=t_us, kind=kind, reason=reason, hidden_us=None)]

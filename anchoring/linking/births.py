@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from anchoring.linking.ways import Looks
 from anchoring.observations import BoolArray, FloatArray
+from anchoring.settings import AnchoringSettings
 
 _ANGLES_RAD = np.arange(32) * (2 * np.pi / 32)
 _DIRECTIONS = np.stack([np.cos(_ANGLES_RAD), np.sin(_ANGLES_RAD)], axis=1)
@@ -33,3 +35,9 @@ class Outline:
     def holds(self, points_m: FloatArray, *, slack_m: float) -> BoolArray:
         """Tell which points, (2, n), lie inside, or outside by less than the slack."""
         return np.asarray((_DIRECTIONS @ points_m <= self._reach_m + slack_m).all(axis=0))
+
+    def births_per_m(self, begun: Looks, clipped: BoolArray, settings: AnchoringSettings) -> FloatArray:
+        """Tell how many new cars are expected where something began, (n,); ``clipped`` by the edge of the picture."""
+        back_m = settings.edge_m * np.stack([np.cos(begun.heading_rad), np.sin(begun.heading_rad)])
+        inside = self.holds(begun.centre_m.T - back_m, slack_m=settings.outline_slack_m)
+        return np.where(clipped | ~inside, settings.edge_births_per_m, settings.births_per_m)

@@ -5,8 +5,7 @@ taken twice a second: what a body was like a moment ago tells whether its vision
 and is what the body goes back to then.
 """
 
-from collections.abc import Mapping
-from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,31 +22,17 @@ X, Y, VX, VY, HEADING, ALONG, ACROSS, TANGENT = range(8)
 # vision object was seen first, and where the one before it was seen last; where the body was before it was last hidden.
 NOW, RECENT, OLD, START, END, LOST = range(6)
 
-# The arrays: shape before the bodies, type, and what stands there for a body that is new.
-_COLUMNS: Mapping[str, tuple[tuple[int, ...], type[np.generic], float]] = MappingProxyType(
-    {
-        "states": ((6, 8), np.float64, 0),
-        "states_us": ((6,), np.int64, 0),
-        "roads": ((6,), np.int32, -1),
-        "was_clipped": ((6,), np.bool_, True),
-        "linked_us": ((), np.int64, 0),
-        "seen_us": ((), np.int64, 0),
-        "unseen_us": ((), np.int64, -1),
-        "codes": ((), np.int64, -1),
-        "was_whole": ((), np.bool_, False),
-        "length_m": ((), np.float64, 0),
-        "width_m": ((), np.float64, 0),
-        "classes": ((), np.int32, UNKNOWN_CLASS),
-        "told_classes": ((), np.int32, UNKNOWN_CLASS),
-        "is_established": ((), np.bool_, False),
-        "is_returned": ((), np.bool_, False),
-        "is_contested": ((), np.bool_, False),
-        "waits": ((), np.bool_, True),
-        "car_number": ((), np.int64, 0),
-        "_sample_count": ((), np.int64, 0),
-        "_sampled_us": ((), np.int64, 0),
-    }
-)
+
+class _Column(NamedTuple):
+    """Declare an array with a column for each body: its type, its shape before them, and what a new one has there."""
+
+    kind: type[np.generic]
+    shape: tuple[int, ...]
+    new: float
+
+
+def _column(kind: type[np.generic], *shape: int, new: float = 0) -> Any:  # Any: instances have an array there
+    return _Column(kind, shape, new)
 
 
 class Bodies:
@@ -75,33 +60,33 @@ class Bodies:
     norms : how classes are told by sizes, and what they allow.
     """
 
-    states: FloatArray
-    states_us: LongArray
-    roads: IntArray
-    was_clipped: BoolArray
-    linked_us: LongArray
-    seen_us: LongArray
-    unseen_us: LongArray
-    codes: LongArray
-    was_whole: BoolArray
-    length_m: FloatArray
-    width_m: FloatArray
-    classes: IntArray
-    told_classes: IntArray
-    is_established: BoolArray
-    is_returned: BoolArray
-    is_contested: BoolArray
-    waits: BoolArray
-    car_number: LongArray
-    _sample_count: LongArray
-    _sampled_us: LongArray
+    states: FloatArray = _column(np.float64, 6, 8)
+    states_us: LongArray = _column(np.int64, 6)
+    roads: IntArray = _column(np.int32, 6, new=-1)
+    was_clipped: BoolArray = _column(np.bool_, 6, new=True)
+    linked_us: LongArray = _column(np.int64)
+    seen_us: LongArray = _column(np.int64)
+    unseen_us: LongArray = _column(np.int64, new=-1)
+    codes: LongArray = _column(np.int64, new=-1)
+    was_whole: BoolArray = _column(np.bool_)
+    length_m: FloatArray = _column(np.float64)
+    width_m: FloatArray = _column(np.float64)
+    classes: IntArray = _column(np.int32, new=UNKNOWN_CLASS)
+    told_classes: IntArray = _column(np.int32, new=UNKNOWN_CLASS)
+    is_established: BoolArray = _column(np.bool_)
+    is_returned: BoolArray = _column(np.bool_)
+    is_contested: BoolArray = _column(np.bool_)
+    waits: BoolArray = _column(np.bool_, new=True)
+    car_number: LongArray = _column(np.int64)
+    _sample_count: LongArray = _column(np.int64)
+    _sampled_us: LongArray = _column(np.int64)
 
     def __init__(self, settings: AnchoringSettings, norms: Norms) -> None:
         self._settings = settings
         self.norms = norms
         self.chains: list[Chain] = []
-        for name, (shape, kind, _) in _COLUMNS.items():
-            setattr(self, name, np.zeros((*shape, 0), dtype=kind))
+        for name, column in _COLUMNS.items():
+            setattr(self, name, np.zeros((*column.shape, 0), dtype=column.kind))
         self._samples_m: FloatArray = np.zeros((2, settings.size_samples, 0))
         self._snapshot_us = 0
 
@@ -119,8 +104,8 @@ class Bodies:
         """
         count = len(chains)
         self.chains += chains
-        for name, (shape, kind, value) in _COLUMNS.items():
-            fresh = np.full((*shape, count), value, dtype=kind)
+        for name, column in _COLUMNS.items():
+            fresh = np.full((*column.shape, count), column.new, dtype=column.kind)
             setattr(self, name, np.concatenate([getattr(self, name), fresh], axis=-1))
         self._samples_m = np.concatenate([self._samples_m, np.zeros((*self._samples_m.shape[:2], count))], axis=-1)
         new = slice(len(self) - count, None)
@@ -224,9 +209,19 @@ class Bodies:
             is_whole=self.was_whole[columns],
         )
 
+    def usual_size_m(self) -> tuple[FloatArray, FloatArray]:
+        """Tell the length and width usual here, (2,), and how far they spread; at first those of five usual cars."""
+        known_m = np.stack([self.length_m, self.width_m])[:, self.is_established & self.is_measured()]
+        mean_m, spread_m = self.norms.usual_m.T[:, :, None]
+        sizes_m = np.concatenate([mean_m + spread_m * [-1.0, -1.0, 0.0, 1.0, 1.0], known_m], axis=1)
+        return sizes_m.mean(axis=1), sizes_m.std(axis=1)
+
     def is_measured(self) -> BoolArray:
         """Tell which bodies have a size to rely on, (n,)."""
         return self._sample_count >= self._settings.eager_samples
+
+
+_COLUMNS = {name: one for name, one in vars(Bodies).items() if isinstance(one, _Column)}
 
 
 def looks_of(t_us: LongArray, state: FloatArray, road: IntArray, size_m: FloatArray, *, is_whole: BoolArray) -> Looks:

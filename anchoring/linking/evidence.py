@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from anchoring.linking.linker import Evidence
 from anchoring.linking.ways import Looks, Routes, Ways, ways
-from anchoring.observations import FloatArray, LongArray
+from anchoring.observations import BoolArray, FloatArray, LongArray
 from anchoring.settings import AnchoringSettings
 
 # What is known of a new car before it is seen: speed, place across the road and size are anywhere in these ranges.
@@ -69,7 +69,8 @@ def weigh(starts: Looks, ends: Looks, new: NewCars, routes: Routes, settings: An
         + np.where(way.changes_lane, math.log(settings.change_share), 0.0)
         - np.log(new.births_per_m[row] / _SPEEDS_MPS)
     )
-    return _without_passing(Evidence(row, column, ratios).select(possible), len(starts.t_us), ends, settings)
+    in_lane = np.abs(way.aside_m[possible]) < settings.same_lane_m
+    return _without_passing(Evidence(row, column, ratios).select(possible), in_lane, ends, settings)
 
 
 def explained(seen: Looks, once: Looks, settings: AnchoringSettings) -> FloatArray:
@@ -99,13 +100,15 @@ def _within_reach(starts: Looks, ends: Looks, settings: AnchoringSettings) -> tu
     most_m = float(_reach_m(starts.speed_mps.max(), ends.speed_mps.max(), longest_s, settings))
     near = KDTree(starts.centre_m).sparse_distance_matrix(KDTree(ends.centre_m), most_m, output_type="ndarray")
     row, column = near["i"], near["j"]
+    elsewhere = (starts.road[row] != ends.road[column]) | (ends.road[column] < 0)
+    # On one road nobody drives back or turns right round; and what was there together with the car cannot be the car.
+    ahead_m = (starts.along_m[row] - ends.along_m[column]) * ends.sense[column]
+    kept = (elsewhere | (ahead_m >= -settings.backwards_m)).nonzero()[0]
+    row, column, elsewhere = row[kept], column[kept], elsewhere[kept]
+    goes_on = np.cos(starts.heading_rad[row] - ends.heading_rad[column]) >= math.cos(settings.back_rad)
     gap_s = (starts.t_us[row] - ends.t_us[column]) * 1e-6
     reach_m = _reach_m(starts.speed_mps[row], ends.speed_mps[column], np.maximum(gap_s, 0.0), settings)
-    # What was there together with the car cannot be the car; and on one road nobody turns right round or drives back.
-    possible = (gap_s >= -settings.overlap_us * 1e-6) & (near["v"] <= reach_m)
-    goes_on = (starts.along_m[row] - ends.along_m[column]) * ends.sense[column] >= -settings.backwards_m
-    goes_on &= np.cos(starts.heading_rad[row] - ends.heading_rad[column]) >= math.cos(settings.back_rad)
-    possible &= goes_on | (starts.road[row] != ends.road[column]) | (ends.road[column] < 0)
+    possible = (elsewhere | goes_on) & (gap_s >= -settings.overlap_us * 1e-6) & (near["v"][kept] <= reach_m)
     return np.divmod(np.sort(row[possible] * len(ends.t_us) + column[possible]), len(ends.t_us))
 
 
@@ -157,11 +160,14 @@ def _sizes(start: Looks, end: Looks, new: NewCars, settings: AnchoringSettings) 
     return np.where(start.is_whole & end.is_whole, total, 0.0)
 
 
-def _without_passing(evidence: Evidence, starts: int, ends: Looks, settings: AnchoringSettings) -> Evidence:
-    """Count against each pair the lost cars that the start could be too, and that went into the hidden place first."""
+def _without_passing(evidence: Evidence, in_lane: BoolArray, ends: Looks, settings: AnchoringSettings) -> Evidence:
+    """Count against each pair the lost cars that the start could be too, and that went into the hidden place first.
+
+    Only those in whose lane it begins: whoever comes out beside it may have overtaken inside.
+    """
     first, behind = _queued(ends, settings)
-    count = len(ends.t_us)
-    could_be = csr_array((np.ones(len(evidence.ratios)), (evidence.starts, evidence.ends)), shape=(starts, count))
+    starts, count = evidence.starts.max(initial=0) + 1, len(ends.t_us)
+    could_be = csr_array((in_lane.astype(np.float64), (evidence.starts, evidence.ends)), shape=(starts, count))
     passed = could_be @ csr_array((np.ones(len(first)), (first, behind)), shape=(count, count))
     passes = np.asarray(passed[evidence.starts, evidence.ends]).ravel()
     return replace(evidence, ratios=evidence.ratios - settings.pass_nats * passes)

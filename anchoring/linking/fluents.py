@@ -54,29 +54,21 @@ class Fluent(IntFlag):
     FITS = 2048
 
 
-class StateTable:
-    """Turn packed fluents into states, making each state once.
+class StateTable(dict[int, Mapping[str, bool]]):
+    """Turn packed fluents into states, which are read-only, making each state once.
 
     Examples
     --------
     >>> states = StateTable()
-    >>> state = states.of(Fluent.VISIBLE | Fluent.ON_ROAD)
-    >>> state["visible"], state["fits"], states.of(9) is state
+    >>> state = states[Fluent.VISIBLE | Fluent.ON_ROAD]
+    >>> state["visible"], state["fits"], states[9] is state
     (True, False, True)
     """
 
-    __slots__ = ("_states",)
-
-    def __init__(self) -> None:
-        self._states: dict[int, Mapping[str, bool]] = {}
-
-    def of(self, code: int) -> Mapping[str, bool]:
-        """Find the state of packed fluents, which is read-only."""
-        state = self._states.get(code)
-        if state is None:
-            values = {str(fluent.name).lower(): bool(code & fluent) for fluent in Fluent}
-            state = self._states[code] = MappingProxyType(values)
-        return state
+    def __missing__(self, code: int) -> Mapping[str, bool]:
+        """Make a state that was not asked for before."""
+        values = {str(fluent.name).lower(): bool(code & fluent) for fluent in Fluent}
+        return self.setdefault(code, MappingProxyType(values))
 
 
 def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSettings) -> LongArray:
@@ -93,7 +85,6 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
     -------
     (n,) int64, the sum of `Fluent` values.
     """
-    count = len(bodies)
     speed_mps = np.hypot(frame.state[VX], frame.state[VY])
     comparable = _comparable(bodies, frame, settings)
     waits_us = settings.establish_us + settings.contested_us
@@ -101,9 +92,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
         Fluent.VISIBLE: frame.is_seen,
         Fluent.SEPARATE: _separate(frame, bodies.is_established),
         Fluent.UNCONTESTED: ~bodies.is_contested | (frame.t_us - bodies.linked_us >= waits_us),
-        Fluent.ON_ROAD: (frame.places[0] >= 0) | (frame.places[2] >= 0)
-        if roads.has_roads
-        else np.ones(count, dtype=np.bool_),
+        Fluent.ON_ROAD: (frame.places[[0, 2]] >= 0).any(axis=0) | (not roads.has_roads),
         Fluent.SIZE_OK: is_plausible_size(frame.length_m, frame.width_m, settings),
         Fluent.SPEED_OK: bodies.norms.is_plausible_speed(speed_mps, bodies.classes),
         Fluent.NO_JUMP: _no_jump(bodies, frame, settings),

@@ -1,16 +1,18 @@
-"""Where is every body in this frame, seen or predicted, and where is that on the roads?"""
+"""Where is every body in this frame, seen or predicted, and where is that on the roads?
+
+A car that nobody sees drives on along its road at constant speed; off the roads, straight on.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y, looks_of
-from anchoring.linking.prediction import predict
 from anchoring.linking.routes import LaneRoutes
-from anchoring.linking.ways import Looks, Routes
+from anchoring.linking.ways import Looks
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
-from gis.lane_graph import Route
+from gis.polyline import ReferenceLines
 from gis.road_network import RoadNetwork, RoadPositions
 
 
@@ -66,20 +68,21 @@ class RoadMap:
     ----------
     network : None if nothing is known about roads.
     settings : how far outside the lanes still is on the road, and how long a change of lane goes on.
+
+    Attributes
+    ----------
+    has_roads : whether any are known.
+    routes : ways along the lanes.
     """
 
-    __slots__ = ("_lines", "_network", "_routes", "_settings")
+    __slots__ = ("_lines", "_network", "_settings", "has_roads", "routes")
 
     def __init__(self, network: RoadNetwork | None, settings: AnchoringSettings) -> None:
         self._network = network
         self._lines = None if network is None else network.reference_lines
-        self._routes = LaneRoutes(network)
         self._settings = settings
-
-    @property
-    def has_roads(self) -> bool:
-        """Tell whether roads are known."""
-        return self._network is not None
+        self.has_roads = network is not None
+        self.routes = LaneRoutes(network)
 
     def frame(self, bodies: Bodies, observations: Observations, columns: LongArray) -> Frame:
         """Bring together what is seen and what is predicted.
@@ -124,14 +127,6 @@ class RoadMap:
         frame.length_m[column], frame.width_m[column] = bodies.length_m[column], bodies.width_m[column]
         self._locate(frame, np.array([column]))
 
-    def routes(self, starts: Looks, ends: Looks) -> Routes:
-        """Make ready to measure the ways along lanes from ends to starts."""
-        return self._routes.between(starts, ends)
-
-    def route(self, end: Looks, start: Looks) -> Route | None:
-        """Draw the way along lanes from one end to one start; None where lanes tell nothing."""
-        return self._routes.route(end, start)
-
     def points(self, road: IntArray, along_m: FloatArray, across_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Find points of roads, (2, k), and their tangents there, (k,)."""
         assert self._lines is not None  # there is no road without
@@ -158,6 +153,46 @@ class RoadMap:
             frame.state[row, columns] = values
         for row, place in enumerate((at.road, at.lane, at.junction)):
             frame.places[row, columns] = place
+
+
+def predict(
+    state: FloatArray, road: IntArray, elapsed_s: FloatArray, lines: ReferenceLines | None, *, lateral_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Predict bodies from when they were last seen.
+
+    Parameters
+    ----------
+    state : (8, n) rows x, y, vx, vy, heading, along, across, tangent, as in `anchoring.linking.bodies`.
+    road : (n,) -1 for none.
+    elapsed_s : (n,) seconds since then.
+    lines : the roads' reference lines; None if there are no roads.
+    lateral_s : a change of lane that has begun goes on for about this long.
+
+    Returns
+    -------
+    (2, n) centres, and (n,) turns: by how much heading and velocity have turned with the road.
+    """
+    centre_m = state[:2] + state[2:4] * elapsed_s
+    turn_rad = np.zeros(len(elapsed_s))
+    rows = (road >= 0).nonzero()[0]
+    if lines is None or not len(rows):
+        return centre_m, turn_rad
+    then = state.take(rows, axis=1)
+    _, _, vx, vy, _, along_m, across_m, tangent_rad = then
+    elapsed_s = elapsed_s.take(rows)
+    cos, sin = np.cos(tangent_rad), np.sin(tangent_rad)
+    ahead_m = (vx * cos + vy * sin) * elapsed_s
+    aside_m = (vy * cos - vx * sin) * lateral_s * -np.expm1(-elapsed_s / lateral_s)
+    # Only the difference of two points of the line is used, so a prediction starts exactly where the car was.
+    road, count = road.take(rows), len(rows)
+    points_m, line_rad = lines.points(
+        np.concatenate((road, road)),
+        np.concatenate((along_m, along_m + ahead_m)),
+        np.concatenate((across_m, across_m + aside_m)),
+    )
+    centre_m[:, rows] = then[:2] + points_m[:, count:] - points_m[:, :count]
+    turn_rad[rows] = line_rad[count:] - line_rad[:count]
+    return centre_m, turn_rad
 
 
 def _turn(state: FloatArray, turn_rad: FloatArray) -> None:

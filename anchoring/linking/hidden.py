@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from anchoring.linking.bodies import LOST, NOW, START, Bodies
 from anchoring.linking.frame import RoadMap
 from anchoring.linking.ways import Looks
 from anchoring.observations import Cars, FloatArray, LongArray
@@ -19,6 +20,43 @@ Path = tuple[FloatArray, FloatArray, FloatArray]
 
 # A cubic stays monotone if no end is faster than so many times the mean (Fritsch and Carlson 1980).
 _MOST_OF_MEAN = 3.0
+
+
+def fill(cars: Cars, bodies: Bodies, returned: LongArray, moments_us: LongArray, roads: RoadMap) -> Iterator[Cars]:
+    """Find where cars were at the moments while nobody saw them, oldest first.
+
+    Parameters
+    ----------
+    cars, bodies : of now.
+    returned : columns of the bodies of those that are seen again.
+    moments_us : of which is told.
+    roads : the ways.
+    """
+    body, moment = (moments_us > bodies.states_us[LOST, returned][:, None]).nonzero()
+    if not len(body):
+        return
+    # From when each was seen last to when its vision object was seen first, and from then to now.
+    lost_us, began_us, now_us = bodies.states_us[[[LOST], [START], [NOW]], returned]
+    has_both = (lost_us < began_us) & (began_us < now_us)
+    columns, t_us = returned.repeat(2), moments_us[moment]
+    until = np.stack((np.where(has_both, START, NOW), np.full(len(returned), NOW)), axis=1).ravel()
+    end, start = bodies.looks(columns, np.tile((LOST, START), len(returned))), bodies.looks(columns, until)
+    span = 2 * body + (has_both[body] & (t_us >= began_us[body]))
+    centre, heading_rad, speed_mps = hidden_path(end, start, span, t_us, roads)
+    centre_m, velocity_mps = centre.T, np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1) * speed_mps[:, None]
+    row_of = {car: row for row, car in enumerate(cars.ids)}
+    rows = np.array([row_of[bodies.chains[column].car_id] for column in returned])[body]
+    for moment_us in np.unique(t_us).tolist():
+        now = (t_us == moment_us).nonzero()[0]
+        yield cars.earlier(
+            rows[now].tolist(),
+            moment_us,
+            centre_m[now],
+            velocity_mps[now],
+            heading_rad[now],
+            positions=roads.locate(centre_m[now]),
+            linked=False,
+        )
 
 
 def hidden_path(end: Looks, start: Looks, span: LongArray, t_us: LongArray, roads: RoadMap) -> Path:
@@ -49,7 +87,7 @@ def hidden_path(end: Looks, start: Looks, span: LongArray, t_us: LongArray, road
     on_road = ((end.road >= 0) & (end.road == start.road))[span]
     in_the_open = ~on_road
     for row in np.unique(span[in_the_open]).tolist():
-        route = roads.route(end.take(np.array([row])), start.take(np.array([row])))
+        route = roads.routes.route(end.take(np.array([row])), start.take(np.array([row])))
         if route is not None:
             along = slice(*span.searchsorted([row, row + 1]).tolist())
             draw(_along_lanes, along, route)
@@ -109,25 +147,3 @@ def _cubic(
     way_m = length_m * u * u * (3 - 2 * u) + span_s * u * (1 - u) * (end_mps * (1 - u) - start_mps * u)
     pace_mps = 6 * length_m / span_s * u * (1 - u) + end_mps * (1 - u) * (1 - 3 * u) + start_mps * u * (3 * u - 2)
     return way_m, pace_mps
-
-
-def earlier_cars(cars: Cars, row: LongArray, t_us: LongArray, path: Path, roads: RoadMap) -> Iterator[Cars]:
-    """Lay out where some cars were, time by time.
-
-    Parameters
-    ----------
-    cars : of now. row, t_us, path : k rows of cars, times and where each was then.
-    """
-    centre_m, heading_rad, speed_mps = path[0].T, path[1], path[2]
-    velocity_mps = np.stack([speed_mps * np.cos(heading_rad), speed_mps * np.sin(heading_rad)], axis=1)
-    for moment_us in np.unique(t_us).tolist():
-        now = (t_us == moment_us).nonzero()[0]
-        yield cars.earlier(
-            row[now].tolist(),
-            moment_us,
-            centre_m[now],
-            velocity_mps[now],
-            heading_rad[now],
-            positions=roads.locate(centre_m[now]),
-            linked=False,
-        )

@@ -8,11 +8,10 @@ likely nothing is linked, since a wrong link tells lies about two cars.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import bellman_ford, connected_components, dijkstra
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra, min_weight_full_bipartite_matching
 
-from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
+from anchoring.observations import BoolArray, FloatArray, LongArray
 
 # No margin is told larger: at e^10 to 1 a choice is clear to anybody, and looking farther costs time.
 MOST_MARGIN = 10.0
@@ -58,18 +57,14 @@ def choose(evidence: Evidence) -> tuple[LongArray, FloatArray]:
     if not len(hopeful):
         return hopeful, np.zeros(0)
     kept = evidence.select(hopeful)
-    (starts, first), (ends, second) = (np.unique(side, return_inverse=True) for side in (kept.starts, kept.ends))
-    count = len(starts)
-    joined = coo_array((np.ones(len(hopeful)), (first, count + second)), shape=(count + len(ends),) * 2)
-    _, group = connected_components(joined, directed=False)
-    chosen, margins = list[LongArray](), list[FloatArray]()
-    for pairs in _groups(group[first]):
-        part = Evidence(first[pairs], second[pairs], kept.ratios[pairs])
-        indices, lost = _choose_joined(part)
-        chosen.append(hopeful[pairs[indices]])
-        margins.append(lost)
-    order = np.argsort(np.concatenate(chosen))
-    return np.concatenate(chosen)[order], np.concatenate(margins)[order]
+    alone = np.arange(kept.starts.max() + 1)
+    # Whoever stays alone does so at no gain in a place of its own; all gain 1 more, since no weight may be 0.
+    gains = 1.0 + np.concatenate([kept.ratios, np.zeros(len(alone))])
+    places = np.concatenate([kept.ends, kept.ends.max() + 1 + alone])
+    table = csr_array((gains, (np.concatenate([kept.starts, alone]), places)))
+    _, place = min_weight_full_bipartite_matching(table, maximize=True)
+    chosen = (place[kept.starts] == kept.ends).nonzero()[0]
+    return hopeful[chosen], _margins(kept, chosen)
 
 
 def rivals(evidence: Evidence, chosen: LongArray) -> tuple[FloatArray, LongArray, LongArray]:
@@ -97,66 +92,47 @@ def rivals(evidence: Evidence, chosen: LongArray) -> tuple[FloatArray, LongArray
 
 
 def _least(side: LongArray, losses: FloatArray) -> LongArray:
-    order = np.lexsort((-losses, side))
-    least = np.zeros(side.max(initial=-1) + 1, np.int64)
-    least[side[order]] = order  # the last one stays
-    return least
+    least = np.full(side.max(initial=-1) + 1, np.inf)
+    np.minimum.at(least, side, losses)
+    pairs = (losses == least[side]).nonzero()[0]
+    found = np.zeros(len(least), np.int64)
+    found[side[pairs]] = pairs
+    return found
 
 
-def _groups(labels: IntArray) -> list[LongArray]:
-    order = np.argsort(labels, kind="stable")
-    return np.split(order, np.diff(labels[order]).nonzero()[0] + 1)
-
-
-def _choose_joined(evidence: Evidence) -> tuple[LongArray, FloatArray]:
-    """Choose among pairs that hang together."""
-    if len(evidence.ratios) == 1:
-        return np.zeros(1, np.int64), np.minimum(evidence.ratios, MOST_MARGIN)
-    (starts, row), (ends, column) = (np.unique(side, return_inverse=True) for side in (evidence.starts, evidence.ends))
-    gains = np.zeros((len(starts), len(ends)))
-    number = np.full(gains.shape, -1)
-    gains[row, column], number[row, column] = evidence.ratios, np.arange(len(row))
-    rows, columns = linear_sum_assignment(gains, maximize=True)
-    is_pair = number[rows, columns] >= 0
-    chosen = number[rows[is_pair], columns[is_pair]]
-    return chosen, _margins(gains, rows[is_pair], columns[is_pair])
-
-
-def _margins(gains: FloatArray, rows: LongArray, columns: LongArray) -> FloatArray:
+def _margins(evidence: Evidence, chosen: LongArray) -> FloatArray:
     """Measure what the best choice without each chosen pair loses.
 
     Any other choice differs by cycles of exchanges: a start takes the end of another one, which takes that of a third
     one, or none. So the loss is the shortest cycle through the pair, in a graph of the chosen pairs and one node for
     all that stays alone. No cycle is shorter than 0, as the choice is the best one.
-
-    Parameters
-    ----------
-    gains : (s, l) >= 0, 0 where there is no evidence.
-    rows, columns : (k,) the chosen pairs.
     """
-    count = len(rows)
-    own = gains[rows, columns]
-    free_rows, free_columns = np.ones(len(gains), np.bool_), np.ones(gains.shape[1], np.bool_)
-    free_rows[rows] = free_columns[columns] = False
-    # steps[i, k]: what is lost where start i takes the end of start k, which has to leave it.
-    steps = np.full((count + 1, count + 1), np.inf)
-    taken = gains[np.ix_(rows, columns)]
-    steps[:count, :count] = np.where(taken > 0.0, own[:, None] - taken, np.inf)
-    steps[:count, count] = own - np.max(gains[rows][:, free_columns], axis=1, initial=0.0)
-    steps[count, :count] = -np.max(gains[free_rows][:, columns], axis=0, initial=0.0)
-    np.fill_diagonal(steps, np.inf)
-    # Seen from the loss of reaching them, no step is negative and every cycle is as long as before.
-    reached = bellman_ford(_graph(steps), indices=np.array(count))
-    steps = np.maximum(steps + reached[:, None] - reached, 0.0)
-    # From the last node everything is reached at no loss: a cycle over it is as long as the way there. Without it the
-    # graph falls apart, and shortest ways from everywhere are few.
-    alone = dijkstra(_graph(steps.T), indices=np.array(count), limit=MOST_MARGIN)[:count]
-    among = steps[:count, :count]
-    ways = dijkstra(_graph(among), limit=MOST_MARGIN)
-    margins: FloatArray = np.minimum(np.minimum(alone, (ways + among.T).min(axis=1)), MOST_MARGIN)
+    count = len(chosen)
+    own = np.append(evidence.ratios[chosen], 0.0)  # at the end of all that stays alone
+    sides = [np.full(side.max() + 1, count) for side in (evidence.starts, evidence.ends)]
+    sides[0][evidence.starts[chosen]] = sides[1][evidence.ends[chosen]] = np.arange(count)
+    # The start of one pair takes the end of another, which has to leave it.
+    source, target = sides[0][evidence.starts], sides[1][evidence.ends]
+    losses = own[source] - evidence.ratios
+    # Whoever leaves its end may stay alone as well, and an end may be left by its start at no loss to others.
+    reached = _shortest(np.zeros(count + 1), source, target, losses)
+    margins: FloatArray = np.clip(reached + _shortest(own, target, source, losses), 0.0, MOST_MARGIN)[:count]
+    # Without that node the graph falls apart, and shortest ways from everywhere are few. Seen from the loss of reaching
+    # them, no step is negative and every cycle is as long as before.
+    among = ((source != target) & (source < count) & (target < count)).nonzero()[0]
+    source, target = source[among], target[among]
+    steps = np.maximum(losses[among] + reached[source] - reached[target], 0.0)
+    ways = dijkstra(csr_array((steps, (source, target)), shape=(count, count)), limit=MOST_MARGIN)
+    np.minimum.at(margins, source, steps + ways[target, source])
     return margins
 
 
-def _graph(steps: FloatArray) -> csr_array:
-    source, target = np.isfinite(steps).nonzero()
-    return csr_array((steps[source, target], (source, target)), shape=steps.shape)
+def _shortest(first: FloatArray, source: LongArray, target: LongArray, losses: FloatArray) -> FloatArray:
+    """Go on from what is lost at first along steps until nothing is reached at less (Bellman and Ford)."""
+    for _ in first:
+        nearer = first.copy()
+        np.minimum.at(nearer, target, first[source] + losses)
+        if (nearer == first).all():
+            break
+        first = nearer
+    return first

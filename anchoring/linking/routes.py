@@ -16,19 +16,19 @@ class LaneRoutes:
     network : no ways are known without one, or of one that `LaneGraph.of` makes no graph of.
     """
 
-    __slots__ = ("_changing", "_keeping", "_network")
+    __slots__ = ("_graphs", "_network")
 
     def __init__(self, network: RoadNetwork | None) -> None:
         self._network = network
-        self._keeping = None if network is None else LaneGraph.of(network, keep_lanes=True)
-        self._changing = None if network is None else LaneGraph.of(network)
+        graphs = () if network is None else (LaneGraph.of(network, keep_lanes=True), LaneGraph.of(network))
+        self._graphs = [graph for graph in graphs if graph is not None]
 
     def between(self, starts: Looks, ends: Looks) -> Routes:
         """Make ready to measure the ways from ends to starts."""
-        keeping, changing, places = self._keeping, self._changing, self._places(ends, starts)
-        if keeping is None or changing is None or places is None:
+        places = self._places(ends, starts)
+        if places is None:
             return no_routes
-        is_placed, first = places.lane[:, 0] >= 0, len(ends.t_us)
+        (keeping, changing), is_placed, first = self._graphs, places.lane[:, 0] >= 0, len(ends.t_us)
 
         def measure(row: LongArray, column: LongArray) -> tuple[FloatArray, BoolArray]:
             """Keep to the lanes if that leads there, and change them else."""
@@ -43,18 +43,18 @@ class LaneRoutes:
     def route(self, end: Looks, start: Looks) -> Route | None:
         """Draw the way from one end to one start; None where lanes tell nothing."""
         places = self._places(end, start)
-        if self._keeping is None or self._changing is None or places is None:
+        if places is None:
             return None
         ends = places.take([0]), places.take([1])
-        return self._keeping.route(*ends) or self._changing.route(*ends)
+        return next((route for graph in self._graphs if (route := graph.route(*ends))), None)
 
     def _places(self, ends: Looks, starts: Looks) -> LanePlaces | None:
         """Find on which lanes ends are, and after them starts."""
-        if self._network is None or self._keeping is None:
+        if self._network is None or not self._graphs:
             return None
         centre_m = np.concatenate([ends.centre_m, starts.centre_m])
         heading_rad = np.concatenate([ends.heading_rad, starts.heading_rad])
-        return self._keeping.project(centre_m, heading_rad, self._network.locate(centre_m))
+        return self._graphs[0].project(centre_m, heading_rad, self._network.locate(centre_m))
 
 
 def no_routes(row: LongArray, column: LongArray) -> tuple[FloatArray, BoolArray]:

@@ -2,14 +2,16 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
 
-from anchoring.hypotheses.adapter import condition_maker, load_linkage
+from anchoring.hypotheses.adapter import Progressed, load_linkage
 from anchoring.hypotheses.conditions import Condition, Verdict, compiled
 from anchoring.hypotheses.language import FLUENTS, default_text
 from anchoring.settings import AnchoringSettings
 from dyknow.mtl.parser import parse_formula
+from dyknow.mtl.progression.shared_work import SharedWork
 
 SETTINGS = AnchoringSettings()
 NAMES = ("visible", "separate", "uncontested")
@@ -27,6 +29,11 @@ MAINTAIN = (
     "always not ( not visible until [ 0us , oo ] not visible )",
     "always not ( not visible until [ 200001us , oo ] not visible )",
     "always separate and always not ( not visible until [ 300000us , oo ] not visible ) and always uncontested",
+    "always visible and always not ( not visible until [ 300000us , oo ] not visible )",
+    (
+        "always not ( not visible until [ 300000us , oo ] not visible ) "
+        "and always not ( not visible until [ 900000us , oo ] not visible )"
+    ),
     (
         "always not ( not visible until [ 1us , oo ] not visible ) "
         "and always not ( not separate until [ 400000us , oo ] not separate )"
@@ -83,7 +90,7 @@ def test_compiled_conditions_say_what_the_progressor_says() -> None:
         for text in texts:
             fast = compiled(text, FLUENTS, is_lasting=is_lasting)
             assert fast is not None, text
-            slow = condition_maker(parse_formula(text), is_lasting=is_lasting)
+            slow = partial(Progressed, parse_formula(text), SharedWork(), is_lasting=is_lasting)
             for seed in range(40):
                 assert disagreement(fast(), slow(), seed) is None, (text, seed)
             condition = fast()
@@ -101,7 +108,7 @@ def test_conditions_that_call_themselves_idle_stay_as_they_are_in_equal_states()
     formulas = (*ESTABLISH, *NOT_USUAL[:-1]), (*MAINTAIN, *NOT_KEPT[:-1])
     for texts, is_lasting in zip(formulas, (False, True), strict=True):
         for text in texts:
-            slow = condition_maker(parse_formula(text), is_lasting=is_lasting)
+            slow = partial(Progressed, parse_formula(text), SharedWork(), is_lasting=is_lasting)
             made = [slow, compiled(text, FLUENTS, is_lasting=is_lasting) or slow]
             for maker in made:
                 skipping, asked_always = maker(), maker()

@@ -152,6 +152,14 @@ def test_who_went_into_a_hidden_place_first_is_expected_first() -> None:
     assert ratios[0] == pytest.approx(ratio(body(5.0, 45.0), first))
 
 
+def test_who_comes_out_of_a_hidden_place_beside_the_lane_may_have_overtaken_there() -> None:
+    first, second = body(0.0, 0.0), body(1.0, 0.0)
+    aside = body(5.0, 45.0, 3.5)
+    both = weigh(aside, joined(first, second), new_cars(1), no_routes, SETTINGS)
+    ratios = dict(zip(both.ends.tolist(), both.ratios.tolist(), strict=True))
+    assert ratios == {0: pytest.approx(ratio(aside, first)), 1: pytest.approx(ratio(aside, second))}
+
+
 def test_a_size_that_is_not_seen_in_full_says_nothing() -> None:
     end = body(0.0, 0.0)
     assert ratio(body(1.0, 10.0, length_m=2.0, whole=0.0), end) == ratio(body(1.0, 10.0, whole=0.0), end)

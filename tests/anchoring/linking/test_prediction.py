@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, TANGENT, VX, VY, X, Y
-from anchoring.linking.prediction import predict
+from anchoring.linking.frame import predict
 from gis.polyline import ReferenceLines
 from tests.anchoring.support import BEND_RADIUS_M, bend
 
