@@ -43,6 +43,10 @@ class StandingVehicles:
         self._car_cells = colour.car_cells
         self._inner = _shrunk(cells.road.astype(np.uint8), margin_cells)
         self._borders = np.zeros(cells.grid.shape, np.bool_) if borders is None else borders
+        # Places end before the sides of the road, `beyond` from them; where the view ends is no side.
+        self._beyond = round(settings.beyond_widths * self._car_cells)
+        view_edge = cv2.dilate(cells.view_edge.astype(np.uint8), _square(2 * (margin_cells + self._beyond) + 3))
+        self._sides = self._inner & ~_shrunk(self._inner, self._beyond + 1) & ~np.asarray(view_edge, np.uint8)
 
     def find(self, sight: FirstSight) -> BoolArray:
         """Find what looks like vehicles that never moved.
@@ -57,7 +61,7 @@ class StandingVehicles:
         """
         settings = self._settings
         restless = self._spread(sight.unrest > LEVEL * settings.unrest_levels) * self._inner
-        places = _shrunk(restless, round(settings.beyond_widths * self._car_cells))
+        places = _shrunk(restless, self._beyond)
         if not places.any():
             return np.zeros(self._cells.packed_size, np.bool_)
         difference = sight.planes - self._colour.around(sight.planes)
@@ -78,8 +82,10 @@ class StandingVehicles:
             & (ground_area < settings.ground_share * strange_area)
         )
         is_vehicle[0] = False
+        leaves = self._spread(is_dark & (np.abs(difference[1:]).max(axis=0) > settings.shade_chroma_levels))
         for number in np.flatnonzero(is_vehicle).tolist():
-            is_vehicle[number] = not self._spans_road((labels == number).astype(np.uint8))
+            place = (labels == number).astype(np.uint8)
+            is_vehicle[number] = not (self._spans_road(place) or self._hangs_in(place, leaves))
         cells = is_vehicle.astype(np.uint8)[labels] * self._but_markings(is_strange, is_strange & ~is_dark)
         return self._cells.pack(cells) > 0
 
@@ -93,6 +99,11 @@ class StandingVehicles:
         side = _square(2 * round(self._settings.side_widths * self._car_cells) + 1)
         free = around & (np.asarray(cv2.dilate(place[rows, columns], side)) == 0)
         return bool(cv2.connectedComponents(free.astype(np.uint8))[0] > cv2.connectedComponents(around)[0])
+
+    def _hangs_in(self, place: ByteArray, leaves: ByteArray) -> bool:
+        """Tell whether most of the road's side along a place is covered, not just shaded: vehicles keep clear of it."""
+        beside = self._sides & np.asarray(cv2.dilate(place, _square(2 * self._beyond + 3)))
+        return 2 * int((beside & leaves).sum()) > int(beside.sum())
 
     def _but_markings(self, is_strange: BoolArray, is_bright: BoolArray) -> ByteArray:
         """Outline what is strange, and leave out what is bright and thin or a border: (rows, columns) 1 or 0."""

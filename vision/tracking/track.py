@@ -249,6 +249,20 @@ class TrackTable:
         self.length_m[rows] = np.maximum(self.length_m[rows], length_m)
         self.width_m[rows] = np.maximum(self.width_m[rows], width_m)
 
+    def lengthen(self, row: int, part: int) -> None:
+        """Let a track reach over another one that is a part of it; it learns its size anew.
+
+        Parameters
+        ----------
+        row, part : of the two.
+        """
+        (ahead,) = axis(self.heading_rad[[row]])
+        offset_m, half_m = (self.state[part, :2] - self.state[row, :2]) @ ahead, self.length_m[[row, part]] / 2
+        front_m, rear_m = max(half_m[0], offset_m + half_m[1]), min(-half_m[0], offset_m - half_m[1])
+        self.state[row, :2] += (front_m + rear_m) / 2 * ahead
+        self.length_m[row] = front_m - rear_m
+        self.size_count[row] = 0
+
     def learn_borders(self, rows: NDArray[np.intp], borders_m: FloatArray) -> None:
         """Take measured dark borders into account.
 

@@ -242,13 +242,14 @@ class Tracker:
         return np.asarray((tracks.doubled_us >= self._settings.double_us) | is_twin | self._join_couples())
 
     def _join_couples(self) -> BoolArray:
-        """Find tracks that have long ridden with an older one as one body; the older one learns its size anew."""
+        """Find tracks that have long ridden with an older one as one body, which is as long as both."""
         tracks = self._tracks
         couples = find_couples(tracks.boxes(), tracks.state[:, 2:], self._settings)
         couples &= tracks.is_confirmed[:, None] & tracks.is_confirmed[None] & tracks.older()
         tracks.coupled_us = np.where(couples.any(axis=1), tracks.coupled_us + self._step_us, 0)
         is_part: BoolArray = tracks.coupled_us >= self._settings.coupled_us
-        tracks.size_count[(couples & is_part[:, None]).any(axis=0)] = 0
+        for part, whole in np.argwhere(couples & is_part[:, None]).tolist():
+            tracks.lengthen(whole, part)
         return is_part
 
     def _start(self, detections: Detections, sightings: Sightings, is_free: BoolArray, bodies: Boxes) -> None:

@@ -31,8 +31,9 @@ def grey_car(x_m: float) -> tuple[Boxes, list[float]]:
 class Road:
     """A road with a lane marking and an arrow, and pictures of it."""
 
-    def __init__(self) -> None:
-        self.raster: RoadRaster = ground_surface(top_view(SIZE), [whole_view(SIZE)], SIZE).raster
+    def __init__(self, polygon: NDArray[np.float64] | None = None) -> None:
+        polygons = [whole_view(SIZE) if polygon is None else polygon]
+        self.raster: RoadRaster = ground_surface(top_view(SIZE), polygons, SIZE).raster
         self.colour = RoadColour(self.raster, RoadSettings(), car_cells=CAR_CELLS)
         self._rng = np.random.default_rng(1)
         line, arrow = (40, 6.5, 0, 80, 0.3), (30, 9.0, 0, 3.0, 0.6)
@@ -111,6 +112,22 @@ def test_what_reaches_from_one_side_of_the_road_to_the_other_is_no_vehicle(wide_
 def test_crown_of_leaves_over_the_road_is_no_vehicle() -> None:
     road, leaves = Road(), (make_boxes([(35, 9.0, 0, 30.0, 12.0)]), [50.0])
     assert not road.standing(road.see([road.sample(leaves) for _ in range(20)])).any()
+
+
+@pytest.mark.parametrize(
+    ("tint", "place", "is_vehicle"),
+    [(-10, (40, 5, 0, 10, 4), False), (0, (40, 5, 0, 10, 4), True), (-10, (5, 10, 0, 10, 6), True)],
+    ids=["crown", "shadow of a truck", "two green buses that the view cuts"],
+)
+def test_what_covers_the_side_of_the_road_is_no_vehicle_but_what_shades_it_may_be(
+    tint: int, place: tuple[float, float, float, float, float], *, is_vehicle: bool
+) -> None:
+    road, thing = Road(np.array([[-5.0, 4.0], [85.0, 4.0], [85.0, 16.0], [-5.0, 16.0]])), make_boxes([place])
+    samples = [road.sample((thing, [50.0])) for _ in range(20)]
+    where = road.raster.pack(road.raster.grid.paint(thing.corners())) > 0
+    for planes in samples:
+        planes[1:, where] += np.uint8(tint % 256)
+    assert road.standing(road.see(samples)).any() == is_vehicle
 
 
 def test_shaded_road_is_what_comes_back_and_not_the_bright_cars_that_pass() -> None:

@@ -65,5 +65,18 @@ def test_pieces_of_one_vehicle_become_one_track() -> None:
     assert shown[-1][0] in shown[10]
 
 
+def test_windscreens_of_a_car_of_the_colour_of_the_road_become_one_as_long_as_both_with_what_is_between() -> None:
+    tracker, lengths_m = Tracker(VisionSettings(), everywhere), []
+    for k in range(60):
+        expected = tracker.predict(k * STEP_US)
+        lengths_m.append(expected.known.length_m.tolist())
+        along_m = 20 * k * STEP_US / 1e6
+        rows: list[Row] = [(along_m, 0.0, 0.0, 2.1, 1.8), (along_m + 3.0, 0.0, 0.0, 1.7, 1.6)]
+        if len(expected.known) == 1 and k > 20:
+            break
+        tracker.update(detect(rows, known=expected.known))
+    assert lengths_m[-1] == [pytest.approx(4.9, abs=0.1)]
+
+
 def test_car_that_follows_another_at_a_distance_stays_one_of_two() -> None:
     assert len(names_shown(gap_m=6.0)[-1]) == 2
