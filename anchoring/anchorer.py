@@ -110,7 +110,7 @@ class Anchorer:
         self._columns: dict[str, int] = {}  # of every vision object that is followed
         self._trusts_ids = trusts_ids
         self._moments_us: deque[int] = deque()
-        self._returned: list[int] = []  # columns of those that are seen again in this frame
+        self._returned = set[int]()  # columns of those that are seen again in this frame
         self._away: dict[str, Away] = {}  # by the vision object, oldest first; empty unless names are trusted
         self.filled: tuple[Cars, ...] = ()
         self.refused: Counter[str] = Counter()
@@ -237,9 +237,9 @@ class Anchorer:
         bodies, seen = self._bodies, frame.is_seen.nonzero()[0]
         self._outline.widen(frame.state[X : Y + 1, frame.is_seen & bodies.is_established])
         clipped = frame.clipped[seen]
-        self._returned = bodies.accept(
-            frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped
-        ).tolist()
+        self._returned = set(
+            bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
+        )
         bodies.take_snapshots(frame.t_us)
         whole = seen[~clipped]
         bodies.measure_sizes(frame.t_us, whole, frame.length_m[whole], frame.width_m[whole])
@@ -355,7 +355,7 @@ class Anchorer:
             return
         columns, targets = np.array([*found], np.int64), np.array([*found.values()], np.int64)
         self._bodies.move_over(columns, targets, frame.t_us)
-        self._returned += found.values()
+        self._returned.update(found.values())
         frame.is_seen[targets] = True
         frame.state[:, targets], frame.places[:, targets] = frame.state[:, columns], frame.places[:, columns]
 
@@ -404,7 +404,7 @@ class Anchorer:
         moments, t_us = self._moments_us, cars.t_us
         while moments and moments[0] < t_us - self.settings.survive_us:
             moments.popleft()
-        moments_us, returned = np.array(moments, dtype=np.int64), np.array(self._returned, dtype=np.int64)
+        moments_us, returned = np.array(moments, dtype=np.int64), np.array(sorted(self._returned), dtype=np.int64)
         if not moments or t_us - moments[-1] >= _MOMENT_US:
             moments.append(t_us)
         returned = returned[(self._bodies.car_number[returned] > 0) & frame.is_seen[returned]]

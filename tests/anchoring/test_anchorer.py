@@ -151,6 +151,18 @@ def test_new_vision_object_on_a_coasting_car_takes_it_over() -> None:
     ]
 
 
+def test_car_that_is_seen_again_and_taken_over_at_once_is_filled_once() -> None:
+    anchorer, filled = Anchorer(straight_road()), list[tuple[str, ...]]()
+    for k in range(60):
+        mine, other = Seen(100.0 + k, -1.75), Seen(96.0 + k, -0.75, observed=k < 40 or k % 2 == 0)
+        seen = (
+            {"v1": mine} if k < 20 else {"v2": other} if 36 <= k < 48 else {"v2": other, "v3": mine} if k > 47 else {}
+        )
+        _, changes = anchorer.observe(observations(k * 100_000, seen))
+        filled += [then.ids for then in anchorer.filled if any(change.kind == "refuted" for change in changes)]
+    assert set(filled) == {("car1",)}
+
+
 def test_two_cars_that_meet_out_of_sight_keep_their_symbols() -> None:
     def scene(t: float) -> dict[str, Seen]:
         if t < 1:
