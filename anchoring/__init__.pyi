@@ -6,6 +6,5 @@ from .observations import (
     Level as Level,
     LinkChange as LinkChange,
     Observations as Observations,
-    link_intervals as link_intervals,
 )
 from .settings import AnchoringSettings as AnchoringSettings

@@ -8,6 +8,7 @@ from anchoring.absences import Absences
 from anchoring.anchorer import Anchorer
 from anchoring.former import FormerRows
 from anchoring.observations import Cars, LinkChange, Observations
+from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
 
 
@@ -31,27 +32,18 @@ class Anchored:
 
     Attributes
     ----------
-    hypotheses : labels of the links below each car that are on trial or undecided, lowest first; cars without such are
-        left out.
-    validated, refuted : labels that were carried before and are decided now.
+    hypotheses : the links below each car that are on trial or undecided, lowest first, and what became of those that
+        were carried before.
     former : the cars of earlier times, oldest first, that have got their names only now. They are for the record:
         relations and monitors look at ``cars`` alone, since what they said of those times is said.
     filled : the cars of earlier times that nobody saw then and that are seen again now, oldest first.
-    absences : of each car that is hidden, the label of the hypothesis that it does not come back.
-    opened : labels of hypotheses by which something may still turn out to have happened, and from when on.
-    undecided : labels that were carried before and that nobody will ever decide.
     """
 
     cars: Cars
     link_changes: tuple[LinkChange, ...]
-    hypotheses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    validated: tuple[str, ...] = ()
-    refuted: tuple[str, ...] = ()
+    hypotheses: Hypotheses = field(default_factory=Hypotheses)
     former: tuple[Cars, ...] = ()
     filled: tuple[Cars, ...] = ()
-    absences: Mapping[str, str] = field(default_factory=dict)
-    opened: tuple[tuple[str, int], ...] = ()
-    undecided: tuple[str, ...] = ()
 
 
 class AnchoringUnit:
@@ -88,18 +80,15 @@ class AnchoringUnit:
         trials = self._anchorer.trials
         opened, gone, returned = self._absences.judge(cars.hidden, cars.ids)
         found = tuple((one.label, one.hidden_us) for one in link_changes if one.hidden_us is not None)
-        anchored = Anchored(
-            cars,
-            link_changes,
-            trials.doubtful.by_car(),
-            trials.validated + gone,
-            trials.refuted + returned,
-            former,
-            filled,
-            self._absences.labels,
-            opened + found,
-            trials.undecided,
+        hypotheses = Hypotheses(
+            about=trials.doubtful.by_car(),
+            absences=self._absences.labels,
+            opened=opened + found,
+            validated=trials.validated + gone,
+            refuted=trials.refuted + returned,
+            undecided=trials.undecided,
         )
+        anchored = Anchored(cars, link_changes, hypotheses, former, filled)
         return (Sample(sample.available_us, sample.valid_us, anchored),)
 
     def _is_silent(self, t_us: int, *, is_lost: bool) -> bool:

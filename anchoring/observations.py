@@ -1,7 +1,7 @@
 """What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -175,45 +175,6 @@ class LinkChange(NamedTuple):
 
 # What is next best to a lost object that was found again may be that it is a new one.
 NEW = "new"
-
-
-@dataclass(frozen=True, slots=True)
-class LinkInterval:
-    """Say that a lower object was linked to an upper one during [start_us, end_us); ``end_us`` None: it still is."""
-
-    level: Level
-    lower: str
-    upper: str
-    start_us: int
-    end_us: int | None
-    reason: str
-
-
-def link_intervals(changes: Iterable[LinkChange]) -> dict[str, list[LinkInterval]]:
-    """List the links that there were below every upper object, in order of time.
-
-    Parameters
-    ----------
-    changes : in order of time.
-
-    Examples
-    --------
-    >>> found = link_intervals([LinkChange(0, "established", "world", "v1", "w1", ""),
-    ...                         LinkChange(9, "lost", "world", "v1", "w1", "out of sight"),
-    ...                         LinkChange(15, "reestablished", "world", "v2", "w1", "")])
-    >>> [(link.lower, link.start_us, link.end_us, link.reason) for link in found["w1"]]
-    [('v1', 0, 9, 'lost: out of sight'), ('v2', 15, None, '')]
-    """
-    found: dict[str, list[LinkInterval]] = {}
-    for change in changes:
-        links = found.setdefault(change.upper, [])
-        if change.kind in ("validated", "undecided"):
-            continue
-        if links and links[-1].end_us is None:
-            links[-1] = replace(links[-1], end_us=change.t_us, reason=f"{change.kind}: {change.reason}")
-        if change.kind in ("established", "reestablished"):
-            links.append(LinkInterval(change.level, change.lower, change.upper, change.t_us, None, ""))
-    return found
 
 
 def nowhere(count: int) -> RoadPositions:

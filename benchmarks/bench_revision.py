@@ -57,7 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         told = record(Path(folder), seed=options.seed, seconds=options.seconds)
-    changes, refuted = (sum(len(getattr(one.value, name)) for one in told) for name in ("changes", "refuted"))
+    changes = sum(len(one.value.changes) for one in told)
+    refuted = sum(len(one.value.hypotheses.refuted) for one in told)
     labelled = sum(bool(one.value.hypotheses_of(change)) for one in told for change in one.value.changes)
     print(f"{len(told)} frames, {changes} changes, {labelled} of them with hypotheses, {refuted} refuted")
     believed, plain = [_believed(one) for one in told], [_plain(one) for one in told]
@@ -122,8 +123,9 @@ def recognise(frames: Frames, *, early: bool = True, patience_us: int = 0) -> Co
 
 def _believed(frame: Sample[FrameRelations]) -> Sample[FrameRelations]:
     """Take for true what turns out wrong."""
-    value = frame.value
-    return replace(frame, value=replace(value, validated=value.validated + value.refuted, refuted=()))
+    known = frame.value.hypotheses
+    believed = replace(known, validated=known.validated + known.refuted, refuted=())
+    return replace(frame, value=replace(frame.value, hypotheses=believed))
 
 
 def _plain(frame: Sample[FrameRelations]) -> Sample[FrameRelations]:

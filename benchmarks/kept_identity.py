@@ -150,8 +150,8 @@ def _judge_links(
             # What is refuted goes back to the vehicle that it was linked to, whatever its track did since.
             if change.kind in ("established", "reestablished", "lost"):
                 last_of[change.upper] = vehicle
-        validated |= set(one.validated)
-        undecided |= set(one.undecided)
+        validated |= set(one.hypotheses.validated)
+        undecided |= set(one.hypotheses.undecided)
     links = tuple(WrongLink(*link, is_validated=label in validated) for label, link in wrong.items())
     return len(found), links, len((found & undecided) - wrong.keys())
 

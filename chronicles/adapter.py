@@ -5,6 +5,7 @@ from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
+from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
 
 
@@ -32,13 +33,7 @@ class FrameChanges(Protocol[_Change]):
     @property
     def changes(self) -> Sequence[_Change]: ...  # noqa: D102
     @property
-    def validated(self) -> Sequence[str]: ...  # noqa: D102
-    @property
-    def refuted(self) -> Sequence[str]: ...  # noqa: D102
-    @property
-    def undecided(self) -> Sequence[str]: ...  # noqa: D102
-    @property
-    def opened(self) -> Sequence[tuple[str, int]]: ...  # noqa: D102
+    def hypotheses(self) -> Hypotheses: ...  # noqa: D102
     def hypotheses_of(self, change: _Change) -> tuple[str, ...]: ...  # noqa: D102
 
 
@@ -59,12 +54,12 @@ class RecognitionUnit:
     def update(self, sample: Sample[FrameChanges[_Change]]) -> Iterable[Sample[Occurrence]]:
         """Take what one frame decided, all at once, then let time pass up to the frame."""
         self._now_us = sample.valid_us
-        frame = sample.value
+        frame, known = sample.value, sample.value.hypotheses
         occurrences = self._recogniser.revise(
-            opened=frame.opened,
-            refuted=frame.refuted,
-            confirmed=frame.validated,
-            undecided=frame.undecided,
+            opened=known.opened,
+            refuted=known.refuted,
+            confirmed=known.validated,
+            undecided=known.undecided,
             events=[event_of(change, frame.hypotheses_of(change)) for change in frame.changes],
         )
         occurrences += self._recogniser.advance(sample.valid_us)

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
 from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
@@ -43,7 +44,7 @@ class Cars(Protocol):
 class HasCars(Protocol):
     """Describe a sample value that carries cars, and the hypotheses by which they are the cars they are.
 
-    See `RelationObserver.observe` for ``filled``, and `FrameRelations` for the others.
+    See `RelationObserver.observe` for ``filled``.
     """
 
     @property
@@ -51,17 +52,7 @@ class HasCars(Protocol):
     @property
     def filled(self) -> tuple[Cars, ...]: ...  # noqa: D102
     @property
-    def absences(self) -> Mapping[str, str]: ...  # noqa: D102
-    @property
-    def opened(self) -> tuple[tuple[str, int], ...]: ...  # noqa: D102
-    @property
-    def hypotheses(self) -> Mapping[str, tuple[str, ...]]: ...  # noqa: D102
-    @property
-    def validated(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def refuted(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def undecided(self) -> tuple[str, ...]: ...  # noqa: D102
+    def hypotheses(self) -> Hypotheses: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,49 +62,25 @@ class FrameRelations:
     Attributes
     ----------
     changes : empty most of the time: an empty answer still tells the subscribers how far time has come.
-    hypotheses : labels of the open hypotheses about each object; objects without such are left out.
-    validated, refuted : labels of hypotheses that are decided now.
-    absences : labels of the hypotheses that an object that is hidden does not come back.
-    opened : labels of hypotheses, each with the time from which on changes may still come or be taken back by it.
-    undecided : labels of hypotheses that nobody will ever decide.
+    hypotheses : when they were decided.
     """
 
     changes: tuple[RelationChange, ...]
-    hypotheses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    validated: tuple[str, ...] = ()
-    refuted: tuple[str, ...] = ()
-    absences: Mapping[str, str] = field(default_factory=dict)
-    opened: tuple[tuple[str, int], ...] = ()
-    undecided: tuple[str, ...] = ()
+    hypotheses: Hypotheses = field(default_factory=Hypotheses)
 
     def hypotheses_of(self, change: RelationChange) -> tuple[str, ...]:
-        """Give the open hypotheses that a change rests on, when it was decided.
-
-        They are those about its arguments, and that those do not come back because of whom it is unknown.
-
-        Examples
-        --------
-        >>> change = RelationChange("behind", ("a", "b"), 0, 40_000, True, None, absent=("a",))
-        >>> frame = FrameRelations((change,), {"b": ("v2->b#7",), "c": ("v3->c#8",)}, absences={"a": "a lost#9"})
-        >>> frame.hypotheses_of(change)
-        ('v2->b#7', 'a lost#9')
-        """
-        labels: tuple[str, ...] = ()
-        for one in change.args if self.hypotheses else ():
-            labels += self.hypotheses.get(one, ())
-        for one in change.absent:
-            labels += (self.absences[one],)
-        return labels
+        """Give those that a change rests on: about its arguments, and about the return of those that are absent."""
+        return self.hypotheses.of(change.args, change.absent)
 
 
 class RelationUnit:
     """Run a relation observer as a computational unit."""
 
-    __slots__ = ("_hypotheses", "_last_us", "_observer")
+    __slots__ = ("_doubted", "_last_us", "_observer")
 
     def __init__(self, observer: RelationObserver) -> None:
         self._observer = RetellingObserver(observer)
-        self._hypotheses: Mapping[str, tuple[str, ...]] = {}  # of the last frame
+        self._doubted: Mapping[str, tuple[str, ...]] = {}  # the hypotheses about each object in the last frame
         self._last_us: int | None = None
 
     def update(self, sample: Sample[HasCars]) -> Iterable[Sample[FrameRelations]]:
@@ -123,22 +90,13 @@ class RelationUnit:
             return ()
         self._last_us = value.cars.t_us
         seen = Seen(_footprints(value.cars), value.cars.hidden, [_footprints(cars) for cars in value.filled])
-        before = self._hypotheses
+        known, before = value.hypotheses, self._doubted
         begun = {
-            label: car for car, links in value.hypotheses.items() for label in links if label not in before.get(car, ())
+            label: one for one, labels in known.about.items() for label in labels if label not in before.get(one, ())
         }
-        self._hypotheses = value.hypotheses
-        changes = tuple(self._observer.observe(seen, begun, (*value.validated, *value.undecided), value.refuted))
-        relations = FrameRelations(
-            changes,
-            value.hypotheses,
-            value.validated,
-            value.refuted,
-            value.absences,
-            value.opened,
-            value.undecided,
-        )
-        return (Sample(sample.available_us, sample.valid_us, relations),)
+        self._doubted = known.about
+        changes = self._observer.observe(seen, begun, (*known.validated, *known.undecided), known.refuted)
+        return (Sample(sample.available_us, sample.valid_us, FrameRelations(tuple(changes), known)),)
 
     def finish(self) -> Iterable[Sample[FrameRelations]]:
         """Hold nothing back: every frame was answered when it came."""

@@ -315,9 +315,10 @@ class SynchronisationUnit:
         value = sample.value
         if isinstance(value, Anchored):
             rows = tuple(self._rows.of(value.cars))
-            return self._samples(self._states.take_cars(sample.valid_us, rows, value.hypotheses))
+            return self._samples(self._states.take_cars(sample.valid_us, rows, value.hypotheses.about))
         changes = ((change, value.hypotheses_of(change)) for change in value.changes)
-        states = self._states.take_relations(sample.valid_us, changes, value.refuted, value.validated)
+        known = value.hypotheses
+        states = self._states.take_relations(sample.valid_us, changes, known.refuted, known.validated)
         return self._samples(states)
 
     def advance(self, available_us: int) -> list[Sample[TrafficState]]:

@@ -146,9 +146,9 @@ class Recorder:
     def _record_relations(self, sample: Sample[FrameRelations]) -> None:
         frame = sample.value
         verdicts: list[tuple[tuple[str, ...], Verdict]] = [
-            (frame.refuted, "refuted"),
-            (frame.validated, "validated"),
-            (frame.undecided, "undecided"),
+            (frame.hypotheses.refuted, "refuted"),
+            (frame.hypotheses.validated, "validated"),
+            (frame.hypotheses.undecided, "undecided"),
         ]
         self._writer.append(
             HypothesisRecord(sample.valid_us, label, verdict) for labels, verdict in verdicts for label in labels

@@ -12,7 +12,6 @@ from anchoring.anchorer import Anchorer
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
 from anchoring.hypotheses.language import default_linkage
-from anchoring.observations import link_intervals
 from anchoring.settings import AnchoringSettings
 from tests.anchoring.support import BEND_RADIUS_M, Seen, bend, observations, run, straight_road
 
@@ -355,16 +354,6 @@ def test_trajectories_at_five_hertz_make_cars_too() -> None:
     assert [len(now.ids) for now in cars[:4]] == [0, 0, 100, 100]
     assert cars[-1].ids == tuple(f"car{k + 1}" for k in range(100))
     assert {c.kind for c in changes} == {"established"}
-
-
-def test_history_tells_who_was_who() -> None:
-    def scene(t: float) -> dict[str, Seen]:
-        return {"v1": east(10 * t)} if t < 1 else {"v2": east(10 * t)} if t >= 2 else {}
-
-    _, changes = run(Anchorer(straight_road()), film(scene, 3.0))
-    below = link_intervals(changes)
-    assert [(link.lower, link.end_us is None) for link in below["w1"]] == [("v1", False), ("v2", True)]
-    assert [(link.lower, link.end_us) for link in below["car1"]] == [("r1", None)]
 
 
 class NeverEstablish:

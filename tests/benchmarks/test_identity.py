@@ -30,6 +30,7 @@ from benchmarks.lost_tracks import STEP_US, Case, Place, lose_tracks, read_case
 from benchmarks.peer_identity import SWEEPS, as_detections, best_of_peer, name_rows
 from benchmarks.tracker_runners import PEERS, Followed, Job, Settings
 from data_gen.scenarios.catalogue import SCENARIOS
+from dyknow.hypotheses import Hypotheses
 from service.scoring.evaluate import Evaluation, RecognisedEvent
 from tests.benchmarks.test_lost_tracks import drive
 
@@ -92,7 +93,7 @@ def anchored(
     undecided: tuple[str, ...] = (),
 ) -> Anchored:
     nobody: Cars = None  # type: ignore[assignment]  # no car is asked for
-    return Anchored(nobody, changes, validated=validated, refuted=refuted, undecided=undecided)
+    return Anchored(nobody, changes, Hypotheses(validated=validated, refuted=refuted, undecided=undecided))
 
 
 LABEL = ("t2->w1#2",)

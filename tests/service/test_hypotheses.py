@@ -9,6 +9,7 @@ from chronicles import load
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
 from chronicles.execution.unfit_events import UnfitCounter
+from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
@@ -67,11 +68,13 @@ def test_the_recogniser_hears_at_once_what_a_frame_decided() -> None:
     )
     frame = FrameRelations(
         changes,
-        {"car1": ("a#1", "b#2"), "car2": ("c#3",)},
-        ("d#4",),
-        ("e#5",),
-        opened=(("f#6", 3),),
-        undecided=("g#7",),
+        Hypotheses(
+            about={"car1": ("a#1", "b#2"), "car2": ("c#3",)},
+            opened=(("f#6", 3),),
+            validated=("d#4",),
+            refuted=("e#5",),
+            undecided=("g#7",),
+        ),
     )
     unit = RecognitionUnit(recogniser, horizon_us=2)
     found = list(unit.update(Sample(9, 9, frame)))
