@@ -17,7 +17,7 @@ from anchoring.hypotheses.hypotheses import Chain, Linkage, Weighing
 from anchoring.hypotheses.language import LinkageText, default_linkage
 from anchoring.hypotheses.trials import Trials
 from anchoring.linking.births import Outline
-from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y, state_of
 from anchoring.linking.classes import CLASS_NAMES
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
@@ -200,10 +200,7 @@ class Anchorer:
         first = len(self._bodies)
         for column, k in enumerate(new, start=first):
             self._columns[observations.ids[k]] = column
-        state = np.full((8, len(new)), np.nan)
-        state[X : Y + 1] = observations.centre_m[new].T
-        state[VX : VY + 1] = observations.velocity_mps[new].T
-        state[HEADING] = observations.heading_rad[new]
+        state = state_of(observations)[:, new]
         size_m = np.stack([observations.length_m[new], observations.width_m[new]])
         chains = [Chain(observations.ids[k], self._linkages) for k in new]
         self._bodies.append(observations.t_us, chains, state, size_m)

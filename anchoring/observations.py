@@ -56,12 +56,12 @@ class Observations:
 
     def take(self, rows: list[int]) -> "Observations":
         """Lay out some of the vision objects."""
-        taken: dict[str, Any] = {"t_us": self.t_us}  # Any: arrays, and tuples of words that may be empty
-        for one in fields(Observations)[1:]:
-            value = getattr(self, one.name)
-            is_words = isinstance(value, tuple)
-            taken[one.name] = tuple([value[row] for row in rows] if value else ()) if is_words else value[rows]
-        return Observations(**taken)
+        taken: dict[str, Any] = {
+            one.name: getattr(self, one.name) for one in fields(Observations)[1:]
+        }  # Any: of fields
+        for name, value in taken.items():
+            taken[name] = tuple([value[row] for row in rows if value]) if isinstance(value, tuple) else value[rows]
+        return Observations(self.t_us, **taken)
 
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""

@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial import KDTree
 
 from anchoring.hypotheses.hypotheses import Chain
-from anchoring.linking.bodies import NOW, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import NOW, VX, VY, Bodies, X, Y, looks_of, state_of
 from anchoring.linking.evidence import coincide
-from anchoring.linking.ways import Looks
+from anchoring.linking.linker import Evidence, choose
 from anchoring.observations import LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 
@@ -91,18 +90,13 @@ class Sensors:
         taken = {(chain, seen.sensors[rows[name]]) for name, chain in self._joined.items()}
         pairs = [pair for pair in self._weighed if pair[1] not in self._joined and self._is_one(*pair)]
         chain_of = {head: bodies.chains[columns[head]] for head, _ in pairs if head in columns}
-        free = [
-            (head, name)
-            for head, name in pairs
-            if (head not in chain_of or (chain_of[head], seen.sensors[rows[name]]) not in taken)
-        ]
-        chosen = self._chosen(free)
+        free = [pair for pair in pairs if (chain_of.get(pair[0]), seen.sensors[rows[pair[1]]]) not in taken]
+        names, heads = (np.unique([pair[side] for pair in free], return_inverse=True)[1] for side in (1, 0))
+        best, _ = choose(Evidence(names, heads, np.array([self._weighed[pair].nats for pair in free])))
+        chosen = [free[place] for place in best.tolist()]
         is_old = {pair: seen.t_us - self._weighed[pair].first_us >= settings.settled_us for pair in free}
-        found = [
-            (name, chain_of[head])
-            for head, name in chosen
-            if is_old[head, name] and head in chain_of and chain_of[head].world.upper
-        ]
+        old = [(name, chain_of[head]) for head, name in chosen if is_old[head, name] and head in chain_of]
+        found = [(name, chain) for name, chain in old if chain.world.upper]
         waiting = {name for head, name in free if not is_old[head, name] or (head, name) in chosen}
         own = {name for name in waiting if name in columns and bodies.is_established[columns[name]]}
         self._joined.update(found)
@@ -116,17 +110,6 @@ class Sensors:
         found = self._weighed.get((head, name))
         return found is not None and found.nats >= self._settings.decided_nats
 
-    def _chosen(self, pairs: list[tuple[str, str]]) -> set[tuple[str, str]]:
-        """Choose one to one so that all together are the likeliest."""
-        heads, names = (
-            {one: k for k, one in enumerate(dict.fromkeys(pair[side] for pair in pairs))} for side in (0, 1)
-        )
-        gains = np.zeros((len(heads), len(names)))
-        for head, name in pairs:
-            gains[heads[head], names[name]] = self._weighed[head, name].nats
-        best = set(zip(*(one.tolist() for one in linear_sum_assignment(gains, maximize=True)), strict=True))
-        return {(head, name) for head, name in pairs if (heads[head], names[name]) in best}
-
     def _weigh(self, seen: Observations, columns: dict[str, int]) -> None:
         """Take what this frame says of all pairs that are near each other; the second of each is the younger one."""
         rows = np.array([*_rows(seen).values()], np.int64)
@@ -138,7 +121,8 @@ class Sensors:
         if not pairs:
             return
         first, second = np.array(pairs).T
-        looks = _looks(seen)
+        size_m, nowhere = np.stack([seen.length_m, seen.width_m]), np.full(len(rank), -1, np.int32)
+        looks = looks_of(np.full(len(rank), seen.t_us), state_of(seen), nowhere, size_m, is_whole=~seen.clipped)
         nats = np.maximum(coincide(looks.take(second), looks.take(first), self._settings), _WORST_NATS)
         for head, name, now_nats in zip(first.tolist(), second.tolist(), nats.tolist(), strict=True):
             key = seen.ids[head], seen.ids[name]
@@ -151,20 +135,3 @@ class Sensors:
 
 def _rows(seen: Observations) -> dict[str, int]:
     return {name: row for row, name in enumerate(seen.ids) if seen.observed[row]}
-
-
-def _looks(seen: Observations) -> Looks:
-    nowhere = np.full(len(seen.ids), np.nan)
-    return Looks(
-        np.full(len(seen.ids), seen.t_us),
-        seen.centre_m,
-        seen.velocity_mps,
-        seen.heading_rad,
-        seen.length_m,
-        seen.width_m,
-        ~seen.clipped,
-        np.full(len(seen.ids), -1, np.int32),
-        nowhere,
-        nowhere,
-        nowhere,
-    )
