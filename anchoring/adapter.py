@@ -13,7 +13,7 @@ from dyknow.sample import Sample
 
 
 class TrackedObjects(Protocol):
-    """Describe a tracker's objects in one frame: besides these, they have all fields of `Observations`."""
+    """Describe a tracker's objects in one frame: besides these, they have what `Observations` has or needs."""
 
     @property
     def t_us(self) -> int:
@@ -106,4 +106,5 @@ class AnchoringUnit:
 
 def _observations(objects: TrackedObjects) -> Observations:
     """Take over what has the same name here and there."""
-    return Observations(**{one.name: getattr(objects, one.name) for one in fields(Observations)})
+    named = (one.name for one in fields(Observations) if hasattr(objects, one.name))
+    return Observations(**{name: getattr(objects, name) for name in named})

@@ -17,12 +17,13 @@ from anchoring.hypotheses.hypotheses import Chain, Linkage, Weighing
 from anchoring.hypotheses.language import LinkageText, default_linkage
 from anchoring.hypotheses.trials import Trials
 from anchoring.linking.births import Outline
-from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y
+from anchoring.linking.bodies import END, HEADING, NOW, OLD, START, VX, VY, Bodies, X, Y, state_of
 from anchoring.linking.classes import CLASS_NAMES
 from anchoring.linking.fluents import Fluent, StateTable, measure
 from anchoring.linking.frame import Frame, RoadMap
 from anchoring.linking.hidden import fill
 from anchoring.linking.returns import find_returns
+from anchoring.linking.sensors import Sensors
 from anchoring.observations import BoolArray, Cars, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork
@@ -94,7 +95,8 @@ class Anchorer:
     ) -> None:
         self.settings = AnchoringSettings() if settings is None else settings
         self.roads = RoadMap(network, self.settings)
-        linkages, _, norms = linkage or default_linkage(self.settings)
+        linkages, classes, norms = linkage or default_linkage(self.settings)
+        self._sensors = Sensors(self.settings) if any(one.is_per_sensor for one in classes) else None
         self._linkages = tuple([one for one in linkages if network is not None or one.level != "on_road"])
         levels = [linkage.level for linkage in self._linkages]
         if len(levels) < 2 or levels[0] != "world" or levels[-1] != "car":
@@ -135,7 +137,8 @@ class Anchorer:
         if self._last_t_us is not None and t_us <= self._last_t_us:
             raise AnchoringError(f"anchorer: expected a frame after {self._last_t_us} us, got one at {t_us!r} us")
         self._last_t_us = t_us
-        changes = self._match(observations)
+        observations, joined = self._join(observations)
+        changes = joined + self._match(observations)
         columns = np.array([self._columns[vision_id] for vision_id in observations.ids], dtype=np.int64)
         if observations.classes:
             self._bodies.tell_classes(columns, observations.classes)
@@ -148,6 +151,26 @@ class Anchorer:
         self.filled = self._fill(frame, cars)
         self._drop(merged + ended)
         return cars, tuple(self.trials.judge(t_us, (*changes, *relinked, *endings), self._weighed))
+
+    def _join(self, observations: Observations) -> tuple[Observations, list[LinkChange]]:
+        """Take together what several sensors see of one thing; return what is left to be matched."""
+        if self._sensors is None or not observations.sensors:
+            return observations, []
+        bodies = self._bodies
+        changes = list(self._sensors.lead(observations, bodies, self._columns))
+        found, parted, others = self._sensors.join(observations, bodies, self._columns)
+        changes += parted
+        merged = list[int]()
+        for name, chain in found:
+            column = self._columns.pop(name, None)
+            if column is not None:
+                merged.append(column)
+                if bodies.is_established[column]:
+                    changes += self._withdraw(observations.t_us, column, "it is a car that another sensor sees")
+            change = chain.change(observations.t_us, "joined", chain.world, "they are seen in one place")
+            changes.append(change._replace(lower=name))
+        self._drop(merged)
+        return observations.take([row for row, name in enumerate(observations.ids) if name not in others]), changes
 
     def _match(self, observations: Observations) -> list[LinkChange]:
         """Give every vision object a body, and take away the vision objects that are gone."""
@@ -177,10 +200,7 @@ class Anchorer:
         first = len(self._bodies)
         for column, k in enumerate(new, start=first):
             self._columns[observations.ids[k]] = column
-        state = np.full((8, len(new)), np.nan)
-        state[X : Y + 1] = observations.centre_m[new].T
-        state[VX : VY + 1] = observations.velocity_mps[new].T
-        state[HEADING] = observations.heading_rad[new]
+        state = state_of(observations)[:, new]
         size_m = np.stack([observations.length_m[new], observations.width_m[new]])
         chains = [Chain(observations.ids[k], self._linkages) for k in new]
         self._bodies.append(observations.t_us, chains, state, size_m)
@@ -269,7 +289,7 @@ class Anchorer:
             if bodies.is_returned[target] and frame.is_seen[target]:
                 changes.append(self._take_back(frame, target, "another one explains it better"))
             if bodies.is_established[column]:
-                changes += self._withdraw(frame, column)
+                changes += self._withdraw(frame.t_us, column, "it is a car that was lost")
             elapsed_us = frame.t_us - int(bodies.states_us[NOW, target])
             changes += self._adopt(frame, column, target, f"likelier by far than all else after {elapsed_us} us")
             found[column] = target
@@ -330,13 +350,13 @@ class Anchorer:
         self.roads.predict_again(bodies, frame, column)
         return change
 
-    def _withdraw(self, frame: Frame, column: int) -> list[LinkChange]:
+    def _withdraw(self, t_us: int, column: int, reason: str) -> list[LinkChange]:
         """Refute that a vision object that began lately is a car of its own."""
         chain, vision_id = self._bodies.chains[column], self._bodies.chains[column].vision_id
-        refuted = chain.lose(frame.t_us, "it is a car that was lost", kind="refuted")
+        refuted = chain.lose(t_us, reason, kind="refuted")
         chain.vision_id = vision_id
         self._bodies.car_number[column] = 0
-        return [refuted, *chain.end(frame.t_us, "it never was a car of its own")]
+        return [refuted, *chain.end(t_us, "it never was a car of its own")]
 
     def _adopt(self, frame: Frame, column: int, target: int, reason: str) -> list[LinkChange]:
         """Link the vision object of one body to the world object of another."""

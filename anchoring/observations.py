@@ -1,8 +1,8 @@
 """What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,9 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int32]
 LongArray = NDArray[np.int64]
 
-LinkKind = Literal["established", "reestablished", "validated", "undecided", "lost", "refuted", "ended"]
+LinkKind = Literal[
+    "established", "reestablished", "validated", "undecided", "joined", "parted", "lost", "refuted", "ended"
+]
 Level = Literal["world", "on_road", "car"]
 
 
@@ -32,11 +34,12 @@ class Observations:
     observed : (n,) False where the tracker saw nothing in this frame and only guesses.
     clipped : (n,) True where the object touches the edge of the view, so that its size and centre are wrong.
     classes : n words of `CLASS_NAMES` that the tracker gives, "unknown" where it gives none; or nothing at all.
+    sensors : n names of the sensors whose tracks these are; nothing if there is but one.
 
     Raises
     ------
     AnchoringError
-        If an array has another length than ``ids``, a name comes twice, or a number is not finite.
+        If an array, or ``sensors``, has another length than ``ids``, a name comes twice, or a number is not finite.
     """
 
     t_us: int
@@ -49,6 +52,16 @@ class Observations:
     observed: BoolArray
     clipped: BoolArray
     classes: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()
+
+    def take(self, rows: list[int]) -> "Observations":
+        """Lay out some of the vision objects."""
+        taken: dict[str, Any] = {
+            one.name: getattr(self, one.name) for one in fields(Observations)[1:]
+        }  # Any: of fields
+        for name, value in taken.items():
+            taken[name] = tuple([value[row] for row in rows if value]) if isinstance(value, tuple) else value[rows]
+        return Observations(self.t_us, **taken)
 
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
@@ -56,6 +69,8 @@ class Observations:
         where = f"observations at {self.t_us} us"
         if len(set(self.ids)) != count:
             raise AnchoringError(f"{where}: expected different ids, got {self.ids!r}")
+        if self.sensors and len(self.sensors) != count:
+            raise AnchoringError(f"{where}: expected a sensor for each of {count} ids, got {self.sensors!r}")
         for array in (self.centre_m, self.velocity_mps):
             if array.shape != (count, 2):
                 raise AnchoringError(f"{where}: points must have shape {(count, 2)!r}, got {array.shape!r}")
@@ -145,8 +160,9 @@ class LinkChange(NamedTuple):
     t_us : the frame that decided it.
     kind : ``established`` made a new upper object; ``reestablished`` linked one that had lost its lower object;
         ``lost`` means the lower object is gone; ``refuted`` that the two cannot be the same; ``ended`` that the upper
-        object is gone for good. The link itself stays with ``validated`` and ``undecided``: the verdict on one that was
-        weighed against others, with the least margin that it ever had.
+        object is gone for good; ``joined`` that a vision object of another sensor was added to a world object that
+        keeps the one it has, ``parted`` that it was taken away. The link itself stays with ``validated`` and
+        ``undecided``: the verdict on one that was weighed against others, with the least margin that it ever had.
     level : of the upper object: a world object, an on-road object or a car.
     lower, upper : names; ``lower`` is "" if the upper object ended while it had none.
     reason : for people.

@@ -5,8 +5,9 @@ No pixels: traffic is simulated, seen from above at 10 rows a second, and its tr
 [--scenes rural motorway junction] [--cases plain "gap 4" "hidden 60" ...] [--seeds 1 2 3 4 5] [--overtakes]
 [--peer-python ENVIRONMENT/bin/python ...] [--crowd 50 200 500]``. A row pools the seeds. ``--overtakes`` runs the whole
 product on the same tracks; ``--peer-python`` names environments with trackers of other people, as for
-`benchmarks.bench_trackers`; ``--crowd`` hides many cars at once and tells what the worst frame costs. Nothing may be
-tuned on other seeds than 1 to 5.
+`benchmarks.bench_trackers`; ``--crowd`` hides many cars at once and tells what the worst frame costs;
+``--sensors`` gives cars two tracks, of sensors that lose them at different times, and scores nothing else. Nothing may
+be tuned on other seeds than 1 to 5.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from benchmarks.lost_tracks import STEP_US, Case, Place, lose_tracks, read_case
 from benchmarks.peer_identity import SWEEPS, best_of_peer
 from benchmarks.pooled_scores import merge_evaluations, share_text
 from benchmarks.recognised_tracks import score_recognition
+from benchmarks.sensor_identity import SENSOR_TITLES, score_sensors
 from benchmarks.tracker_runners import Runner, find_runners
 from data_gen.track_scene import TrackScene, make_track_scene
 from data_gen.trajectories import NoisyTracks, write_tracks
@@ -118,6 +120,13 @@ CROWD_TITLES = ("cars", "right", "wrong", "new", "ms a frame", "ms of the worst 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the tables."""
     options = _parse(arguments)
+    if options.sensors:
+        print(_header(SENSOR_TITLES), flush=True)
+        for name in options.scenes:
+            with tempfile.TemporaryDirectory(prefix="identity_") as folder:
+                scenes = make_scenes(name, options.seeds, Path(folder), seconds=options.seconds)
+                print(_line(score_sensors(name, scenes, KINDS[name].place).cells()), flush=True)
+        return
     peers = find_runners(options.peer_python) if options.peer_python else {}
     rows: list[Row] = []
     peer_rows: list[PeerRow] = []
@@ -156,6 +165,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--overtakes", action="store_true", help="score the overtakes that the whole product tells")
     parser.add_argument("--peer-python", type=Path, nargs="*", default=[], help="environments that hold peers")
     parser.add_argument("--crowd", type=int, nargs="*", default=[], help="numbers of cars to hide at once")
+    parser.add_argument("--sensors", action="store_true", help="two sensors on one view, and nothing else")
     parser.add_argument("--json", type=Path, help="write the figures to a file as well")
     return parser.parse_args(arguments)
 

@@ -58,6 +58,7 @@ class NamedRows:
     links : how often a lost car was found again. wrong_links : those to another vehicle's track.
     right_undecided : how many of the others ended undecided.
     frame_ms : (f,) processor time of each frame.
+    joins, wrong_joins : how often a track of another sensor was joined to a car; to that of another vehicle.
     """
 
     t_us: IntArray
@@ -68,6 +69,8 @@ class NamedRows:
     wrong_links: tuple[WrongLink, ...] = ()
     right_undecided: int = 0
     frame_ms: tuple[float, ...] = ()
+    joins: int = 0
+    wrong_joins: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,18 +90,25 @@ class Returns:
         return self.right + self.wrong + self.new
 
 
-def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: AnchoringSettings | None = None) -> NamedRows:
+def follow(
+    tracks: NoisyTracks,
+    network: RoadNetwork | None,
+    settings: AnchoringSettings | None = None,
+    *,
+    sensors: tuple[str, ...] = (),
+) -> NamedRows:
     """Let anchoring follow tracks; it sees nothing of the truth.
 
     Parameters
     ----------
-    tracks : of `lose_tracks`. network : the roads. settings : as shipped if left out.
+    tracks : of `lose_tracks`. network : the roads. settings : as shipped if left out. sensors : one a row, if there
+        are several.
     """
     unit = AnchoringUnit(Anchorer(network, settings))
     said: list[Anchored] = []
     frame_ms: list[float] = []
     gc.freeze()  # no frame pays for a walk of the garbage collector over the modules and the scenes
-    for objects in trajectories_of(tracks):
+    for objects in trajectories_of(tracks, sensors):
         start_s = time.process_time()
         said += [one.value for one in unit.update(Sample(objects.t_us, objects.t_us, objects))]
         frame_ms.append((time.process_time() - start_s) * 1000)
@@ -113,6 +123,7 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
     rows = list(zip(tracks.rows.t_us.tolist(), tracks.ids, strict=True))
     vehicle_of = dict(zip(rows, tracks.rows.vehicles, strict=True))
     links, wrong, right_undecided = _judge_links(said, vehicle_of)
+    joins = _judge_joins(said, vehicle_of)
     return NamedRows(
         t_us=tracks.rows.t_us,
         vehicles=tracks.rows.vehicles,
@@ -122,6 +133,8 @@ def follow(tracks: NoisyTracks, network: RoadNetwork | None, settings: Anchoring
         wrong_links=wrong,
         right_undecided=right_undecided,
         frame_ms=tuple(frame_ms),
+        joins=len(joins),
+        wrong_joins=joins.count(False),
     )
 
 
@@ -154,6 +167,20 @@ def _judge_links(
         undecided |= set(one.hypotheses.undecided)
     links = tuple(WrongLink(*link, is_validated=label in validated) for label, link in wrong.items())
     return len(found), links, len((found & undecided) - wrong.keys())
+
+
+def _judge_joins(said: Sequence[Anchored], vehicle_of: Mapping[tuple[int, str], str]) -> list[bool]:
+    """Tell of every track that was joined to a car whether it is of the vehicle whose track that car had then."""
+    lead: dict[str, str] = {}
+    joins: list[bool] = []
+    rows = _VehiclesByTrack(vehicle_of)
+    for change in (change for one in said for change in one.link_changes if change.level == "world"):
+        if change.kind in ("established", "reestablished"):
+            lead[change.upper] = change.lower
+        elif change.kind == "joined":
+            names = change.lower, lead[change.upper]
+            joins.append(len({rows.vehicle_at(name, change.t_us) for name in names}) == 1)
+    return joins
 
 
 class _VehiclesByTrack:

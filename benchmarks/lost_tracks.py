@@ -106,11 +106,17 @@ def lose_tracks(truth: TrueRows, case: Case, place: Place, *, seed: int, swap_sh
     return replace(tracks, ids=ids, rows=_with_biased_sizes(tracks.rows, ids, seed=seed))
 
 
-def trajectories_of(tracks: NoisyTracks) -> Trajectories:
-    """Give tracks, without the truth that they were made of, the form in which a trajectory file is read."""
+def trajectories_of(tracks: NoisyTracks, sensors: tuple[str, ...] = ()) -> Trajectories:
+    """Give tracks, without the truth that they were made of, the form in which a trajectory file is read.
+
+    Parameters
+    ----------
+    tracks : of `lose_tracks`. sensors : one a row, if there are several.
+    """
     order = np.lexsort((np.array(tracks.ids), tracks.rows.t_us))
     ids = tuple(tracks.ids[row] for row in order.tolist())
-    return Trajectories(tracks.rows.t_us[order], ids, tracks.rows.values[order])
+    seen_by = tuple(sensors[row] for row in order.tolist()) if sensors else ()
+    return Trajectories(tracks.rows.t_us[order], ids, tracks.rows.values[order], sensors=seen_by)
 
 
 def _select(rows: TrueRows, which: BoolArray) -> TrueRows:

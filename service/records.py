@@ -15,7 +15,9 @@ EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
 InputKind = Literal["video", "trajectory", "detections"]
 StartFrom = Literal["option", "site", "video", "unknown"]
-LinkKind = Literal["established", "reestablished", "validated", "undecided", "lost", "refuted", "ended"]
+LinkKind = Literal[
+    "established", "reestablished", "validated", "undecided", "joined", "parted", "lost", "refuted", "ended"
+]
 LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted", "undecided"]
 
@@ -181,7 +183,8 @@ class LinkRecord(Struct, frozen=True):
 
     Attributes
     ----------
-    kind : `validated` and `undecided` tell a verdict and end nothing.
+    kind : `validated` and `undecided` tell a verdict and end nothing; `joined` and `parted` tell of the vision object
+        of another sensor that it was added to a world object that keeps the one it has, and taken away.
     label : of the link, where it begins or is judged; the name of its hypothesis.
     score_nats : how much likelier the lower object is this one that was lost than a new one; None for what was new.
     margin_nats : by how much the link was likelier than all else, at worst by then; None if nothing else might be.

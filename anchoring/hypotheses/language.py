@@ -125,6 +125,11 @@ class _Builder:
         places: dict[str, Span] = {}
         for norm in (one for one in norms if one is not None):
             self._note(norm.rule, norm.span, places, "norm")
+            if norm.rule == "sensor":
+                self._expect(name, ["world_object"], "'world_object' as what has others per sensor")
+                self._expect(norm.parts[0], [LOWEST], "the lowest class")
+                found["is_per_sensor"] = True
+                continue
             amounts = tuple(self._amount(word, norm.rule) for word in norm.parts)
             found.update({"top_speed_mps": amounts[0]} if norm.rule == "speed" else {f"{norm.rule}_m": amounts})
         return ObjectClass(name.text, "" if parent is None else parent.text, **found)

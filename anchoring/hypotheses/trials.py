@@ -38,7 +38,7 @@ class DoubtfulLinks:
 
     def take(self, change: LinkChange) -> None:
         """Take the next change of a link."""
-        if change.kind in ("validated", "undecided"):
+        if change.kind in ("validated", "undecided", "joined", "parted"):
             return
         key = change.level, change.upper
         self._keys.pop(self._labels.pop(key, ""), None)
@@ -116,7 +116,8 @@ class Trials:
                 self._try(link._replace(margin_nats=weighing.margin_nats, runner_up=weighing.runner_up))
         told: list[LinkChange] = []
         for change in changes:
-            told += self._end(t_us, change)
+            if change.kind not in ("joined", "parted"):
+                told += self._end(t_us, change)
             begins = change.kind in ("established", "reestablished")
             told.append(self._begin(change) if begins else change)
             self.doubtful.take(told[-1])

@@ -12,7 +12,7 @@ import numpy as np
 from anchoring.hypotheses.hypotheses import Chain
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, Norms
 from anchoring.linking.ways import Looks
-from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray
+from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations
 from anchoring.settings import AnchoringSettings
 
 # Rows of a state.
@@ -222,6 +222,15 @@ class Bodies:
 
 
 _COLUMNS = {name: one for name, one in vars(Bodies).items() if isinstance(one, _Column)}
+
+
+def state_of(seen: Observations) -> FloatArray:
+    """Lay out vision objects as states, (8, n), with nothing known of roads."""
+    state = np.full((8, len(seen.ids)), np.nan)
+    state[X : Y + 1] = seen.centre_m.T
+    state[VX : VY + 1] = seen.velocity_mps.T
+    state[HEADING] = seen.heading_rad
+    return state
 
 
 def looks_of(t_us: LongArray, state: FloatArray, road: IntArray, size_m: FloatArray, *, is_whole: BoolArray) -> Looks:

@@ -22,6 +22,7 @@ class ObjectClass:
     parent : the more general class, "" at the top.
     length_m, width_m : mean and standard deviation, as seen from above; None if a size does not tell the class.
     top_speed_mps : nothing of the class is faster; None for that of the parent.
+    is_per_sensor : an object has a vision object of each sensor that sees it; else one in all.
     """
 
     name: str
@@ -29,6 +30,7 @@ class ObjectClass:
     length_m: tuple[float, float] | None = None
     width_m: tuple[float, float] | None = None
     top_speed_mps: float | None = None
+    is_per_sensor: bool = False
 
 
 class Norms:

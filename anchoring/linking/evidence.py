@@ -87,11 +87,25 @@ def explained(seen: Looks, once: Looks, settings: AnchoringSettings) -> FloatArr
     shape = len(seen.t_us), len(once.t_us)
     row, column = (side.ravel() for side in np.indices(shape))
     start, end = seen.take(row), once.take(column)
+    fits = moved(start, end, settings)
+    fits += np.where(start.is_whole, _normal(start.length_m - end.length_m, settings.same_length_m), 0.0)
+    return fits.reshape(shape)
+
+
+def coincide(seen: Looks, other: Looks, settings: AnchoringSettings) -> FloatArray:
+    """Weigh for p pairs that are seen together: they are one vehicle, against: another one is there at any speed.
+
+    Their sizes say nothing, as each sensor sees other parts of a vehicle.
+    """
+    return moved(seen, other, settings) - math.log(settings.edge_births_per_m / _SPEEDS_MPS)
+
+
+def moved(start: Looks, end: Looks, settings: AnchoringSettings) -> FloatArray:
+    """Weigh for p pairs how well driving on from the end explains place and speed at the start; -inf if impossible."""
     gap_s = np.maximum((start.t_us - end.t_us) * 1e-6, 0.0)
     way = ways(start, end, gap_s, settings)
     fits = _drove(start, end, way, gap_s, settings) + _aside(way, gap_s, settings)
-    fits += np.where(start.is_whole, _normal(start.length_m - end.length_m, settings.same_length_m), 0.0)
-    return np.where(way.is_possible, fits, -np.inf).reshape(shape)
+    return np.where(way.is_possible, fits, -np.inf)
 
 
 def _within_reach(starts: Looks, ends: Looks, settings: AnchoringSettings) -> tuple[LongArray, LongArray]:

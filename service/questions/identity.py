@@ -24,7 +24,7 @@ class IdentityLink(Struct, frozen=True):
     Attributes
     ----------
     reason : why it ended, after the kind of change that ended it; empty while it has not.
-    how : `established` or `reestablished`, and why.
+    how : `established`, `reestablished`, or `joined` as a vision object of another sensor, and why.
     verdict : `validated`, `undecided`, `refuted`, or `open` if the run ended first; empty if the log does not say.
     score_nats : log likelihood ratio of this car against a new one; null where nothing was weighed.
     margin_nats, runner_up : how much likelier than the next best, and what that is; null and empty as above.
@@ -101,10 +101,18 @@ def links_below(log: EventLog, run_id: str) -> dict[str, list[IdentityLink]]:
         links = found.setdefault(change.upper, [])
         if change.kind in ("established", "reestablished"):
             links.append(_begun(change, verdicts.get(change.label, "open" if change.label else "")))
-        elif links and change.kind in ("validated", "undecided"):
-            links[-1] = replace(links[-1], verdict=change.kind, **_weighed(change))
-        elif links and links[-1].end_us is None:
-            links[-1] = replace(links[-1], end_us=change.t_us, reason=f"{change.kind}: {change.reason}")
+            continue
+        if change.kind == "joined":
+            links.append(_begun(change, ""))
+            continue
+        # Links to vision objects of several sensors overlap; an object that ends with none has none in its row.
+        for k, one in enumerate(links):
+            if one.end_us is not None or change.lower not in ("", one.lower):
+                continue
+            if change.kind in ("validated", "undecided"):
+                links[k] = replace(one, verdict=change.kind, **_weighed(change))
+            else:
+                links[k] = replace(one, end_us=change.t_us, reason=f"{change.kind}: {change.reason}")
     return found
 
 
@@ -130,7 +138,7 @@ def hidden_times(chain: Iterable[IdentityLink]) -> Iterator[tuple[int, int]]:
         if link.verdict != "refuted":
             if since_us is not None and since_us < link.start_us:
                 yield since_us, link.start_us
-            lost_us = link.end_us
+            lost_us = link.end_us if lost_us is None or link.end_us is None else max(lost_us, link.end_us)
 
 
 def _begun(change: LinkRecord, verdict: str) -> IdentityLink:

@@ -1,8 +1,8 @@
 """What did somebody else's tracker see? Trajectory files, read as the objects of one time after another.
 
 A CSV file with the columns ``t_us`` (or ``t_s``), ``id, x_m, y_m, heading_rad, speed_mps, length_m, width_m``, and
-``class`` if there is one. Other column names are mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time from column ``t``
-and x from column ``x``. Rows may come in any order. A file is read once, so that it may be a pipe.
+``class`` and ``sensor`` if there are such. Other column names are mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time
+from column ``t`` and x from column ``x``. Rows may come in any order. A file is read once, so that it may be a pipe.
 """
 
 import hashlib
@@ -42,7 +42,7 @@ _RANGES = {
 _NUMBERS = tuple(_RANGES)
 _TIMES = {"t_us": 1, "t_s": 1_000_000}
 _UNKNOWN = CLASS_NAMES[UNKNOWN_CLASS]
-KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, "class")
+KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, "class", "sensor")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +54,12 @@ class TrajectoryObjects(Observations):
     ids : n identifiers as written in the file.
     observed, clipped : (n,) all True and all False: a trajectory file holds no predictions and has no view edge.
     classes : n words of `CLASS_NAMES` as the file has them, or none at all.
+    sensors : n names of the sensors that saw the objects, or none at all.
     is_lost : False: there is no view that could be lost.
     """
 
     classes: tuple[str, ...] = field(default=(), repr=False)
+    sensors: tuple[str, ...] = field(default=(), repr=False)
     is_lost: bool = False
 
 
@@ -69,6 +71,7 @@ class Trajectories:
     ----------
     t_us : (n,) int64. ids : n identifiers. values : (n, 6) x_m, y_m, heading_rad, speed_mps, length_m, width_m.
     classes : n words of `CLASS_NAMES`, or none if the file has no column of them.
+    sensors : n names of sensors, or none if the file has no column of them.
     warnings : columns that were not looked at, and classes that are no words of ours.
     size_bytes, digest : of the file.
     """
@@ -80,6 +83,7 @@ class Trajectories:
     warnings: tuple[str, ...] = ()
     size_bytes: int = 0
     digest: str = ""
+    sensors: tuple[str, ...] = ()
 
     @property
     def times_us(self) -> NDArray[np.int64]:
@@ -107,6 +111,7 @@ class Trajectories:
             observed=np.ones(n, dtype=np.bool_),
             clipped=np.zeros(n, dtype=np.bool_),
             classes=self.classes[rows],
+            sensors=self.sensors[rows],
         )
 
 
@@ -121,8 +126,9 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
     Raises
     ------
     InputError
-        If the file cannot be read, a column is missing, a field is not a number or out of its range, an identifier is
-        empty or cannot be printed, or one stands twice at one time. The message names file, line and column.
+        If the file cannot be read, a column is missing, a field is not a number or out of its range, an identifier or
+        a sensor is empty or cannot be printed, or an identifier stands twice at one time. The message names file, line
+        and column.
     """
     try:
         data = sys.stdin.buffer.read() if path in STANDARD_INPUT else path.read_bytes()
@@ -142,6 +148,7 @@ def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajecto
     keys: dict[tuple[int, str], str] = {}
     values: list[list[float]] = []
     classes: list[str] = []
+    sensors: list[str] = []
     for where, fields in rows:
         t_us = _within(where, time_column, fields[places[time_column]], (0.0, MAX_MEDIA_US / _TIMES[time_column]))
         key = round(t_us * _TIMES[time_column]), read_name(where, "id", fields[places["id"]])
@@ -152,6 +159,8 @@ def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajecto
         values.append([_within(where, one, fields[places[one]], _RANGES[one]) for one in _NUMBERS])
         if "class" in places:
             classes.append(fields[places["class"]].casefold() or _UNKNOWN)
+        if "sensor" in places:
+            sensors.append(read_name(where, "sensor", fields[places["sensor"]]))
     if not keys:
         raise InputError(f"{name}: expected at least one row of objects, got none")
     t_us_of, ids = np.array([t_us for t_us, _ in keys], dtype=np.int64), np.array([one for _, one in keys])
@@ -162,6 +171,7 @@ def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajecto
         np.array(values)[order],
         tuple(word if word in CLASS_NAMES else _UNKNOWN for word in (classes[row] for row in order)) if classes else (),
         (*_unread(name, header, places), *_strange(name, classes)),
+        sensors=tuple(sensors[row] for row in order) if sensors else (),
     )
 
 
@@ -173,7 +183,7 @@ def _places(name: str, header: Sequence[str], columns: Mapping[str, str]) -> tup
     theirs = {one: columns.get(one, one) for one in KNOWN_COLUMNS if columns.get(one, one) in header}
     refuse_twice(name, header, theirs.values())
     times = [one for one in _TIMES if one in theirs]
-    missing = [one for one in ("id", *_NUMBERS, *({"class"} & set(columns))) if one not in theirs]
+    missing = [one for one in ("id", *_NUMBERS, *sorted({"class", "sensor"} & set(columns))) if one not in theirs]
     if not times or missing:
         wanted = ", ".join([*([] if times else ["t_us or t_s"]), *missing])
         came = ", ".join(header) or "an empty file"

@@ -115,6 +115,28 @@ def test_hidden_time_of_a_log_that_does_not_tell_it_is_between_the_links(tmp_pat
         assert {one.verdict for one in chain} == {"", "undecided"}
 
 
+def test_vision_objects_of_several_sensors_overlap_and_hide_nothing(tmp_path: Path) -> None:
+    links = [
+        link(0, "established", "a1", "w1", "a1->w1#1"),
+        link(0, "established", "w1", "car1", "w1->car1#2"),
+        link(1 * S, "joined", "b1", "w1"),
+        link(2 * S, "parted", "b1", "w1"),
+        link(3 * S, "joined", "b2", "w1"),
+        link(5 * S, "parted", "b2", "w1"),
+        link(5 * S, "lost", "a1", "w1"),
+        link(5 * S, "reestablished", "b2", "w1", "b2->w1#3"),
+        link(7 * S, "lost", "b2", "w1"),
+        link(9 * S, "reestablished", "a2", "w1", "a2->w1#4"),
+    ]
+    with open_log(write(tmp_path / "two.db", links, cars=["car1"])) as log:
+        chain = links_of(log, log.run("r1"), "car1")
+        told = [(one.lower, one.start_us // S, one.end_us and one.end_us // S) for one in chain if one.level == "world"]
+        assert told == [("a1", 0, 5), ("b1", 1, 2), ("b2", 3, 5), ("b2", 5, 7), ("a2", 9, None)]
+        assert [one.how for one in chain if one.lower == "b1"] == ["joined"]
+        assert list(hidden_times(chain)) == [(7 * S, 9 * S)]
+        assert identities(log, "r1")[0].vision_ids == ("a1", "b1", "b2", "a2")
+
+
 def test_cars_are_told_with_how_sure_they_are(log: EventLog) -> None:
     one, two = identities(log, "r1")
     assert (one.car, one.vision_ids, one.hidden_us) == ("car1", ("v1", "v8"), 4 * S)

@@ -116,6 +116,21 @@ def test_an_id_that_is_empty_or_cannot_be_printed_is_refused_with_row_and_column
         load_trajectories(path)
 
 
+def test_sensors_are_read_in_the_order_of_the_rows(tmp_path: Path) -> None:
+    path = written(
+        tmp_path, HEADER + ",sensor", "1,b,1,2,0,0,4,2,thermal", "1,a,1,2,0,0,4,2,colour", "0,c,1,2,0,0,4,2,x"
+    )
+    assert [one.sensors for one in load_trajectories(path)] == [("x",), ("colour", "thermal")]
+
+
+def test_a_sensor_that_is_left_out_of_one_row_is_refused_with_its_line(tmp_path: Path) -> None:
+    path = written(tmp_path, HEADER + ",sensor", "0,a,1,2,0,0,4,2,colour", "0,b,1,2,0,0,4,2,")
+    with pytest.raises(
+        InputError, match=r"tracks\.csv:3: column sensor: expected printable letters on one line, got ''"
+    ):
+        load_trajectories(path)
+
+
 def test_lines_are_counted_through_quoted_line_breaks(tmp_path: Path) -> None:
     path = written(tmp_path, HEADER + ",note", '0,a,1,2,0,0,4,2,"one', 'two"', "0,b,x,2,0,0,4,2,")
     with pytest.raises(InputError, match=r"tracks\.csv:4: column x_m"):
