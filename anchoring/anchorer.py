@@ -154,7 +154,7 @@ class Anchorer:
 
     def _join(self, observations: Observations) -> tuple[Observations, list[LinkChange]]:
         """Take together what several sensors see of one thing; return what is left to be matched."""
-        if self._sensors is None or not observations.sensors:
+        if self._sensors is None or (observations.ids and not observations.sensors):
             return observations, []
         bodies = self._bodies
         changes = list(self._sensors.lead(observations, bodies, self._columns))

@@ -56,11 +56,10 @@ class Observations:
 
     def take(self, rows: list[int]) -> "Observations":
         """Lay out some of the vision objects."""
-        taken: dict[str, Any] = {
-            one.name: getattr(self, one.name) for one in fields(Observations)[1:]
-        }  # Any: of fields
-        for name, value in taken.items():
-            taken[name] = tuple([value[row] for row in rows if value]) if isinstance(value, tuple) else value[rows]
+        taken = dict[str, Any]()  # Any: of fields
+        for one in fields(Observations)[1:]:
+            value = getattr(self, one.name)
+            taken[one.name] = tuple([value[row] for row in rows if value]) if isinstance(value, tuple) else value[rows]
         return Observations(self.t_us, **taken)
 
     def __post_init__(self) -> None:

@@ -91,6 +91,15 @@ def test_the_car_goes_on_when_the_other_sensor_loses_it() -> None:
     ]
 
 
+def test_nothing_seen_for_a_while_parts_and_joins_again() -> None:
+    cars, changes = told(lambda t_us: {} if 3 * S <= t_us < 4 * S else both(t_us), 8)
+    assert names(cars) == {"car1"}
+    made = [(one.t_us, one.kind) for one in changes if one.kind in ("joined", "parted")]
+    assert [kind for _, kind in made] == ["joined", "parted", "joined"]
+    assert made[1][0] == 3 * S
+    assert cars[-1].linked.all()
+
+
 def test_a_track_that_leaves_the_other_becomes_a_car_of_its_own() -> None:
     def scene(t_us: int) -> Mapping[str, Seen]:
         return {
