@@ -10,7 +10,7 @@ from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints
 from qsr.observer import RelationObserver
-from qsr.retelling import RetellingObserver, Seen
+from qsr.replay import ReplayingObserver, Seen
 
 
 class Cars(Protocol):
@@ -79,7 +79,7 @@ class RelationUnit:
     __slots__ = ("_doubted", "_last_us", "_observer")
 
     def __init__(self, observer: RelationObserver) -> None:
-        self._observer = RetellingObserver(observer)
+        self._observer = ReplayingObserver(observer)
         self._doubted: Mapping[str, tuple[str, ...]] = {}  # the hypotheses about each object in the last frame
         self._last_us: int | None = None
 

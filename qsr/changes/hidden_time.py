@@ -50,7 +50,7 @@ class HiddenTime:
         last = _unseen(self._last)
         for rows in filled:
             then = self._frames.get(rows.t_us)
-            if then is not None:
+            if then is not None and rows.ids:
                 known = pick_rows(
                     rows.t_us, last.ids, (replace(rows, observed=np.ones(len(rows.ids), np.bool_)), then, last)
                 )

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 
+import msgspec
 import numpy as np
 
 from anchoring.adapter import Anchored
@@ -141,7 +142,7 @@ class Recorder:
         self._history.remember(cars)
         for one in (*sample.value.former, cars):
             self._writer.append_states(self._rows.of(one))
-        self._writer.append(LinkRecord(*change[:-1]) for change in sample.value.link_changes)
+        self._writer.append(msgspec.convert(change._asdict(), LinkRecord) for change in sample.value.link_changes)
 
     def _record_relations(self, sample: Sample[FrameRelations]) -> None:
         frame = sample.value

@@ -1,37 +1,18 @@
 """What happened while a car was hidden is told when it comes back, as if it had been seen all the time."""
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from qsr.changes.crossings import RelationChange, Value
+from qsr.changes.crossings import Value
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
-from qsr.relations import RANK
-from qsr.settings import RelationSettings
 from tests.cases import for_each
-from tests.qsr.support import footprints, random_traffic
+from tests.qsr.stories import Story, road_observer, seen_traffic, two_cars, without
+from tests.qsr.support import footprints
 
-# Of a hidden time nobody knows who else was in between, or whether two cars nearly met.
-NAMES = sorted(RANK.keys() - {"following", "short_headway", "conflict"})
 MOST_PREDICTED = 4
-
-Told = tuple[str, tuple[str, ...], int, Value, Value]
-
-
-@dataclass
-class Story:
-    """Keep what was told and still stands, with the absences that each change rests on."""
-
-    told: list[tuple[RelationChange, frozenset[str]]] = field(default_factory=list)
-
-    def take(self, changes: Sequence[RelationChange], returned: Collection[str]) -> None:
-        self.told = [(change, absent) for change, absent in self.told if absent.isdisjoint(returned)]
-        self.told += [(change, frozenset(change.absent)) for change in changes]
-
-    def standing(self, names: Collection[str] = NAMES) -> set[Told]:
-        return {(one.name, one.args, one.t_us, one.old, one.new) for one, _ in self.told if one.name in names}
 
 
 def hide(rng: np.random.Generator, frames: Sequence[Footprints]) -> dict[str, list[tuple[int, int]]]:
@@ -70,7 +51,7 @@ def tell(
             )
         ]
         changes = observer.observe(shown, hidden=hidden, filled=filled)
-        story.take(changes, back)
+        story.take(changes, [f"{name} lost" for name in back])
         broken |= {frozenset((gone, name)) for gone in before - set(frame.ids) for name in away}
         before = set(frame.ids)
     return story, broken
@@ -79,31 +60,11 @@ def tell(
 @for_each("seed", range(12))
 def test_the_story_in_the_end_is_that_of_cars_that_were_seen_all_the_time(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    lanes = [(f"l{number}", 1 if number % 2 else -1) for number in range(4)]
-    frames = [
-        replace(frame, observed=np.ones(len(frame.ids), np.bool_))
-        for frame in random_traffic(rng, frames=60, count=12, noise_m=0.1)
-    ]
-    one, other = (RelationObserver(("r0", "r1"), ("j0",), RelationSettings(), lanes=lanes) for _ in range(2))
-    expected = {
-        (change.name, change.args, change.t_us, change.old, change.new)
-        for frame in frames
-        for change in one.observe(frame)
-        if change.name in NAMES
-    }
+    frames, expected = seen_traffic(rng)
     intervals = hide(rng, frames)
-    story, broken = tell(frames, intervals, other)
-    # Of a pair of which one left while the other was hidden, nobody can tell what happened last.
-    got = {change for change in story.standing() if frozenset(change[1]) not in broken}
+    story, broken = tell(frames, intervals, road_observer())
     assert len(intervals) > 3
-    assert got == {change for change in expected if frozenset(change[1]) not in broken}
-
-
-def two_cars(number: int, x_m: tuple[float, float], names: str = "ab") -> Footprints:
-    """Drive a and b east on one road, 4 m long each and 3 m apart sideways."""
-    xy_m = [[x_m[0], 3.0], [x_m[1], 0.0]]
-    rows = ["ab".index(name) for name in names]
-    return footprints(number * 100_000, names, [xy_m[row] for row in rows], straight_road=True)
+    assert without(broken, story.standing()) == without(broken, expected)
 
 
 def test_that_the_other_one_left_stands_when_a_car_comes_back() -> None:

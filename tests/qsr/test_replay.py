@@ -1,21 +1,15 @@
 """Who was taken for another car is told of as if that had not happened."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from qsr.changes.crossings import RelationChange, Value
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
-from qsr.retelling import RetellingObserver, Seen
+from qsr.replay import ReplayingObserver, Seen
 from tests.cases import for_each
-from tests.qsr.support import random_traffic
-from tests.qsr.test_hidden_time import NAMES, two_cars
-
-LANES = [(f"l{number}", 1 if number % 2 else -1) for number in range(4)]
-
-Told = tuple[str, tuple[str, ...], int, Value, Value]
+from tests.qsr.stories import Story, road_observer, seen_traffic, two_cars, without
 
 
 @dataclass(frozen=True)
@@ -26,22 +20,6 @@ class Away:
     wrong: int
     doubted: int
     end: int
-
-
-@dataclass
-class Story:
-    """Keep what was told, with the labels of all that it rests on, and drop what rests on something refuted."""
-
-    told: list[tuple[RelationChange, frozenset[str]]] = field(default_factory=list)
-
-    def take(self, changes: Sequence[RelationChange], doubtful: Mapping[str, str], refuted: Sequence[str]) -> None:
-        self.told = [(change, labels) for change, labels in self.told if labels.isdisjoint(refuted)]
-        for change in changes:
-            labels = [doubtful[one] for one in change.args if one in doubtful]
-            self.told.append((change, frozenset([*labels, *(f"{one} lost" for one in change.absent)])))
-
-    def standing(self) -> set[Told]:
-        return {(one.name, one.args, one.t_us, one.old, one.new) for one, _ in self.told if one.name in NAMES}
 
 
 def plan(rng: np.random.Generator, frames: Sequence[Footprints]) -> dict[str, list[Away]]:
@@ -61,7 +39,7 @@ def plan(rng: np.random.Generator, frames: Sequence[Footprints]) -> dict[str, li
 
 def tell(frames: Sequence[Footprints], plans: Mapping[str, Sequence[Away]]) -> tuple[Story, set[frozenset[str]]]:
     """Tell of traffic in which cars are hidden, found in a wrong place, lost again or found in their own place."""
-    observer = RetellingObserver(RelationObserver(("r0", "r1"), ("j0",), lanes=LANES))
+    replaying = ReplayingObserver(road_observer())
     story, broken, before = Story(), set[frozenset[str]](), set[str]()
     for number, frame in enumerate(frames):
         away = {name: one for name, spans in plans.items() for one in spans if one.start <= number < one.end}
@@ -84,8 +62,8 @@ def tell(frames: Sequence[Footprints], plans: Mapping[str, Sequence[Away]]) -> t
             f"{name} in a wrong place" for name, spans in plans.items() for one in spans if one.doubted == number
         ]
         begun = {doubtful[name]: name for name, one in wrong.items() if one.wrong == number}
-        changes = observer.observe(Seen(shown, hidden, filled), begun, refuted=refuted)
-        story.take(changes, doubtful, [*refuted, *(f"{name} lost" for name in found)])
+        changes = replaying.observe(Seen(shown, hidden, filled), begun, refuted=refuted)
+        story.take(changes, [*refuted, *(f"{name} lost" for name in found)], doubtful)
         broken |= {frozenset((gone, name)) for gone in before - set(frame.ids) for name in away}
         before = set(frame.ids)
     return story, broken
@@ -94,27 +72,15 @@ def tell(frames: Sequence[Footprints], plans: Mapping[str, Sequence[Away]]) -> t
 @for_each("seed", range(12))
 def test_the_story_in_the_end_is_that_of_cars_that_were_never_mistaken(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    frames = [
-        replace(frame, observed=np.ones(len(frame.ids), np.bool_))
-        for frame in random_traffic(rng, frames=60, count=12, noise_m=0.1)
-    ]
-    observer = RelationObserver(("r0", "r1"), ("j0",), lanes=LANES)
-    expected = {
-        (change.name, change.args, change.t_us, change.old, change.new)
-        for frame in frames
-        for change in observer.observe(frame)
-        if change.name in NAMES
-    }
+    frames, expected = seen_traffic(rng)
     plans = plan(rng, frames)
     story, broken = tell(frames, plans)
     assert len(plans) > 3
-    # Of a pair of which one left while the other was hidden, nobody can tell what happened last.
-    got = {change for change in story.standing() if frozenset(change[1]) not in broken}
-    assert got == {change for change in expected if frozenset(change[1]) not in broken}
+    assert without(broken, story.standing()) == without(broken, expected)
 
 
 def test_who_was_taken_for_another_one_is_unknown_since_it_was_lost() -> None:
-    observer = RetellingObserver(RelationObserver(("road",), ("cross",), only=["behind"]))
+    observer = ReplayingObserver(RelationObserver(("road",), ("cross",), only=["behind"]))
     for number in range(20):  # a is hidden from the fifth frame on, and what is seen from the tenth on was not a
         shown = two_cars(number, (0.0, 10.0 if number < 10 else -20.0), "b" if 5 <= number < 10 else "ab")
         hidden = {"a": 500_000} if 5 <= number < 10 else {}
@@ -128,7 +94,7 @@ def test_who_was_taken_for_another_one_is_unknown_since_it_was_lost() -> None:
 
 
 def test_that_another_one_left_meanwhile_is_told_once_more() -> None:
-    observer = RetellingObserver(RelationObserver(("road",), ("cross",), only=["behind"]))
+    observer = ReplayingObserver(RelationObserver(("road",), ("cross",), only=["behind"]))
     told = [
         change
         for number, names in enumerate(("ab", "ab", "b", "ab", "ab", "a", "a"))

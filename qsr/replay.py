@@ -27,11 +27,11 @@ class Seen:
         """Show some objects as not seen: where they are does not count then."""
         shown = self.footprints
         observed = shown.observed & ~np.array([one in objects for one in shown.ids], dtype=np.bool_)
-        others = [then.select([k for k, one in enumerate(then.ids) if one not in objects]) for then in self.filled]
-        return Seen(replace(shown, observed=observed), self.hidden, [then for then in others if then.ids])
+        filled = [then.select([k for k, one in enumerate(then.ids) if one not in objects]) for then in self.filled]
+        return Seen(replace(shown, observed=observed), self.hidden, filled)
 
 
-class RetellingObserver:
+class ReplayingObserver:
     """Observe relations among objects some of which may turn out to be others.
 
     Parameters
