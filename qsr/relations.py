@@ -66,7 +66,13 @@ _REFERENCE = "along the common road in the reference object's direction of trave
 
 RELATIONS: tuple[Relation, ...] = (
     Relation("behind", 2, "ahead", _TRAVEL, "same direction, and a's nose is behind b's tail (gap < -h)"),
-    Relation("beside", 2, "beside", _TRAVEL, "same direction, |gap| <= h, less than beside_lateral_m apart sideways"),
+    Relation(
+        "beside",
+        2,
+        "beside",
+        _TRAVEL,
+        "same direction, |gap| <= h, on one road or less than beside_lateral_m aside",
+    ),
     Relation("ahead", 2, "behind", _TRAVEL, "same direction, and a's tail is ahead of b's nose (gap > h)"),
     Relation("close", 2, "close", "free space", "the bodies are less than close_m apart"),
     Relation("left", 2, "", _REFERENCE, "a is to the left of b by more than half the sum of widths"),

@@ -25,7 +25,8 @@ class RelationSettings:
         the smooth positions of anchoring; docs/qsr.md has what happens at 0.6 m.
     sigma_factor, least_margin_m : the margin of the position thresholds is the larger of ``least_margin_m`` (by reason)
         and ``sigma_factor * gap_sigma_m``. Slow passes without flicker: 47 of 50 at a factor of 2, 50 of 50 at 3.
-    beside_lateral_m : two cars further apart sideways (centre to centre) are not beside each other; by reason.
+    beside_lateral_m : two cars that are not known to be on one road are not beside each other when they are further
+        apart sideways (centre to centre); three lanes, since on motorways lanes 1 and 3 are 8.7 to 9.6 m apart.
     close_m, close_margin_m : bodies nearer than this are close; by reason.
     heading_limit_rad : headings that differ by less are the same direction, off the roads; by reason.
     road_alignment : product of the cosines between each heading and the road above which two cars on one road have the
@@ -69,7 +70,7 @@ class RelationSettings:
     gap_sigma_m: float = 0.15
     sigma_factor: float = 3.0
     least_margin_m: float = 0.5
-    beside_lateral_m: float = 8.0
+    beside_lateral_m: float = 12.0
     close_m: float = 25.0
     close_margin_m: float = 1.0
     heading_limit_rad: float = math.radians(37.0)

@@ -96,7 +96,9 @@ def _fill_positions(
     half_widths = ends[HALF_WIDTH, 0] + ends[HALF_WIDTH, 1]
     values[Switch.PAST_REAR] = measures.gap + half_lengths
     values[Switch.PAST_FRONT] = measures.gap - half_lengths
-    values[Switch.LATERAL_NEAR] = settings.beside_lateral_m - measures.lateral
+    # On one carriageway cars are beside each other however many lanes are between them.
+    aside_m = np.where(measures.on_one_road, 0.0, measures.lateral)
+    values[Switch.LATERAL_NEAR] = settings.beside_lateral_m - aside_m
     values[Switch.SAME_DIRECTION] = measures.direction
     values[Switch.CLOSE] = settings.close_m - free.apart_m(ends)
     left_of_a, left_of_b = measures.left

@@ -213,7 +213,7 @@ def quantities(a: Body, b: Body, settings: RelationSettings, graph: LaneGraph | 
     return {
         "past_rear": gap + h,
         "past_front": gap - h,
-        "near": settings.beside_lateral_m - lateral,
+        "near": settings.beside_lateral_m - (0.0 if is_on_one_road(a, b, settings) else lateral),
         "same": direction,
         "close": settings.close_m - max(box_distance(a, b), box_distance(b, a)),
         "left": left - half_widths,

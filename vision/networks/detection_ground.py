@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vision.detection.detector import Detections, Expected
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.settings import UsualSize
-from vision.objects import BoolArray, FloatArray, Table
+from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
@@ -70,10 +70,8 @@ def image_detections(
     if len(boxes) == 0:
         return Detections.none()
     out = _outward(boxes, image_size_px, settings.networks.cut_px)
-    is_cut = out.any(axis=1)
-    usual, spread = np.split(_usual(settings)[boxes.class_number], 2, axis=1)
-    spread[is_cut] = settings.networks.cut_spread_m
-    projection = _Projection(boxes, usual, spread, view, settings)
+    is_cut = np.asarray(out.any(axis=1))
+    projection = _most_fitting(boxes, start_m, is_cut, view, settings)
     heading, is_lent = _lent(start_m, expected, settings, view)
     is_clear = is_lent.copy()
     is_free = ~is_lent
@@ -131,6 +129,26 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
         cut=np.zeros(len(boxes), np.int8),
         weight=boxes.score,
     )
+
+
+def _most_fitting(
+    boxes: ImageBoxes, start_m: FloatArray, is_cut: BoolArray, view: GroundView, settings: VisionSettings
+) -> _Projection:
+    """Assume what is usual for the class; a box without one is a motorcycle where that explains it clearly better."""
+
+    def as_classes(number: IntArray) -> _Projection:
+        usual, spread = np.split(_usual(settings)[number], 2, axis=1)
+        spread[is_cut] = settings.networks.cut_spread_m
+        return _Projection(boxes, usual, spread, view, settings)
+
+    number = boxes.class_number
+    is_open = number == CLASS_NAMES.index("unknown")
+    if not is_open.any():
+        return as_classes(number)
+    narrow = np.where(is_open, CLASS_NAMES.index("motorcycle"), number)
+    usual_misfit, narrow_misfit = (as_classes(one).undirected(start_m)[0].misfit for one in (number, narrow))
+    is_narrow = usual_misfit - narrow_misfit > settings.networks.better_sigmas**2
+    return as_classes(np.where(is_narrow, narrow, number))
 
 
 def _usual(settings: VisionSettings) -> FloatArray:

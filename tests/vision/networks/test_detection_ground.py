@@ -52,9 +52,12 @@ def drawn(projection: FloatArray, vehicles: Boxes, *, height_m: float = 1.5, nam
     )
 
 
+def view_of(projection: FloatArray) -> GroundView:
+    return GroundView(projection[:, [0, 1, 3]], SIZE_PX, VisionSettings())
+
+
 def detect(projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHING) -> Detections:
-    view = GroundView(projection[:, [0, 1, 3]], SIZE_PX, VisionSettings())
-    return image_detections(boxes, view, expected, image_size_px=SIZE_PX, settings=SETTINGS)
+    return image_detections(boxes, view_of(projection), expected, image_size_px=SIZE_PX, settings=SETTINGS)
 
 
 def known(vehicles: Boxes) -> Expected:
@@ -71,6 +74,18 @@ def test_upright_box_from_above_is_the_car(heading_rad: float) -> None:
     assert (found.boxes.length_m[0], found.boxes.width_m[0]) == pytest.approx((4.6, 1.9), abs=0.15)
     assert found.elongation[0] > 1.8
     assert not found.directed[0]
+
+
+@pytest.mark.parametrize("along_m", [20.0, 40.0, 70.0])
+@pytest.mark.parametrize("camera", [projection_of(top_view(SIZE_PX, 0.1)), slanted(), slanted(8.0, 0.2, 1000.0)])
+def test_box_without_a_class_may_be_a_motorcycle(camera: FloatArray, along_m: float) -> None:
+    at_m = view_of(camera).to_ground(np.array([[320.0, 180.0]]))[0][0] if camera[2, 2] == 0 else (1.0, along_m)
+    motorcycle, car = (make_boxes([(*at_m, np.pi / 2, *size_m)]) for size_m in ((2.2, 0.8), (3.6, 1.6)))
+    found = detect(camera, drawn(camera, motorcycle, height_m=1.4, name="unknown")).boxes
+    named = detect(camera, drawn(camera, motorcycle, height_m=1.4, name="motorcycle")).boxes
+    assert found.corners() == pytest.approx(named.corners())
+    assert abs(np.sin(found.heading_rad[0])) > 0.98
+    assert detect(camera, drawn(camera, car, name="unknown")).boxes.length_m[0] > 3.0
 
 
 @pytest.mark.parametrize("heading_rad", [0.3, 0.8, 2.0, -2.6])
