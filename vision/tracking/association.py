@@ -152,7 +152,7 @@ def _nearest_fit(offset_m: FloatArray, excess_m: FloatArray, tolerance_m: float)
     return np.where(room_m > tolerance_m / 2, nearest_m, offset_m)
 
 
-def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> FloatArray:
+def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatArray, BoolArray]:
     """Compute what it costs to give each sighting to each track.
 
     Parameters
@@ -163,7 +163,8 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> FloatArray:
 
     Returns
     -------
-    (n, m) squared Mahalanobis distances, more where the cells belong to another track, infinite where forbidden.
+    (n, m) squared Mahalanobis distances, more where the cells belong to another track, infinite where forbidden; and
+    (n, m) what is forbidden for nothing but the speed that it would take.
     """
     settings = tracks.settings
     limit = settings.gate_sigmas**2
@@ -182,8 +183,9 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> FloatArray:
     is_owner = sightings.owner[None] == np.arange(len(tracks))[:, None]
     is_others = (sightings.owner >= 0)[None] & ~is_owner
     is_outside = squared > limit * np.where(is_owner, settings.owner_gates**2, 1.0)
-    forbidden = is_outside | is_far | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
-    return np.where(forbidden, np.inf, np.minimum(squared, limit) + limit * is_others)
+    forbidden = is_outside | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
+    cost = np.where(forbidden | is_far, np.inf, np.minimum(squared, limit) + limit * is_others)
+    return cost, is_far & ~forbidden
 
 
 def _centres(tracks: TrackTable, sightings: Sightings) -> FloatArray:

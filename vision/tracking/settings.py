@@ -14,6 +14,8 @@ class TrackingSettings:
     grip_mps2: float = 8.0
     # Nothing on the road is faster; limits how far a new track may jump between two frames.
     max_speed_mps: float = 45.0
+    # A track at this part of it that would have to be faster is told of: slower ones seem to jump by bad luck.
+    fast_share: float = 0.8
     # Below this speed the heading is kept: the direction of a small velocity is noise.
     heading_speed_mps: float = 1.5
     # A motion is sure once it is this many standard deviations: a heading follows a low velocity only then (any higher

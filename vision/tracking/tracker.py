@@ -27,6 +27,10 @@ class Tracker:
     ----------
     settings : noise, gates, life times.
     is_in_view : tells for (n, 2) ground points which are road in view; tracks that coast out of it end.
+
+    Attributes
+    ----------
+    cut_count : how often a track was not seen where only the speed limit kept it from being seen.
     """
 
     def __init__(self, settings: VisionSettings, is_in_view: Callable[[FloatArray], BoolArray]) -> None:
@@ -38,6 +42,7 @@ class Tracker:
         self._now_us: int | None = None
         self._step_us = 0
         self._names_used = 0
+        self.cut_count = 0
         self._sun = Sun(settings.detection)
         self._noise_level = NoiseLevel(self._settings)
 
@@ -90,7 +95,7 @@ class Tracker:
             detections, known, tracks, usual_length_m=self._usual_m[0], noise_factor=self._noise_level.factor
         )
         tracks.is_observed = np.zeros(len(tracks), np.bool_)
-        cost = costs(tracks, sightings, self._now_us)
+        cost, is_too_fast = costs(tracks, sightings, self._now_us)
         is_free = np.ones(len(sightings.owner), np.bool_)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
             free = np.flatnonzero(is_free)
@@ -98,6 +103,9 @@ class Tracker:
             if len(taken) > 0:
                 self._correct(rows[taken_by], free[taken], sightings, detections)
             is_free[free[taken]] = False
+        # Fast ones that are seen nowhere, though what nobody else claims would be them but for the speed.
+        is_fast = tracks.speed_mps() > self._settings.fast_share * self._settings.max_speed_mps
+        self.cut_count += int(is_too_fast[np.ix_(is_fast & ~tracks.is_observed, is_free)].any(axis=1).sum())
         tracks.note_rest(self._now_us)
         self._confirm()
         bodies = self._end(self._bodies())
@@ -139,6 +147,10 @@ class Tracker:
         kept = np.ones(len(self._tracks), np.bool_)
         kept[rows] = False
         self._tracks = self._tracks.select(kept)
+
+    def forget(self) -> None:
+        """End all tracks; their names are not used again."""
+        self._tracks = TrackTable.empty(self._settings)
 
     def claims(self) -> tuple[Boxes, BoolArray]:
         """Say where objects stand, for the background.

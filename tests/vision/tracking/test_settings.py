@@ -82,6 +82,18 @@ def jumping_lights(settings: TrackingSettings) -> object:
     return [len(names(Watch(settings).see_all([car(0.04 * k * v)] for k in range(8)))) for v in (43.0, 70.0)]
 
 
+def cars_too_fast_for_the_limit(settings: TrackingSettings) -> object:
+    """See cars that are hidden for half a second, and were too fast meanwhile: how often is that told?"""
+    slow, told = replace(settings, max_speed_mps=20.0, acceleration_along_mps2=30.0), []
+    for v in (14.0, 17.0):
+        watch = Watch(slow, step_us=80_000, spread_m=0.2)
+        watch.see_all([car(0.08 * k * v)] for k in range(12))
+        watch.see_all([] for _ in range(5))
+        watch.see(car(0.08 * 11 * v + 13))
+        told.append(watch.tracker.cut_count)
+    return told
+
+
 def creeping_cars(settings: TrackingSettings) -> object:
     """See cars creep away from where their boxes point: where do they head, and which are expected to go on?"""
     watch = Watch(settings, spread_m=0.05)
@@ -362,6 +374,7 @@ NOTICED_IN: dict[Callable[[TrackingSettings], object], Sequence[str]] = {
     car_that_brakes_and_swerves: ("acceleration_along_mps2", "acceleration_across_mps2"),
     truck_of_which_the_rear_is_smeared: ("grip_mps2",),
     jumping_lights: ("max_speed_mps",),
+    cars_too_fast_for_the_limit: ("fast_share",),
     creeping_cars: ("heading_speed_mps",),
     cars_that_back: ("sure_sigmas", "sure_mps"),
     sightings_beside_the_course: ("gate_sigmas",),
