@@ -5,7 +5,7 @@ objects. When the view is back (or the video ends) one sample without objects, v
 view, says that nothing is known from then on; a loss so short that tracks bridge it is passed over.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Generic, Protocol, TypeVar
 
@@ -30,6 +30,10 @@ class Vision(Protocol[FrameT_contra]):
 
     def observe(self, frame: FrameT_contra, /) -> Iterable[VisionObjects]:
         """Take the next frame and give the results that are ready."""
+        ...
+
+    def notes(self) -> Sequence[str]:
+        """Say what people should know of what was seen so far."""
         ...
 
     def finish(self) -> Iterable[VisionObjects]:

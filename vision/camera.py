@@ -6,7 +6,7 @@ update, judge, learn. What the tracker knows flows back: its predictions divide 
 backgrounds from learning them.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
@@ -22,13 +22,16 @@ from vision.networks.box_eye import BoxEye
 from vision.objects import BoolArray, FloatArray, IntArray, VisionObjects
 from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingEye, MovingGroundSurface
-from vision.registration.registration import CameraMotion
+from vision.registration.registration import CameraMotion, Registration
+from vision.registration.watch import MovementWatch, noticed_px
 from vision.road.boxes import Boxes
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 from vision.video.frame import Companion, Frame
 
 InstantT = TypeVar("InstantT", bound=Instant)
+
+UNLIKE = "expected the road that is known, got another picture over most of it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +41,23 @@ class _Sight:
     t_us: int
     pictures: tuple[Any, ...]  # Any: each goes back to the eye that took it
     pixel_from_ground: FloatArray | None = None
+    why_lost: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Unannounced(Generic[InstantT]):
+    """What is done should a camera move that is said to stand.
+
+    Attributes
+    ----------
+    watch : notices it.
+    follow : gives, for the map of the present picture, the eye and the motion to go on with.
+    pixel_from_ground : (3, 3) as it was said.
+    """
+
+    watch: MovementWatch
+    follow: Callable[[FloatArray], tuple[Eye[InstantT], CameraMotion[InstantT]]]
+    pixel_from_ground: FloatArray
 
 
 class Camera(Generic[InstantT]):
@@ -48,6 +68,7 @@ class Camera(Generic[InstantT]):
     eyes : one, or two that are fused; the first one's start-up is the camera's.
     motion : knows the maps of a moving camera; None if it stands, or its boxes are on the ground already.
     settings : constants.
+    unannounced : what to do should it move although `motion` is None; None to believe that it stands.
 
     Attributes
     ----------
@@ -55,10 +76,16 @@ class Camera(Generic[InstantT]):
     """
 
     def __init__(
-        self, eyes: Sequence[Eye[InstantT]], motion: CameraMotion[InstantT] | None, settings: VisionSettings
+        self,
+        eyes: Sequence[Eye[InstantT]],
+        motion: CameraMotion[InstantT] | None,
+        settings: VisionSettings,
+        unannounced: Unannounced[InstantT] | None = None,
     ) -> None:
         self._eyes = eyes
         self._motion = motion
+        self._unannounced = unannounced
+        self._moves_from_us: int | None = None
         self.settings = settings
         self._tracker = Tracker(settings, self._holds)
         self._held: list[_Sight] = []
@@ -122,13 +149,38 @@ class Camera(Generic[InstantT]):
         held, self._held = self._held, []
         return map(self._follow, held)
 
+    def notes(self) -> list[str]:
+        """Say what people should know of what was seen so far."""
+        notes = []
+        if self._moves_from_us is not None:
+            since = f"the camera moves, seen from {self._moves_from_us / 1e6:.2f} s on, though it was said to stand"
+            notes.append(f"{since}; from there on it is followed by its pictures, as with moving = true")
+        if self._tracker.cut_count:
+            most = f"{self.settings.tracking.max_speed_mps:.0f} m/s"
+            notes.append(
+                f"{self._tracker.cut_count} times a track was cut because its vehicle would have been faster than "
+                f"{most} (vision.tracking.max_speed_mps); are clock, scale and speed limits right?"
+            )
+        return notes
+
+    def _go_along(self, moved: Unannounced[InstantT], t_us: int) -> None:
+        """Go on as a camera that moves; what is held was seen by an eye that is no longer there."""
+        matrix = moved.watch.present_from_first @ moved.pixel_from_ground
+        eye, self._motion = moved.follow(matrix)
+        self._eyes, self._unannounced, self._moves_from_us = [eye], None, t_us
+        # Since it began to move, the edges of the road have been taken for vehicles.
+        self._tracker.forget()
+        self._held = [_Sight(one.t_us, (None,), why_lost="the camera began to move") for one in self._held]
+
     def _take(self, instant: InstantT) -> _Sight:
+        if self._unannounced is not None and isinstance(instant, Frame) and self._unannounced.watch.look(instant):
+            self._go_along(self._unannounced, instant.t_us)
         matrix = None
         if self._motion is not None:
             outlines_m = list(self._tracker.claims()[0].corners(self.settings.outline_margin_m))
             located = self._motion.locate(instant, outlines_m)
             if located is None:
-                return _Sight(instant.t_us, (None,) * len(self._eyes))
+                return _Sight(instant.t_us, (None,) * len(self._eyes), why_lost=self._motion.refusal)
             matrix = facing(located)
         return _Sight(instant.t_us, tuple(eye.take(instant, matrix) for eye in self._eyes), matrix)
 
@@ -145,7 +197,7 @@ class Camera(Generic[InstantT]):
             for eye in self._eyes:
                 eye.learn(claims, is_real)
         if not any(channel.is_open for channel in channels):
-            return VisionObjects.lost(sight.t_us)
+            return VisionObjects.lost(sight.t_us, sight.why_lost or UNLIKE)
         return objects if self._motion is None else replace(objects, pixel_from_ground=sight.pixel_from_ground)
 
     def _judge(self, t_us: int) -> None:
@@ -206,6 +258,7 @@ def fixed_camera(
     settings: VisionSettings | None = None,
     *,
     lanes: Sequence[LaneStrip] = (),
+    reach_m: float | None = None,
 ) -> Camera[Frame]:
     """Make a camera that stands still.
 
@@ -216,6 +269,7 @@ def fixed_camera(
     image_size_px : (width, height) of the frames.
     settings : constants; the defaults suit daylight traffic.
     lanes : of the road, if they are known; they help with vehicles that stand side by side.
+    reach_m : as of `moving_camera`, should it move all the same; None to believe that it does not.
 
     Raises
     ------
@@ -223,8 +277,19 @@ def fixed_camera(
         If no road is in view, or the geometry is unusable.
     """
     settings = settings or VisionSettings()
-    eye = FixedEye(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, settings, lanes)
-    return Camera([eye], None, settings)
+    polygons_m = checked_polygons(road_polygons_m)
+    eye = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes)
+    if reach_m is None:
+        return Camera([eye], None, settings)
+
+    def follow(matrix: FloatArray) -> tuple[MovingEye, Registration]:
+        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings)
+        return moving, Registration(matrix, image_size_px, settings.registration)
+
+    watch = MovementWatch(
+        image_size_px, settings.registration, least_px=noticed_px(pixel_from_ground, image_size_px, settings)
+    )
+    return Camera([eye], None, settings, Unannounced(watch, follow, pixel_from_ground))
 
 
 def fused_camera(
@@ -291,14 +356,23 @@ def moving_camera(
         If no road is in reach, or the geometry is unusable.
     """
     settings = settings or VisionSettings()
+    polygons_m = checked_polygons(road_polygons_m)
+    eye = _moving_eye(pixel_from_ground, polygons_m, image_size_px, reach_m=reach_m, settings=settings)
+    return Camera([eye], motion, settings)
+
+
+def _moving_eye(
+    pixel_from_ground: FloatArray,
+    polygons_m: Sequence[FloatArray],
+    image_size_px: tuple[int, int],
+    *,
+    reach_m: float,
+    settings: VisionSettings,
+) -> MovingEye:
     surface = MovingGroundSurface(
-        facing(pixel_from_ground),
-        checked_polygons(road_polygons_m),
-        image_size_px=image_size_px,
-        reach_m=reach_m,
-        settings=settings,
+        facing(pixel_from_ground), polygons_m, image_size_px=image_size_px, reach_m=reach_m, settings=settings
     )
-    return Camera([MovingEye(surface, MosaicBackground(surface.raster, settings), settings)], motion, settings)
+    return MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
 
 
 def box_camera(

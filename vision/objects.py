@@ -67,7 +67,9 @@ class VisionObjects:
     observed : (n,) False where no detection was assigned in this frame and the position is predicted.
     clipped : (n,) True where the object reaches over the edge of the view: centre and length are then guesses.
     classes : none: what a detector takes an object for is not carried along its track.
-    is_lost : True where a moving camera does not know where it looks: nothing can be said about any object.
+    is_lost : True where nothing can be said about any object: a moving camera does not know where it looks, or the
+        picture is another one than the road that is known.
+    why_lost : which guard said so, and by what; may be empty.
     pixel_from_ground : (3, 3) map of the frame, where the camera moves and knows it; else None.
     """
 
@@ -82,10 +84,11 @@ class VisionObjects:
     clipped: BoolArray
     is_lost: bool = False
     pixel_from_ground: FloatArray | None = None
+    why_lost: str = ""
     classes: tuple[()] = field(default=(), repr=False)
 
     @classmethod
-    def lost(cls, t_us: int) -> VisionObjects:
+    def lost(cls, t_us: int, why: str = "") -> VisionObjects:
         """Make what is said of a frame whose view is lost.
 
         Examples
@@ -94,4 +97,5 @@ class VisionObjects:
         ((), True)
         """
         nothing, falses = np.zeros(0), np.zeros(0, np.bool_)
-        return cls(t_us, (), np.zeros((0, 2)), np.zeros((0, 2)), nothing, nothing, nothing, falses, falses, True)
+        nowhere = np.zeros((0, 2))
+        return cls(t_us, (), nowhere, nowhere, nothing, nothing, nothing, falses, falses, True, why_lost=why)

@@ -37,6 +37,8 @@ class Seer:
 class Blinking:
     """A camera that does not know where it looks for a while."""
 
+    refusal = "told to be lost"
+
     def locate(self, frame: Instant, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
         return None if 40 <= frame.index < 60 else VIEW
 

@@ -26,6 +26,8 @@ class GivenMotion:
     def __init__(self, lost: Sequence[int] = ()) -> None:
         self._lost = lost
 
+    refusal = "told to be lost"
+
     def locate(self, frame: Frame, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
         return None if frame.index in self._lost else drift(frame.index)
 

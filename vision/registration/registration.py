@@ -33,6 +33,11 @@ InstantT_contra = TypeVar("InstantT_contra", contravariant=True)
 class CameraMotion(Protocol[InstantT_contra]):
     """Anything that knows the map to the ground at every instant of a moving camera: of frames, or of poses alone."""
 
+    @property
+    def refusal(self) -> str:
+        """Why the view of the latest instant is lost; empty where it is known."""
+        ...
+
     def locate(self, frame: InstantT_contra, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
         """Tell from where a frame was taken.
 
@@ -60,6 +65,7 @@ class Registration:
     Attributes
     ----------
     inliers : how many corners agreed in the latest frame.
+    refusal : which guard called the view lost, and by what; empty where it is known.
     """
 
     def __init__(
@@ -67,6 +73,7 @@ class Registration:
     ) -> None:
         self._settings = settings
         self.inliers = 0
+        self.refusal = ""
         self._matrix = np.asarray(pixel_from_ground, np.float64)
         width, height = image_size_px
         self._corners_px = np.array([[0.0, 0.0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]])
@@ -107,10 +114,12 @@ class Registration:
         reach_px = (self._settings.jump_share + share_per_s * unknown_s) * self._diagonal_px
         matrix = self._follow(luma, self._drawn, self._matrix, reach_px=reach_px)
         if matrix is None:
+            refusal = self.refusal
             matrix = self._search(luma, frame.t_us, reach_px=reach_px)
             if matrix is None:
+                self.refusal = refusal
                 return None
-        self._searched_us = None
+        self._searched_us, self.refusal = None, ""
         self._matrix, self._known_us = matrix, frame.t_us
         self._choose_key(luma, vehicles_m)
         return matrix
@@ -120,20 +129,30 @@ class Registration:
         settings = self._settings
         fit, expected = drawn.follow(luma, guess, settings)
         if fit is None:
+            self.refusal = f"expected {settings.least_pairs} corners or more that move alike, got fewer"
             return None
         found_px = transform(fit.matrix, fit.source_px)[fit.is_inlier]
         self.inliers = len(found_px)
         spread = np.ptp(found_px, axis=0) / np.array(luma.shape[::-1]) / 2
         least_inliers = max(settings.least_inliers, settings.least_share * expected)
-        if self.inliers < least_inliers or spread.min() < settings.least_spread:
+        if self.inliers < least_inliers:
+            self.refusal = f"expected {least_inliers:.0f} corners or more that agree, got {self.inliers}"
+            return None
+        if spread.min() < settings.least_spread:
+            self.refusal = f"expected corners over {settings.least_spread:.2f} of the picture, got {spread.min():.2f}"
             return None
         some = slice(None, None, max(1, self.inliers // LIKENESS_CORNERS))
-        likeness = _likeness(drawn.luma, fit.source_px[fit.is_inlier][some], luma, found_px[some])
+        likeness = np.median(likenesses(drawn.luma, fit.source_px[fit.is_inlier][some], luma, found_px[some]))
         if likeness < settings.least_likeness:
+            expected_likeness = f"{settings.least_likeness:.2f} or more like what is known"
+            self.refusal = f"expected a picture around the corners that is {expected_likeness}, got {likeness:.2f}"
             return None
         matrix = np.asarray(fit.matrix @ drawn.pixel_from_ground)
         moved_px = np.hypot(*self._shift_px(self._matrix, matrix).T).max()
-        return matrix if moved_px <= reach_px else None
+        if moved_px > reach_px:
+            self.refusal = f"expected a view within {reach_px:.0f} px of the last one, got one {moved_px:.0f} px away"
+            return None
+        return matrix
 
     def _search(self, luma: ByteArray, t_us: int, *, reach_px: float) -> FloatArray | None:
         """Look for a lost view among the key frames, now and then."""
@@ -208,13 +227,24 @@ def _lattice(corners_px: FloatArray) -> FloatArray:
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
-def _likeness(luma: ByteArray, points_px: FloatArray, other: ByteArray, other_px: FloatArray) -> float:
-    """Correlate the surroundings of corners in two pictures, corner by corner; the median."""
+def likenesses(luma: ByteArray, points_px: FloatArray, other: ByteArray, other_px: FloatArray) -> FloatArray:
+    """Correlate the surroundings of corners in two pictures at half size, corner by corner.
+
+    Parameters
+    ----------
+    luma, other : the pictures. points_px, other_px : (n, 2) full-size positions in them.
+
+    Returns
+    -------
+    (n,) from -1 to 1.
+    """
+    if len(points_px) == 0:
+        return np.zeros(0)
     one, two = _surroundings(luma, points_px), _surroundings(other, other_px)
     one -= one.mean(axis=1, keepdims=True)
     two -= two.mean(axis=1, keepdims=True)
     power = np.sqrt(np.sum(one**2, axis=1) * np.sum(two**2, axis=1))
-    return float(np.median(np.sum(one * two, axis=1) / np.maximum(power, 1e-6)))
+    return np.asarray(np.sum(one * two, axis=1) / np.maximum(power, 1e-6), np.float64)
 
 
 def _surroundings(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:

@@ -31,6 +31,11 @@ class StoredPoses:
         self._track = track
         self._size_px = size_px
 
+    @property
+    def refusal(self) -> str:
+        """Say why a view is lost."""
+        return "expected a pose near in time, got none"
+
     def locate(self, frame: Instant, vehicles_m: Sequence[FloatArray]) -> FloatArray | None:
         """Look up the map of a frame; None where no pose is near enough in time."""
         try:

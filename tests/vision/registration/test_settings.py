@@ -21,6 +21,7 @@ from vision.registration.moving_raster import MovingGroundSurface
 from vision.registration.plane_fit import fit_plane, transform
 from vision.registration.registration import Registration
 from vision.registration.settings import RegistrationSettings
+from vision.registration.watch import MovementWatch, noticed_px
 from vision.road.boxes import Boxes
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
@@ -198,6 +199,34 @@ def grown(settings: RegistrationSettings) -> list[bytes]:
     return found
 
 
+@cache
+def wandering() -> list[Frame]:
+    """Stand, then drift away slowly."""
+    world = MovingWorld()
+    return [world.frame(view(east_m=0.03 * max(k - 20, 0)), k) for k in range(0, 160, 2)]
+
+
+def halves() -> list[Frame]:
+    """Show a picture of which five eighths move, and the others stay."""
+    world, frames = MovingWorld(), []
+    for k in range(0, 60, 5):
+        there = world.frame(view(), k).luma.copy()
+        moved = world.frame(view(east_m=0.3 * k), k).luma
+        there[:, :200] = moved[:, :200]
+        frames.append(make_frame(there.astype(np.float64), index=k, t_us=40_000 * k))
+    return frames
+
+
+def noticed(settings: RegistrationSettings) -> object:
+    """Watch a camera: when is it said to move?"""
+    near = noticed_px(view(zoom=30.0), SIZE, VisionSettings(registration=settings))
+    said = []
+    for frames, least_px in ((wandering(), settings.moved_px), (wandering(), 0.5), (halves(), 3.0)):
+        watch = MovementWatch(SIZE, settings, least_px=least_px)
+        said.append([watch.look(frame) for frame in frames])
+    return near, said
+
+
 NOTICED_IN = {
     corners: ("corners", "corner_spacing", "corner_quality", "enough_corners", "corner_border_px"),
     followed: ("window_px",),
@@ -208,6 +237,7 @@ NOTICED_IN = {
     jumped: ("jump_share", "jump_share_per_s"),
     found_again: ("most_keys", "search_us", "search_keys"),
     raster_of: ("border_px", "smear_shift"),
+    noticed: ("watch_us", "watch_looks", "moved_px", "moved_widths", "moved_share", "unmoved_share"),
     grown: ("startup_samples", "later_samples", "residual_cells"),
 }
 
