@@ -163,8 +163,9 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
     engines = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
     settings = replace(engines, linkage=linkage, early_events=not request.final)
+    feed = source.feed()
     pipeline = declared_pipeline(
-        source.feed(),
+        feed,
         source.network,
         chronicles.merged,
         monitors,
@@ -177,7 +178,9 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     with open_log(request.log_url, "w") as log:
         if not request.again and log.has_finished(record.id):
             return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
-        return _run(source, pipeline, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
+        done = _run(source, pipeline, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
+    notes = feed.vision.notes() if feed.vision else ()
+    return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
 
 
 def _run(
@@ -218,11 +221,11 @@ def _run(
     )
 
 
-def _lost_view(source: Input, from_us: int, to_us: int | None) -> str:
+def _lost_view(source: Input, from_us: int, to_us: int | None, why: str) -> str:
     until = "its end" if to_us is None else f"{to_us / 1e6:.2f} s"
     return (
         f"{source.path.name}: the camera's view was lost from {from_us / 1e6:.2f} s to {until}; "
-        "nothing is said about this time"
+        f"nothing is said about this time{': ' + why if why else ''}"
     )
 
 

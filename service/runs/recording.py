@@ -76,14 +76,14 @@ class Recorder:
     events : number of events that stand so far; a retracted one does not.
     records_cars, records_events : whether there is a stream of them; without one, they are not known.
     unfit : counts the relation changes that chronicles cannot take.
-    lost_views : from when to when a moving camera's view was lost; the end is None where it was not found again.
+    lost_views : from when to when a camera's view was lost, and why; the end is None where it was not found again.
     """
 
     def __init__(self, writer: RunWriter, network: RoadNetwork | None, unfit: UnfitCounter, *, history_us: int) -> None:
         self.unfit = unfit
         self.events = 0
         self.records_cars = self.records_events = False
-        self.lost_views: list[tuple[int, int | None]] = []
+        self.lost_views: list[tuple[int, int | None, str]] = []
         self._writer = writer
         self._rows = CarRows(network)
         self._history = CarHistory(history_us)
@@ -120,14 +120,15 @@ class Recorder:
             view = objects.pixel_from_ground
             numbers = () if view is None or objects.is_lost else tuple(view.ravel().tolist())
             self._writer.append((ViewRecord(objects.t_us, numbers),))
-            self._note_view(objects.t_us, is_lost=objects.is_lost)
+            self._note_view(objects)
 
-    def _note_view(self, t_us: int, *, is_lost: bool) -> None:
+    def _note_view(self, objects: VisionObjects) -> None:
         """Keep track of lost views: one sample tells of a loss, the next one ends it."""
-        if is_lost:
-            self.lost_views.append((t_us, None))
+        if objects.is_lost:
+            self.lost_views.append((objects.t_us, None, objects.why_lost))
         elif self.lost_views and self.lost_views[-1][1] is None:
-            self.lost_views[-1] = self.lost_views[-1][0], t_us
+            from_us, _, why = self.lost_views[-1]
+            self.lost_views[-1] = from_us, objects.t_us, why
 
     def _record_cars(self, sample: Sample[Anchored]) -> None:
         cars, filled = sample.value.cars, sample.value.filled

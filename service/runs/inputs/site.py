@@ -82,7 +82,7 @@ class CameraTable(Struct):
     homography: Matrix | None = None
     point: list[PointTable] | None = None
     road_mask: Path | None = None
-    moving: bool = False
+    moving: Annotated[bool | Literal["auto"], Meta(description='true, false or "auto"')] = "auto"
     poses: Path | None = None
     reach_m: Metres | None = None
     thermal: ThermalTable | None = None
@@ -143,7 +143,8 @@ class Site:
     road_mask : an image of the frame's size that is bright where road is; exists when the file is loaded.
     path : the site file.
     files : the site file and every file it names: all that the site depends on.
-    motion : None if the camera stands still; `camera` is that of the first frame where it moves.
+    motion : None if the camera is said to stand, or nothing is said; `camera` is that of the first frame if it moves.
+    may_move : whether nothing is said.
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
     detector : which detector is to look, and what it needs besides; None if the file has no [detector].
     anchoring, relations, vision : the numbers of these engines, with what the tables of these names change in them.
@@ -157,6 +158,7 @@ class Site:
     path: Path
     files: tuple[Path, ...]
     motion: Motion | None = None
+    may_move: bool = True
     thermal: Thermal | None = None
     detector: DetectionDetails | None = None
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
@@ -206,6 +208,7 @@ def load_site(path: str | Path) -> Site:
         path=path,
         files=tuple(file for file in files if file),
         motion=motion,
+        may_move=view.moving == "auto",
         thermal=Thermal(thermal.video, _camera_of(thermal.homography, path, "camera.thermal")) if thermal else None,
         detector=said.detector,
         anchoring=said.anchoring,
@@ -258,10 +261,10 @@ def _read_lanes(tables: list[LaneTable], path: Path) -> list[Lane]:
 
 
 def _read_motion(table: CameraTable, path: Path) -> Motion | None:
-    if not table.moving:
+    if table.moving is not True:
         for name in ("poses", "reach_m"):
             if getattr(table, name) is not None:
-                expected = f"expected moving = true beside {name}, got a camera that stands still"
+                expected = f"expected moving = true beside {name}, got {table.moving!r}"
                 raise wrong(path, f"camera.{name}", expected)
         return None
     if table.road_mask is not None:
@@ -271,7 +274,7 @@ def _read_motion(table: CameraTable, path: Path) -> Motion | None:
 
 
 def _read_camera(table: CameraTable, path: Path) -> GroundCamera | None:
-    if table.moving and table.homography is None and table.point is None:
+    if table.moving is True and table.homography is None and table.point is None:
         if table.poses is not None:
             return None
         raise wrong(path, "camera", "expected homography, point or poses beside moving = true; got none of them")

@@ -4,9 +4,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
@@ -19,7 +16,8 @@ from service.runs.inputs.detectors import (
     check_against,
     describe,
 )
-from service.runs.inputs.input_kind import Asked, Input, camera_record
+from service.runs.inputs.first_look import FirstLook, first_look
+from service.runs.inputs.input_kind import Asked, Input, camera_record, is_read_once
 from service.runs.inputs.moving_camera import first_camera
 from service.runs.inputs.site import Motion, Site
 from service.runs.inputs.toml_tables import told
@@ -30,12 +28,17 @@ from service.runs.pipeline import VIDEO, Feed
 from vision.camera import FixedView
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
+from vision.registration.watch import noticed_px
 from vision.road.scale import estimate_scale, image_plane
 from vision.settings import VisionSettings
 from vision.video.frames import VideoSource, open_video
 
+# No vehicle is faster than this many times the highest limit around: drivers speed, and clocks run fast.
+MOST_SPEEDING = 2.0
+# Whether a camera moves is looked at for as long as a start-up is held, and a little longer; what it does later is
+# noticed by vision. A scale wants more traffic than that.
+NOTICED_US = 6_000_000
 SCALE_SPAN_US = 10_000_000
-SCALE_STEP_US = 500_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,13 +101,33 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
 def _open_video(path: Path, site: Site | None) -> VideoInput:
     network, settings = (site.network, site.vision) if site else (None, VisionSettings())
     video = open_video(path)
+    if network is not None:
+        limits_mps = [MOST_SPEEDING * lane.speed_limit_mps for lane in network.lanes]
+        fastest_mps = max([settings.tracking.max_speed_mps, *limits_mps])
+        settings = replace(settings, tracking=replace(settings.tracking, max_speed_mps=fastest_mps))
     if site is None or (site.camera is None and site.motion is None):
         return _without_camera(path, video, network, settings)
-    size_px = (video.width_px, video.height_px)
+    size_px, motion, warnings = (video.width_px, video.height_px), site.motion, tuple[str, ...]()
     with told(InputError, site.path, f"for {path.name}"):
-        camera = first_camera(site.camera, site.motion, size_px)
-        area_m = watched_area(camera, network, site.road_mask, size_px, site.motion)
-    return _video_input(path, VideoSensor(video, camera, network, area_m, site.motion, settings=settings))
+        camera = first_camera(site.camera, motion, size_px)
+        if motion is None and site.may_move and not is_read_once(path):
+            least_px = noticed_px(camera.pixel_from_ground, size_px, settings)
+            look = first_look(open_video(path), settings, span_us=NOTICED_US, least_px=least_px)
+            motion, warnings = _noticed_motion(path, site, look)
+        area_m = watched_area(camera, network, site.road_mask, size_px, motion)
+    may_move = site.may_move and site.road_mask is None
+    sensor = VideoSensor(video, camera, network, area_m, motion, may_move=may_move, settings=settings)
+    return _video_input(path, sensor, *warnings)
+
+
+def _noticed_motion(path: Path, site: Site, look: FirstLook) -> tuple[Motion | None, tuple[str, ...]]:
+    """Follow a camera that was seen to move, if the rest of the site allows it; with what the user is told."""
+    if look.moves_from_us is None:
+        return None, ()
+    seen = f"{path.name}: the camera moves, seen at {look.moves_from_us / 1e6:.2f} s"
+    if site.road_mask is not None:
+        return None, (f"{seen}, but a road mask is for one that stands: places will be wrong",)
+    return Motion(None, None), (f"{seen}; it is followed by its pictures, as with moving = true in the site file",)
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
@@ -143,28 +166,18 @@ def _without_camera(
     """Lay the ground into the image plane, with a scale from what moves in the first seconds."""
     if network is not None:
         raise InputError(f"{path}: expected a [camera] beside the [network] of the site file, got a network alone")
+    look = first_look(open_video(path), settings, span_us=SCALE_SPAN_US, least_px=settings.registration.moved_px)
     with told(InputError, path, "no camera is known"):
-        scale = estimate_scale(_first_pictures(video), settings)
+        scale = estimate_scale(look.pictures, settings)
+    motion = None if look.moves_from_us is None else Motion(None, None)
     camera = GroundCamera.from_homography(image_plane(scale, width_px=video.width_px, height_px=video.height_px))
     warning = (
         f"{path.name}: no camera is known, so the image plane is taken for the ground, at {scale:.3f} m a pixel from "
         "the typical length of what moves; distances and speeds are rough"
     )
-    area_m = watched_area(camera, None, None, (video.width_px, video.height_px))
-    return _video_input(path, VideoSensor(video, camera, None, area_m, settings=settings), warning)
-
-
-def _first_pictures(video: VideoSource) -> list[NDArray[np.uint8]]:
-    """Return the luma of a picture every half second, for up to ten seconds."""
-    pictures: list[NDArray[np.uint8]] = []
-    first_us: int | None = None
-    due_us = 0
-    for frame in video:
-        first_us = frame.t_us if first_us is None else first_us
-        since_us = frame.t_us - first_us
-        if since_us > SCALE_SPAN_US:
-            break
-        if since_us >= due_us:
-            pictures.append(frame.luma.copy())
-            due_us = since_us + SCALE_STEP_US
-    return pictures
+    if look.moves_from_us is not None:
+        warning += f"; the camera moves, seen at {look.moves_from_us / 1e6:.2f} s, and is followed by its pictures"
+    area_m = watched_area(camera, None, None, (video.width_px, video.height_px), motion)
+    guessed_m2 = scale**2 * video.width_px * video.height_px
+    sensor = VideoSensor(video, camera, None, area_m, motion, may_move=True, guessed_m2=guessed_m2, settings=settings)
+    return _video_input(path, sensor, warning)

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
+from service.runs.inputs.guessed_ground import DoubtedVision
 from service.runs.inputs.moving_camera import camera_motion, reach_m
 from service.runs.inputs.site import Motion
 from vision.camera import Camera, FixedView, box_camera, fixed_camera, fused_camera, moving_camera, thermal_settings
@@ -34,6 +36,8 @@ class VideoSensor:
     motion : how the camera moves; None if it stands still.
     boxes : finds vehicles without knowing the road; None for the built-in detector.
     thermal : a second video for the built-in detector to look at; None if there is none.
+    may_move : whether it may move though `motion` is None; the built-in detector then notices.
+    guessed_m2 : how much ground is in view, if that was only guessed; what cannot be vehicles then ends the run.
     is_thermal : whether the video itself is thermal, and therefore coarse.
     settings : of vision.
     """
@@ -45,6 +49,8 @@ class VideoSensor:
     motion: Motion | None = None
     boxes: BoxDetector[Frame] | None = None
     thermal: ThermalVideo | None = None
+    may_move: bool = False
+    guessed_m2: float | None = None
     is_thermal: bool = False
     settings: VisionSettings = field(default_factory=VisionSettings)
 
@@ -53,7 +59,7 @@ class VideoSensor:
         """Return width and height of the frames."""
         return self.video.width_px, self.video.height_px
 
-    def vision(self) -> Camera[Frame]:
+    def vision(self) -> Camera[Frame] | DoubtedVision:
         """Make the vision of the camera.
 
         Raises
@@ -61,6 +67,12 @@ class VideoSensor:
         VisionError, GisError
             If the roads, the view or the poses are unusable.
         """
+        camera = self._camera()
+        if self.guessed_m2 is None or self.boxes is not None:
+            return camera
+        return DoubtedVision(camera, self.guessed_m2, Path(self.video.path).name)
+
+    def _camera(self) -> Camera[Frame]:
         matrix, motion, settings = self.ground_camera.pixel_from_ground, self.motion, self.settings
         follow = None
         if motion is not None:
@@ -75,11 +87,15 @@ class VideoSensor:
             return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, settings, lanes=lanes)
         if motion is None or follow is None:
             settings = thermal_settings(settings) if self.is_thermal else settings
-            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes)
-        around_m = reach_m(self.ground_camera, motion, self.size_px, has_roads=self.network is not None)
+            around_m = self._reach_m(Motion(None, None)) if self.may_move else None
+            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes, reach_m=around_m)
+        around_m = self._reach_m(motion)
         return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m, settings=settings)
 
-    def frames(self, vision: Camera[Frame]) -> Iterator[Frame]:
+    def _reach_m(self, motion: Motion) -> float:
+        return reach_m(self.ground_camera, motion, self.size_px, has_roads=self.network is not None)
+
+    def frames(self, vision: Camera[Frame] | DoubtedVision) -> Iterator[Frame]:
         """Read the frames, prepared for this vision.
 
         Raises

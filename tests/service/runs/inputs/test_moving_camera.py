@@ -53,8 +53,8 @@ def test_poses_stand_in_for_the_map_and_belong_to_the_site(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("camera", "message"),
     [
-        (MAP + 'moving = "yes"\n', "camera.moving: expected true or false, got 'yes'"),
-        (MAP + "reach_m = 5\n", "camera.reach_m: expected moving = true beside reach_m, got a camera that stands"),
+        (MAP + 'moving = "yes"\n', "camera.moving: expected true, false or \"auto\", got 'yes'"),
+        (MAP + "reach_m = 5\n", "camera.reach_m: expected moving = true beside reach_m, got 'auto'"),
         (MAP + "moving = true\nreach_m = -1\n", "camera.reach_m: expected metres, not below 0, got -1"),
         (MAP + 'moving = true\nposes = "no.csv"\n', "camera.poses: expected the path of a file, got 'no.csv'"),
         (MAP + 'moving = true\nposes = "site.toml"\n', "camera.poses: .*expected the columns t_us, x_m"),
