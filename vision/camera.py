@@ -24,6 +24,7 @@ from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingEye, MovingGroundSurface
 from vision.registration.registration import CameraMotion
 from vision.road.boxes import Boxes
+from vision.road.view import Lens
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 from vision.video.frame import Companion, Frame
@@ -193,10 +194,12 @@ class FixedView:
     ----------
     pixel_from_ground : (3, 3) homography from ground metres (x east, y north) to pixels.
     image_size_px : (width, height) of its frames.
+    lens : bends the picture of the homography; None for a straight one.
     """
 
     pixel_from_ground: FloatArray
     image_size_px: tuple[int, int]
+    lens: Lens | None = None
 
 
 def fixed_camera(
@@ -206,6 +209,7 @@ def fixed_camera(
     settings: VisionSettings | None = None,
     *,
     lanes: Sequence[LaneStrip] = (),
+    lens: Lens | None = None,
 ) -> Camera[Frame]:
     """Make a camera that stands still.
 
@@ -216,6 +220,7 @@ def fixed_camera(
     image_size_px : (width, height) of the frames.
     settings : constants; the defaults suit daylight traffic.
     lanes : of the road, if they are known; they help with vehicles that stand side by side.
+    lens : bends the picture of the homography; None for a straight one.
 
     Raises
     ------
@@ -223,7 +228,7 @@ def fixed_camera(
         If no road is in view, or the geometry is unusable.
     """
     settings = settings or VisionSettings()
-    eye = FixedEye(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, settings, lanes)
+    eye = FixedEye(pixel_from_ground, checked_polygons(road_polygons_m), image_size_px, settings, lanes, lens=lens)
     return Camera([eye], None, settings)
 
 
@@ -253,7 +258,15 @@ def fused_camera(
     polygons_m = checked_polygons(road_polygons_m)
     bias_m = settings.detection.colour_bias_m
     eyes = [
-        FixedEye(colour.pixel_from_ground, polygons_m, colour.image_size_px, settings, lanes, bias_m=bias_m),
+        FixedEye(
+            colour.pixel_from_ground,
+            polygons_m,
+            colour.image_size_px,
+            settings,
+            lanes,
+            bias_m=bias_m,
+            lens=colour.lens,
+        ),
         FixedEye(
             thermal.pixel_from_ground,
             polygons_m,
@@ -262,6 +275,7 @@ def fused_camera(
             lanes,
             companion=Companion(thermal_frames),
             bias_m=settings.detection.thermal_bias_m,
+            lens=thermal.lens,
         ),
     ]
     return Camera(eyes, None, settings)
@@ -309,6 +323,7 @@ def box_camera(
     pixel_from_ground: FloatArray | None = None,
     motion: CameraMotion[InstantT] | None = None,
     settings: VisionSettings | None = None,
+    lens: Lens | None = None,
 ) -> Camera[InstantT]:
     """Make a camera of which boxes are known, by a network or a file.
 
@@ -318,6 +333,7 @@ def box_camera(
     road_polygons_m, image_size_px, settings : as of `fixed_camera`.
     pixel_from_ground : (3, 3) of a camera that stands.
     motion : knows the maps of one that moves; without either, boxes must be on the ground already.
+    lens : of a camera that stands, as of `fixed_camera`.
 
     Raises
     ------
@@ -328,7 +344,7 @@ def box_camera(
     settings = settings or VisionSettings()
     background, tracking = replace(settings.background, period_us=0), replace(settings.tracking, standing_us=0)
     settings = replace(settings, background=background, tracking=tracking)
-    eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground)
+    eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground, lens=lens)
     return Camera([eye], motion, settings)
 
 
