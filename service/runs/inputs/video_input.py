@@ -21,7 +21,8 @@ from service.runs.inputs.detectors import (
 )
 from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.moving_camera import first_camera
-from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.site import Motion, Site, check_picture
+from service.runs.inputs.site_review import review
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.trajectories import is_trajectories
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
@@ -82,7 +83,7 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
     if choice.channels == "thermal":
         # Poses and masks are those of the colour camera.
         motion = None if site.motion is None else Motion(None, site.motion.reach_m)
-        alone = replace(site, camera=thermal.camera, motion=motion, road_mask=None)
+        alone = replace(site, camera=thermal.camera, size_px=None, motion=motion, road_mask=None)
         source = _open_video(thermal.video, alone)
         return replace(source, sensor=replace(source.sensor, is_thermal=True), detector=describe(choice))
     source = _open_video(path, site)
@@ -90,7 +91,7 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
         warning = f"{path.name}: the camera moves, so the thermal video beside it is not looked at"
         return replace(source, detector=describe(MotionChoice()), warnings=(*source.warnings, warning))
     video = open_video(thermal.video)
-    view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px))
+    view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px), thermal.camera.lens)
     both = replace(source.sensor, thermal=ThermalVideo(video, view))
     return replace(source, sensor=both, detector=describe(choice))
 
@@ -101,10 +102,15 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
     if site is None or (site.camera is None and site.motion is None):
         return _without_camera(path, video, network, settings)
     size_px = (video.width_px, video.height_px)
+    check_picture(site, path, size_px)
     with told(InputError, site.path, f"for {path.name}"):
         camera = first_camera(site.camera, site.motion, size_px)
         area_m = watched_area(camera, network, site.road_mask, size_px, site.motion)
-    return _video_input(path, VideoSensor(video, camera, network, area_m, site.motion, settings=settings))
+        # A camera of points is somebody's own; that of a homography comes from who knew it better.
+        is_fitted = site.points is not None and site.motion is None
+        warnings = review(site, camera, size_px).warnings() if is_fitted else ()
+    sensor = VideoSensor(video, camera, network, area_m, site.motion, settings=settings)
+    return _video_input(path, sensor, *(f"{site.path.name}: {one}" for one in warnings))
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:

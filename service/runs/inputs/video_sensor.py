@@ -61,21 +61,28 @@ class VideoSensor:
         VisionError, GisError
             If the roads, the view or the poses are unusable.
         """
+        lens = self.ground_camera.lens
         matrix, motion, settings = self.ground_camera.pixel_from_ground, self.motion, self.settings
         follow = None
         if motion is not None:
             follow = camera_motion(self.ground_camera, motion, self.size_px, settings.registration)
         if self.boxes is not None:
             return box_camera(
-                self.boxes, self.area_m, self.size_px, pixel_from_ground=matrix, motion=follow, settings=settings
+                self.boxes,
+                self.area_m,
+                self.size_px,
+                pixel_from_ground=matrix,
+                motion=follow,
+                settings=settings,
+                lens=lens,
             )
         lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
         if self.thermal is not None:
-            colour = FixedView(matrix, self.size_px)
+            colour = FixedView(matrix, self.size_px, lens)
             return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, settings, lanes=lanes)
         if motion is None or follow is None:
             settings = thermal_settings(settings) if self.is_thermal else settings
-            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes)
+            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes, lens=lens)
         around_m = reach_m(self.ground_camera, motion, self.size_px, has_roads=self.network is not None)
         return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m, settings=settings)
 
