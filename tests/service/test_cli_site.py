@@ -124,7 +124,11 @@ def test_a_still_alone_and_a_check_of_it(clip: Path, tmp_path: Path, capsys: pyt
     assert (
         run(["site", "check", str(site), "--image", str(tmp_path / "half.png"), "--out", str(tmp_path / "a.png")]) == 3
     )
+    assert run(["site", "check", str(site), "--image", str(still), "--out", str(still)]) == 3
+    assert run(["site", "check", str(site), "--image", str(site), "--out", str(tmp_path / "a.png")]) == 3
     said = capsys.readouterr().err
+    assert "still.png: expected a new file, got one that is being read" in said
+    assert "site.toml: expected a picture that OpenCV can read, got another file or none" in said
     assert "camera.size_px: expected half.png to be 320 x 240 px as the site's picture, got 160 x 120 px" in said
     assert "all pixels of the site times 0.5 would fit" in said
 

@@ -10,7 +10,6 @@ from service.cli.printing import print_json, show, tell
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
-    from service.runs.inputs.site import Site
     from service.runs.inputs.site_review import Review
     from vision.objects import ByteArray
 
@@ -98,26 +97,26 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Draw a site's lanes, points and metre grid on a frame, and warn of what is wrong with them."""
-    from gis.errors import GisError
     from service.export.site_picture import draw_site
     from service.runs.inputs.moving_camera import first_camera
     from service.runs.inputs.site import check_picture, load_site
     from service.runs.inputs.site_review import review
+    from service.runs.inputs.toml_tables import told
 
     source = image or clip
     if source is None or (image and clip):
         raise typer.BadParameter("expected one of --image and --clip")
-    known: Site = load_site(site)
+    if out.exists() and any(one.exists() and out.samefile(one) for one in (source, site)):
+        raise InputError(f"{out}: expected a new file, got one that is being read")
+    known = load_site(site)
     if known.camera is None and known.motion is None:
         raise InputError(f"{site}: expected a [camera] to look at, got none")
     picture = read_picture(source) if image else still_of(source, at)
     size_px = (picture.shape[1], picture.shape[0])
     check_picture(known, source, size_px)
-    try:
+    with told(InputError, site):
         camera = first_camera(known.camera, known.motion, size_px)
         found = review(known, camera, size_px)
-    except GisError as error:
-        raise InputError(f"{site}: {error}") from error
     write_picture(out, draw_site(picture, known, camera, found))
     if not as_json:
         _tell_review(found)

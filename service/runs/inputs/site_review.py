@@ -29,7 +29,7 @@ class Review:
     Attributes
     ----------
     hull_m : around the marks, on the ground; None without marks.
-    beyond : lanes in view with what lies beyond the hull, as (lane, metres, share of what is in view).
+    beyond : lanes with the metres of them in view that lie beyond the hull.
     ends : (lane, pixel) of ends of lanes inside the picture.
     apart_scale_m : metres a pixel, across the line of sight, up to which vision looks at vehicles.
     out_of_reach : lanes with the metres of them in view that are seen more coarsely than that.
@@ -40,7 +40,7 @@ class Review:
     """
 
     hull_m: shapely.Geometry | None
-    beyond: tuple[tuple[str, float, float], ...]
+    beyond: tuple[tuple[str, float], ...]
     ends: tuple[tuple[str, tuple[float, float]], ...]
     apart_scale_m: float
     out_of_reach: tuple[tuple[str, float], ...]
@@ -68,7 +68,7 @@ class Review:
         """Say what somebody should mend, a line each."""
         told = []
         if self.beyond:
-            said = ", ".join(f"{lane} {beyond_m:.0f} m" for lane, beyond_m, _ in self.beyond)
+            said = ", ".join(f"{lane} {beyond_m:.0f} m" for lane, beyond_m in self.beyond)
             told.append(f"lanes lie beyond the camera's points, where distances are only extrapolated: {said}")
         if self.ends:
             said = ", ".join(f"{lane} at ({x_px:.0f}, {y_px:.0f})" for lane, (x_px, y_px) in self.ends)
@@ -97,7 +97,7 @@ def review(site: Site, camera: GroundCamera, size_px: tuple[int, int]) -> Review
         if len(points_m) > 0 and near_m is not None:
             beyond_m = STEP_M * float((~shapely.contains_xy(near_m, points_m)).sum())
             if beyond_m >= max(BEYOND_M, BEYOND_SHARE * STEP_M * len(points_m)):
-                beyond.append((lane.id, beyond_m, beyond_m / (STEP_M * len(points_m))))
+                beyond.append((lane.id, beyond_m))
         if len(points_m) > 0:
             seen.append(points_m)
             coarse_m = STEP_M * float((across_m(site, camera, size_px, points_m) > scale_m).sum())
