@@ -141,11 +141,13 @@ def _draw_limits(canvas: _Canvas, site: Site, found: Review) -> None:
     pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2).astype(np.float64)
     ground_m = canvas.camera.to_ground(pixels)
     is_ground = np.isfinite(ground_m[:, 0])
+    straight_px = pixels if canvas.camera.lens is None else canvas.camera.lens.straighten(pixels)
+    nearness = np.column_stack((straight_px, np.ones(len(pixels)))) @ canvas.camera.ground_from_pixel[2]
     fineness = np.full(len(pixels), -1.0)
     scale_m = across_m(site, canvas.camera, canvas.size_px, ground_m[is_ground])
     fineness[is_ground] = np.clip(np.log(found.apart_scale_m / scale_m), -1, 1)
     for field, colour, name in (
-        (np.where(is_ground, 1.0, -1.0), HORIZON, "horizon"),
+        (nearness / np.abs(nearness).max(), HORIZON, "horizon"),
         (fineness, REACH, f"{found.apart_scale_m:.2g} m/px"),
     ):
         height_px, width_px = canvas.image.shape[:2]
