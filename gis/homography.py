@@ -1,4 +1,4 @@
-"""Which homography maps some points of a plane to others, with the least error?
+"""Which homography maps some points of a plane to others, with the least error, and does the lens bend them besides?
 
 Normalised direct linear transformation (Hartley and Zisserman 2004, Multiple View Geometry, sections 4.1 and 4.4),
 then least squares on the error in the second plane. We whiten the points instead of only scaling them: a road seen
@@ -8,6 +8,7 @@ along its length fills a long thin strip, which isotropic scaling leaves badly c
 import numpy as np
 
 from gis.errors import GisError
+from gis.lens import MAX_RADIAL, Lens
 from gis.polyline import FloatArray
 
 # Clicks are good to about a pixel, so points within this of one line fix no plane.
@@ -16,6 +17,11 @@ _MIN_SPREAD_RATIO = 1e-6
 # Singular values of the equations, and condition of the result, in whitened coordinates; sound sets lie far away.
 _MIN_SINGULAR_RATIO = 1e-6
 _MAX_CONDITION = 1e6
+# Eight pairs give sixteen numbers for nine unknowns; of fewer, clicks of a pixel pass for a lens.
+LEAST_PAIRS_FOR_LENS = 8
+# So rarely would a straight lens seem bent: by an F test of one more unknown. The bend clip has .05, the intersection
+# 1e-21.
+_LENS_CHANCE = 1e-3
 
 
 def fit_homography(ground_m: FloatArray, pixels_px: FloatArray) -> FloatArray:
@@ -46,6 +52,60 @@ def fit_homography(ground_m: FloatArray, pixels_px: FloatArray) -> FloatArray:
     white = _solve(transform(from_ground, ground_m), transform(from_pixels, pixels_px))
     fitted = np.linalg.inv(from_pixels) @ white @ from_ground
     return _refine(fitted, from_ground, ground_m, pixels_px)
+
+
+def fit_camera(
+    ground_m: FloatArray, pixels_px: FloatArray, size_px: tuple[int, int] | None = None, radial: float | None = None
+) -> tuple[FloatArray, Lens | None]:
+    """Fit the map from ground points to pixels, with a lens where one is needed.
+
+    Parameters
+    ----------
+    ground_m, pixels_px : as of `fit_homography`.
+    size_px : width and height of the picture; without it the lens is taken for straight.
+    radial : of the lens where it is known, 0 for a straight one; None fits one, from eight pairs on, and keeps it only
+        where the errors fall by more than a straight lens with errors of that size would explain.
+
+    Returns
+    -------
+    The map from the ground to the straight picture as `fit_homography` gives it, and the lens that bends the picture.
+
+    Raises
+    ------
+    GisError
+        As `fit_homography`, or if `radial` is out of range.
+    """
+    if size_px is not None and radial:
+        lens = Lens(size_px, radial)
+        return fit_homography(ground_m, lens.straighten(pixels_px)), lens
+    plane = fit_homography(ground_m, pixels_px)
+    if size_px is None or radial is not None or len(pixels_px) < LEAST_PAIRS_FOR_LENS:
+        return plane, None
+    from scipy.optimize import least_squares
+    from scipy.special import fdtrc
+
+    from_ground = _whitening(ground_m, "ground points", 0.0)
+    white_ground, size = transform(from_ground, ground_m), size_px
+
+    def lens_of(unknowns: FloatArray) -> Lens:
+        return Lens(size, float(np.clip(unknowns[9], -MAX_RADIAL, MAX_RADIAL)))
+
+    def errors_px(unknowns: FloatArray) -> FloatArray:
+        straight_px = transform(unknowns[:9].reshape(3, 3), white_ground)
+        return (lens_of(unknowns).bend(straight_px) - pixels_px).ravel()
+
+    start = (plane @ np.linalg.inv(from_ground)).ravel()
+    start = np.append(start / np.linalg.norm(start), 0.0)
+    before = errors_px(start)
+    if not np.isfinite(before).all():
+        return plane, None
+    scale = np.maximum(np.abs(start), [*np.full(9, 1e-9), 0.1])
+    solution = least_squares(errors_px, start, x_scale=scale)
+    left, free = float((solution.fun**2).sum()), len(before) - 9
+    gain = float((before**2).sum()) - left
+    if gain <= 1e-12 * len(before) or fdtrc(1, free, gain * free / max(left, 1e-12)) > _LENS_CHANCE:
+        return plane, None
+    return np.asarray(solution.x[:9].reshape(3, 3) @ from_ground), lens_of(solution.x)
 
 
 def _whitening(points: FloatArray, what: str, min_spread: float) -> FloatArray:

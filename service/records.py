@@ -7,9 +7,12 @@ the UTC calendar. Positions are metres, x east, y north.
 """
 
 from importlib.metadata import PackageNotFoundError, version
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct
+
+if TYPE_CHECKING:
+    from gis.lens import Lens
 
 EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
@@ -307,12 +310,20 @@ class MonitorRecord(Struct, frozen=True):
     text: str
 
 
-class CameraRecord(Struct, frozen=True):
-    """How the ground maps to the image: nine numbers row by row, and the frame size in pixels."""
+class CameraRecord(Struct, frozen=True, omit_defaults=True):
+    """How the ground maps to the image: nine numbers row by row, the frame size in pixels, the lens after that."""
 
     pixel_from_ground: tuple[float, ...]
     width_px: int
     height_px: int
+    radial: float = 0.0
+
+    @property
+    def lens(self) -> "Lens | None":
+        """The lens that bends the picture; None for a straight one."""
+        from gis.lens import Lens
+
+        return Lens((self.width_px, self.height_px), self.radial) if self.radial else None
 
 
 class InputFile(Struct, frozen=True, kw_only=True):

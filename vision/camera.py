@@ -25,6 +25,7 @@ from vision.registration.moving_raster import MovingEye, MovingGroundSurface
 from vision.registration.registration import CameraMotion, Registration
 from vision.registration.watch import MovementWatch, noticed_px
 from vision.road.boxes import Boxes
+from vision.road.view import Lens
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 from vision.video.frame import Companion, Frame
@@ -245,10 +246,12 @@ class FixedView:
     ----------
     pixel_from_ground : (3, 3) homography from ground metres (x east, y north) to pixels.
     image_size_px : (width, height) of its frames.
+    lens : bends the picture of the homography; None for a straight one.
     """
 
     pixel_from_ground: FloatArray
     image_size_px: tuple[int, int]
+    lens: Lens | None = None
 
 
 def fixed_camera(
@@ -258,6 +261,7 @@ def fixed_camera(
     settings: VisionSettings | None = None,
     *,
     lanes: Sequence[LaneStrip] = (),
+    lens: Lens | None = None,
     reach_m: float | None = None,
 ) -> Camera[Frame]:
     """Make a camera that stands still.
@@ -269,6 +273,7 @@ def fixed_camera(
     image_size_px : (width, height) of the frames.
     settings : constants; the defaults suit daylight traffic.
     lanes : of the road, if they are known; they help with vehicles that stand side by side.
+    lens : bends the picture of the homography; None for a straight one.
     reach_m : as of `moving_camera`, should it move all the same; None to believe that it does not.
 
     Raises
@@ -278,7 +283,7 @@ def fixed_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
-    eye = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes)
+    eye = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
     if reach_m is None:
         return Camera([eye], None, settings)
 
@@ -318,7 +323,15 @@ def fused_camera(
     polygons_m = checked_polygons(road_polygons_m)
     bias_m = settings.detection.colour_bias_m
     eyes = [
-        FixedEye(colour.pixel_from_ground, polygons_m, colour.image_size_px, settings, lanes, bias_m=bias_m),
+        FixedEye(
+            colour.pixel_from_ground,
+            polygons_m,
+            colour.image_size_px,
+            settings,
+            lanes,
+            bias_m=bias_m,
+            lens=colour.lens,
+        ),
         FixedEye(
             thermal.pixel_from_ground,
             polygons_m,
@@ -327,6 +340,7 @@ def fused_camera(
             lanes,
             companion=Companion(thermal_frames),
             bias_m=settings.detection.thermal_bias_m,
+            lens=thermal.lens,
         ),
     ]
     return Camera(eyes, None, settings)
@@ -383,6 +397,7 @@ def box_camera(
     pixel_from_ground: FloatArray | None = None,
     motion: CameraMotion[InstantT] | None = None,
     settings: VisionSettings | None = None,
+    lens: Lens | None = None,
 ) -> Camera[InstantT]:
     """Make a camera of which boxes are known, by a network or a file.
 
@@ -392,6 +407,7 @@ def box_camera(
     road_polygons_m, image_size_px, settings : as of `fixed_camera`.
     pixel_from_ground : (3, 3) of a camera that stands.
     motion : knows the maps of one that moves; without either, boxes must be on the ground already.
+    lens : of a camera that stands, as of `fixed_camera`.
 
     Raises
     ------
@@ -402,7 +418,7 @@ def box_camera(
     settings = settings or VisionSettings()
     background, tracking = replace(settings.background, period_us=0), replace(settings.tracking, standing_us=0)
     settings = replace(settings, background=background, tracking=tracking)
-    eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground)
+    eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground, lens=lens)
     return Camera([eye], motion, settings)
 
 

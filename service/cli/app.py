@@ -26,12 +26,14 @@ from service.cli.asking.tracks import draw, tracks
 from service.cli.making.demo import demo
 from service.cli.making.generate import generate, trajectories
 from service.cli.making.process import process
+from service.cli.making.site import check as check_site
+from service.cli.making.site import new as new_site
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 
 # A new command: write its function in its own module and add it here with an example; the order is that of
-# `dyknow --help`.
+# `dyknow --help`. Two words are a command of a group; groups come last.
 COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "demo": (demo, "dyknow demo --out out/demo --seconds 30"),
     "generate": (generate, "dyknow generate rural_overtaking --out scene --seed 7 --seconds 60"),
@@ -51,7 +53,11 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
+    "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
 }
+
+GROUPS = {"site": "Make a site file for a camera, and look at how good it is."}
 
 PACKAGES = ("service", "gis", "vision", "anchoring", "qsr", "chronicles", "dyknow", "data_gen")
 # An error whose class comes from one of these says something about the user's input.
@@ -126,8 +132,13 @@ def make_app() -> typer.Typer:
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
     app.callback(invoke_without_command=True)(_program)
+    groups = {"": app}
     for name, (command, example) in COMMANDS.items():
-        app.command(name, epilog=f"Example: {example}")(command)
+        group, _, word = name.rpartition(" ")
+        if group not in groups:
+            groups[group] = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help=GROUPS[group])
+            app.add_typer(groups[group], name=group)
+        groups[group].command(word, epilog=f"Example: {example}")(command)
     return app
 
 

@@ -88,13 +88,14 @@ def _drawn_frames(
         events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(record.id,)))]
         reader = OverlayReader(log.states(record.id, from_us=from_us - TRAIL_US, to_us=to_us), events)
         views = Views(record.camera, log.views(record.id))
+        lens = record.camera.lens
         for frame in _frames(video, record.camera):
             if to_us is not None and frame.t_us >= to_us:
                 return
             if frame.t_us >= from_us:
                 numbers = views.at(frame.t_us)
                 view = None if numbers is None else np.array(numbers).reshape(3, 3)
-                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), view)
+                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), view, lens)
 
 
 def _frames(video: Path, camera: CameraRecord) -> Iterator[Frame]:

@@ -3,8 +3,9 @@
 import hashlib
 import math
 from collections import defaultdict, deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 
 import cv2
@@ -12,11 +13,13 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from gis.lens import Lens
 from service.export.tracks import footprint_corners
 from service.records import CarState, EventRecord
 from vision.objects import ByteArray, FloatArray
 
 Colour = tuple[int, int, int]
+Projection = Callable[[FloatArray], FloatArray]
 
 TRAIL_US = 3_000_000
 EVENT_LINGER_US = 2_000_000
@@ -94,7 +97,9 @@ def _moved(state: CarState, t_us: int) -> CarState:
     return replace(state, t_us=t_us, x_m=x_m, y_m=y_m)
 
 
-def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None) -> ByteArray:
+def draw_overlay(
+    picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None, lens: Lens | None = None
+) -> ByteArray:
     """Draw cars, trails and events on a copy of a picture.
 
     A car that is seen has a closed box with a dot at its front; one that is only predicted, as when something hides
@@ -105,15 +110,16 @@ def draw_overlay(picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatA
     picture : (h, w, 3) blue, green, red.
     pixel_from_ground : (3, 3) homography, positive third coordinate in front of the camera; None where the camera of
         a moving view did not know where it looked, which is then said instead of the cars.
+    lens : bends the picture of the homography; None for a straight one.
     """
     canvas = picture.copy()
     if pixel_from_ground is None:
-        _write(canvas, "view lost", (8, canvas.shape[0] - 10), WHITE)
+        write_text(canvas, "view lost", (8, canvas.shape[0] - 10), WHITE)
     else:
-        _draw_traffic(canvas, overlay, pixel_from_ground)
+        _draw_traffic(canvas, overlay, partial(_project, pixel_from_ground=pixel_from_ground, lens=lens))
     for line, event in enumerate(overlay.events):
         roles = ", ".join(f"{role} {symbol}" for role, symbol in event.roles.items())
-        _write(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
+        write_text(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
     return canvas
 
 
@@ -124,16 +130,16 @@ def colour_of(car: str) -> Colour:
     return blue, green, red
 
 
-def _draw_traffic(canvas: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray) -> None:
+def _draw_traffic(canvas: ByteArray, overlay: Overlay, project: Projection) -> None:
     for car, trail_m in overlay.trails.items():
-        for piece in _in_front(_project(trail_m, pixel_from_ground)):
+        for piece in in_front(project(trail_m)):
             cv2.polylines(canvas, [piece], isClosed=False, color=colour_of(car), thickness=1, lineType=cv2.LINE_AA)
     for state in overlay.cars:
-        _draw_car(canvas, state, pixel_from_ground)
+        _draw_car(canvas, state, project)
 
 
-def _draw_car(canvas: ByteArray, state: CarState, pixel_from_ground: FloatArray) -> None:
-    corners_px = _project(np.array(footprint_corners(state)), pixel_from_ground)
+def _draw_car(canvas: ByteArray, state: CarState, project: Projection) -> None:
+    corners_px = project(np.array(footprint_corners(state)))
     if not np.isfinite(corners_px).all():
         return  # behind the camera
     outline = np.clip(np.round(corners_px), -FAR_PX, FAR_PX).astype(np.int32)
@@ -146,7 +152,7 @@ def _draw_car(canvas: ByteArray, state: CarState, pixel_from_ground: FloatArray)
         for start, end in zip(corners_px, np.roll(corners_px, -1, axis=0), strict=True):
             _draw_dashes(canvas, start, end, colour)
     anchor = (int(outline[:, 0].max()) + 2, int(outline[:, 1].min()) - 2)
-    _write(canvas, state.car if state.linked else f"{state.car}?", anchor, colour)
+    write_text(canvas, state.car if state.linked else f"{state.car}?", anchor, colour)
 
 
 def _draw_dashes(canvas: ByteArray, start: FloatArray, end: FloatArray, colour: Colour) -> None:
@@ -157,21 +163,23 @@ def _draw_dashes(canvas: ByteArray, start: FloatArray, end: FloatArray, colour: 
         cv2.polylines(canvas, [pair], isClosed=False, color=colour, thickness=1)
 
 
-def _write(canvas: ByteArray, text: str, at_px: tuple[int, int], colour: Colour) -> None:
+def write_text(canvas: ByteArray, text: str, at_px: tuple[int, int], colour: Colour, size: float = 0.4) -> None:
+    """Write with a dark edge; `at_px` is the lower left corner."""
     # An edge of its own thickness would not do: letters of another weight are of another width.
     for x_px, y_px in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-        cv2.putText(canvas, text, (at_px[0] + x_px, at_px[1] + y_px), FONT, 0.4, BLACK, 1, cv2.LINE_AA)
-    cv2.putText(canvas, text, at_px, FONT, 0.4, colour, 1, cv2.LINE_AA)
+        cv2.putText(canvas, text, (at_px[0] + x_px, at_px[1] + y_px), FONT, size, BLACK, 1, cv2.LINE_AA)
+    cv2.putText(canvas, text, at_px, FONT, size, colour, 1, cv2.LINE_AA)
 
 
-def _project(points_m: FloatArray, pixel_from_ground: FloatArray) -> FloatArray:
+def _project(points_m: FloatArray, pixel_from_ground: FloatArray, lens: Lens | None) -> FloatArray:
     """Map ground points to pixels; nan for those behind the camera."""
     scaled = np.column_stack((points_m, np.ones(len(points_m)))) @ pixel_from_ground.T
     depth = np.where(scaled[:, 2:] > 0, scaled[:, 2:], np.nan)
-    return np.asarray(scaled[:, :2] / depth, np.float64)
+    straight_px = np.asarray(scaled[:, :2] / depth, np.float64)
+    return straight_px if lens is None else lens.bend(straight_px)
 
 
-def _in_front(points_px: FloatArray) -> list[NDArray[np.int32]]:
+def in_front(points_px: FloatArray) -> list[NDArray[np.int32]]:
     """Split a line at the points that have no place in the image, and round what is left."""
     is_there = np.isfinite(points_px[:, 0])
     pieces = np.split(np.arange(len(points_px)), np.flatnonzero(np.diff(is_there)) + 1)

@@ -154,6 +154,8 @@ def _box(state: CarState, h: Sequence[float], camera: CameraRecord) -> Box | Non
         if depth <= 0:
             return None
         points.append(((h[0] * x_m + h[1] * y_m + h[2]) / depth, (h[3] * x_m + h[4] * y_m + h[5]) / depth))
+    if (lens := camera.lens) is not None:
+        points = lens.bend(points).tolist()
     left, right = min(x for x, _ in points), max(x for x, _ in points)
     top, bottom = min(y for _, y in points), max(y for _, y in points)
     if right < -0.5 or bottom < -0.5 or left > camera.width_px - 0.5 or top > camera.height_px - 0.5:

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from gis.camera_pose import CameraTrack, read_camera_track
+from gis.lens import Lens
 from service.errors import TruthError
 from service.records import CameraRecord
 from service.runs.inputs.site import load_site
@@ -24,12 +25,14 @@ class SceneView:
     width_px, height_px : size of the picture.
     pixel_from_ground : (3, 3), positive third coordinate in front of the camera; None where the camera moves.
     track : the poses of a camera that moves.
+    lens : bends the picture of a camera that stands; None for a straight one.
     """
 
     width_px: int
     height_px: int
     pixel_from_ground: FloatArray | None
     track: CameraTrack | None = None
+    lens: Lens | None = None
 
     def maps(self, t_us: IntArray) -> FloatArray:
         """Give the map from the ground to the image at some times: (n, 3, 3).
@@ -57,8 +60,8 @@ class SceneView:
         edge_m : how much the footprint is grown all round before it must be in the picture.
         """
         maps = self.maps(t_us)
-        box_px = _bounds(maps, _corners(rows, 0.0))
-        left, top, width, height = _bounds(maps, _corners(rows, edge_m)).T
+        box_px = _bounds(maps, _corners(rows, 0.0), self.lens)
+        left, top, width, height = _bounds(maps, _corners(rows, edge_m), self.lens).T
         # Written so that nan, from a corner behind the camera, is outside; pixel centres are whole numbers.
         inside = (left >= -0.5) & (top >= -0.5)
         inside &= (left + width <= self.width_px - 0.5) & (top + height <= self.height_px - 0.5)
@@ -66,6 +69,7 @@ class SceneView:
 
     def to_ground(self, t_us: IntArray, points_px: FloatArray) -> FloatArray:
         """Map pixels to the ground: (n, 2) at n times; nan above the horizon."""
+        points_px = points_px if self.lens is None else self.lens.straighten(points_px)
         scaled = np.einsum(
             "nij,nj->ni", np.linalg.inv(self.maps(t_us)), np.column_stack((points_px, np.ones(len(t_us))))
         )
@@ -100,10 +104,11 @@ def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneVi
         if site.motion is not None and site.motion.poses is not None:
             return SceneView(*size_px, None, site.motion.poses)
         if site.camera is not None and site.motion is None:
-            return SceneView(*size_px, site.camera.pixel_from_ground)
+            return SceneView(*size_px, site.camera.pixel_from_ground, lens=site.camera.lens)
     if camera is None:
         return None
-    return SceneView(camera.width_px, camera.height_px, np.array(camera.pixel_from_ground).reshape(3, 3))
+    matrix = np.array(camera.pixel_from_ground).reshape(3, 3)
+    return SceneView(camera.width_px, camera.height_px, matrix, lens=camera.lens)
 
 
 def load_scene_roads(folder: Path) -> shapely.Geometry | None:
@@ -170,10 +175,11 @@ def _corners(rows: ObjectRows, margin_m: float) -> FloatArray:
     return np.asarray(rows.centre_m[:, None] + offsets_m)
 
 
-def _bounds(maps: FloatArray, corners_m: FloatArray) -> FloatArray:
+def _bounds(maps: FloatArray, corners_m: FloatArray, lens: Lens | None) -> FloatArray:
     """Box mapped corners: (n, 4) left, top, width, height; nan where a corner is behind the camera."""
     scaled = np.einsum("nij,nkj->nki", maps, np.concatenate((corners_m, np.ones((*corners_m.shape[:2], 1))), axis=2))
     depth = np.where(scaled[..., 2:] > 0, scaled[..., 2:], np.nan)
     points_px = scaled[..., :2] / depth
+    points_px = points_px if lens is None else lens.bend(points_px)
     low, high = points_px.min(axis=1), points_px.max(axis=1)
     return np.concatenate((low, high - low), axis=1)

@@ -3,30 +3,28 @@
 import re
 import signal
 
-import typer.main
-
 from anchoring.hypotheses.language import FLUENTS, default_text
 from service.cli import printing
-from service.cli.app import COMMANDS, make_app
+from service.cli.app import COMMANDS
 from service.runs.inputs.site import SiteFile
 from service.runs.inputs.toml_tables import tables_of
 from service.store.schema import metadata
 from tests.contracts.tables import ROOT, page, table
+from tests.docs.commands import all_commands
 
 
 def test_command_line_page_lists_every_command() -> None:
-    listed = [re.findall(r"^`dyknow ([\w-]+)", row[0])[0] for row in table("cli.md", "command")]
+    listed = [re.findall(r"^`dyknow ((?:site )?[\w-]+)", row[0])[0] for row in table("cli.md", "command")]
     assert sorted(listed) == sorted(COMMANDS)
 
 
 def test_command_line_page_shows_every_command_at_work() -> None:
-    shown = set(re.findall(r"^    dyknow ([\w-]+)", page("cli.md"), re.MULTILINE))
+    shown = set(re.findall(r"^    dyknow ((?:site )?[\w-]+)", page("cli.md"), re.MULTILINE))
     assert set(COMMANDS) - shown == set()
 
 
 def test_command_line_page_has_no_option_that_does_not_exist() -> None:
-    group = typer.main.get_command(make_app())
-    options = {word for command in group.commands.values() for one in command.params for word in one.opts}  # type: ignore[attr-defined]
+    options = {word for command in all_commands().values() for one in command.params for word in one.opts}
     named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", page("cli.md"))) - {"--help"}
     assert named - options == set()
 

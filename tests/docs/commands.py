@@ -4,6 +4,11 @@ import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import typer.main
+
+from service.cli.app import make_app
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -32,6 +37,15 @@ def sentence_commands(path: Path) -> list[Command]:
     text = path.read_text(encoding="utf-8")
     found = re.finditer(r"`dyknow\s+([a-z-]+\b[^`]*)`", text)
     return [Command(_place(path, text, one), split(one[1])) for one in found]
+
+
+def all_commands() -> dict[str, Any]:  # Any: typer brings its own copy of click, without types
+    """Give the commands by their names, those of groups with two words."""
+    found = {}
+    for name, one in typer.main.get_command(make_app()).commands.items():  # type: ignore[attr-defined]
+        inner = getattr(one, "commands", None)
+        found.update({name: one} if inner is None else {f"{name} {word}": two for word, two in inner.items()})
+    return found
 
 
 def fenced(path: Path, language: str) -> list[str]:

@@ -41,7 +41,7 @@ def log(tmp_path: Path) -> str:
 def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert app.run(["--help"]) == 0
     listed = re.findall(r"^  ([a-z][a-z-]*)  ", capsys.readouterr().out, re.MULTILINE)
-    assert listed == list(app.COMMANDS)
+    assert listed == list(dict.fromkeys(name.split()[0] for name in app.COMMANDS))
 
 
 def test_help_loads_nothing_heavy() -> None:

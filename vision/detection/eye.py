@@ -20,7 +20,7 @@ from vision.detection.surface import FixedSurface, Surface
 from vision.objects import BoolArray, ByteArray, FloatArray, VerdictArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RectifiedFrame, RoadImage
-from vision.road.view import GroundView
+from vision.road.view import GroundView, Lens
 from vision.settings import VisionSettings
 from vision.video.frame import Companion, Frame
 
@@ -163,6 +163,7 @@ class FixedEye(RoadEye):
     lanes : of the road, may be none.
     companion : a video of its own, looked at beside the camera's frames; None to look at these.
     bias_m : as of `RoadEye`.
+    lens : bends the picture of the homography; None for a straight one.
 
     Raises
     ------
@@ -180,8 +181,10 @@ class FixedEye(RoadEye):
         *,
         companion: Companion | None = None,
         bias_m: float = 0.0,
+        lens: Lens | None = None,
     ) -> None:
-        surface = _choose_surface(pixel_from_ground, polygons_m, image_size_px, settings)
+        view = GroundView(pixel_from_ground, image_size_px, settings, lens)
+        surface = _choose_surface(view, polygons_m, image_size_px, settings)
         grid = surface.raster.grid
         # Only on a map do vehicles keep their size, and keep apart.
         is_map = grid.is_north_up
@@ -213,17 +216,20 @@ class FixedEye(RoadEye):
 
 
 def _choose_surface(
-    pixel_from_ground: FloatArray,
+    view: GroundView,
     polygons_m: list[FloatArray],
     image_size_px: tuple[int, int],
     settings: VisionSettings,
 ) -> FixedSurface:
-    """Choose the plane of detection: the image, where height would smear a car over more than its own length."""
-    view = GroundView(pixel_from_ground, image_size_px, settings)
-    corners = np.concatenate(polygons_m)
+    surface = ImageSurface if is_slanting(view, polygons_m, settings) else GroundSurface
+    return surface(view, polygons_m, image_size_px=image_size_px, settings=settings)
+
+
+def is_slanting(view: GroundView, polygons_m: Sequence[FloatArray], settings: VisionSettings) -> bool:
+    """Tell whether height would smear a car over more than its own length: the plane of detection is then the image."""
+    corners = np.concatenate([*polygons_m, np.empty((0, 2))])
     corners = corners[view.sees(corners)]
     if len(corners) == 0:
         corners = np.stack(view.extent()).mean(axis=0)[None]
     smear_m = view.sight(corners).smear_m(settings.usual_height_m)
-    surface = ImageSurface if np.median(smear_m) > settings.usual_length_m else GroundSurface
-    return surface(view, polygons_m, image_size_px=image_size_px, settings=settings)
+    return bool(np.median(smear_m) > settings.usual_length_m)

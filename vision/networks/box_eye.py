@@ -18,7 +18,7 @@ from vision.detection.surface import road_area
 from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray
-from vision.road.view import GroundView
+from vision.road.view import GroundView, Lens
 from vision.settings import VisionSettings
 
 InstantT = TypeVar("InstantT", bound=Instant)
@@ -42,6 +42,7 @@ class BoxEye(Eye[InstantT]):
     image_size_px : (width, height) of the picture.
     settings : constants.
     pixel_from_ground : of a camera that stands; None if it moves, or there is no picture.
+    lens : bends the picture of the homography; None for a straight one.
     """
 
     def __init__(
@@ -51,11 +52,14 @@ class BoxEye(Eye[InstantT]):
         image_size_px: tuple[int, int],
         settings: VisionSettings,
         pixel_from_ground: FloatArray | None = None,
+        *,
+        lens: Lens | None = None,
     ) -> None:
         self._detector = detector
         self._image_size_px = image_size_px
         self._settings = settings
         self._standing = pixel_from_ground
+        self._lens = lens
         self._road = road_area(road_polygons_m).buffer(settings.road_margin_m)
         shapely.prepare(self._road)
         self._matrix: FloatArray | None = None
@@ -89,7 +93,7 @@ class BoxEye(Eye[InstantT]):
         if pixel_from_ground is None or (self._matrix is not None and np.array_equal(pixel_from_ground, self._matrix)):
             return
         self._matrix = pixel_from_ground
-        self._view = GroundView(pixel_from_ground, self._image_size_px, self._settings)
+        self._view = GroundView(pixel_from_ground, self._image_size_px, self._settings, self._lens)
 
     def _on_road(self, points_m: FloatArray) -> BoolArray:
         return np.asarray(shapely.contains_xy(self._road, points_m), np.bool_)

@@ -1,6 +1,7 @@
-"""Which ground does a fixed camera see, and how finely? Geometry of one plane homography."""
+"""Which ground does a fixed camera see, and how finely? Geometry of one plane homography, and of a lens after it."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -10,6 +11,19 @@ from vision.settings import VisionSettings
 
 # The extent of the seen ground is sampled on image positions this far apart.
 STEP_PX = 8.0
+
+
+class Lens(Protocol):
+    """How a lens bends the picture of a homography. Points are (..., 2) pixels."""
+
+    def straighten(self, points_px: FloatArray) -> FloatArray:
+        """Move pixels to where a straight lens has them."""
+
+    def bend(self, points_px: FloatArray) -> FloatArray:
+        """Move them back; what is outside of the picture stays outside."""
+
+    def derivative(self, points_px: FloatArray) -> FloatArray:
+        """Differentiate `bend` at points of the straight picture: (..., 2, 2)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +66,13 @@ class GroundView:
     right-handed ground (x east, y north) seen from above, that is the sign with a negative determinant.
     """
 
-    def __init__(self, pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: VisionSettings) -> None:
+    def __init__(
+        self,
+        pixel_from_ground: FloatArray,
+        image_size_px: tuple[int, int],
+        settings: VisionSettings,
+        lens: Lens | None = None,
+    ) -> None:
         matrix = np.asarray(pixel_from_ground, np.float64)
         if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)) or np.linalg.matrix_rank(matrix) < 3:
             raise VisionError(f"camera: expected an invertible (3, 3) homography, got {pixel_from_ground!r}")
@@ -60,6 +80,7 @@ class GroundView:
             raise VisionError(f"camera: expected an image of at least 2 x 2 px, got {image_size_px!r}")
         determinant = np.linalg.det(matrix)
         self._matrix = -matrix if determinant > 0 else matrix
+        self._lens = lens
         self._inverse = np.linalg.inv(self._matrix)
         self._scale = 1.0 / np.sqrt(abs(determinant))
         self._last_px = np.array([image_size_px[0] - 1.0, image_size_px[1] - 1.0])
@@ -77,8 +98,8 @@ class GroundView:
         -------
         (..., 2) pixels.
         """
-        homogeneous = points_m @ self._matrix[:, :2].T + self._matrix[:, 2]
-        return np.asarray(homogeneous[..., :2] / np.maximum(homogeneous[..., 2:], 1e-12))
+        straight = self._to_straight(points_m)
+        return straight if self._lens is None else self._lens.bend(straight)
 
     def metres_per_pixel(self, points_m: FloatArray) -> FloatArray:
         """Measure how much ground a pixel covers, as the side of a square of that area.
@@ -92,7 +113,10 @@ class GroundView:
         (...,) metres; infinite at and behind the horizon.
         """
         depth = points_m @ self._matrix[2, :2] + self._matrix[2, 2]
-        return np.where(depth > 0, np.maximum(depth, 0.0) ** 1.5 * self._scale, np.inf)
+        scale = np.where(depth > 0, np.maximum(depth, 0.0) ** 1.5 * self._scale, np.inf)
+        if self._lens is None:
+            return scale
+        return np.asarray(scale / np.sqrt(np.linalg.det(self._lens.derivative(self._to_straight(points_m)))))
 
     def sees(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground points are in view and fine enough.
@@ -120,6 +144,7 @@ class GroundView:
         -------
         (..., 2) metres, and (...,) False for pixels at or above the horizon.
         """
+        pixels = pixels if self._lens is None else self._lens.straighten(pixels)
         homogeneous = pixels @ self._inverse[:, :2].T + self._inverse[:, 2]
         is_below = homogeneous[..., 2] > 0
         return homogeneous[..., :2] / np.where(is_below, homogeneous[..., 2], 1.0)[..., None], is_below
@@ -139,8 +164,10 @@ class GroundView:
         The two scales and the direction away from the camera.
         """
         depth = np.maximum(points_m @ self._matrix[2, :2] + self._matrix[2, 2], 1e-12)
-        pixels = self.to_pixels(points_m)
+        pixels = self._to_straight(points_m)
         derivative = (self._matrix[:2, :2] - pixels[:, :, None] * self._matrix[2, :2]) / depth[:, None, None]
+        if self._lens is not None:
+            derivative = self._lens.derivative(pixels) @ derivative
         _, stretch, axes = np.linalg.svd(derivative)
         away = axes[:, 1]
         # Farther means deeper; where depth does not change over the view, it means higher up in the image.
@@ -150,6 +177,10 @@ class GroundView:
         sign = np.where(np.einsum("ni,ni->n", away, farther) < 0, -1.0, 1.0)
         along_m = 1 / np.maximum(stretch[:, 1], 1e-12)
         return Sight(1 / stretch[:, 0], along_m, away * sign[:, None], self._steep_sine)
+
+    def _to_straight(self, points_m: FloatArray) -> FloatArray:
+        homogeneous = points_m @ self._matrix[:, :2].T + self._matrix[:, 2]
+        return np.asarray(homogeneous[..., :2] / np.maximum(homogeneous[..., 2:], 1e-12))
 
     def extent(self) -> tuple[FloatArray, FloatArray]:
         """Bound the seen ground.

@@ -12,7 +12,7 @@ from service.records import InputKind
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
 from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.moving_camera import StoredPoses, first_camera
-from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.site import Motion, Site, check_picture
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
@@ -93,6 +93,7 @@ class DetectionInput(Input):
                 self.area_m,
                 self.size_px,
                 pixel_from_ground=None if self.ground_camera is None else self.ground_camera.pixel_from_ground,
+                lens=None if self.ground_camera is None else self.ground_camera.lens,
                 motion=None if poses is None else StoredPoses(poses, self.size_px),
                 settings=self.settings,
             )
@@ -112,6 +113,7 @@ def _camera(
     size_px = alone_size(details, path)
     if site.motion is not None and site.motion.poses is None:
         raise InputError(f"{path}: expected poses of the moving camera for detections without a video, got none")
+    check_picture(site, path, size_px)
     with told(InputError, site.path, f"for {path.name}"):
         return first_camera(site.camera, site.motion, size_px), size_px
 

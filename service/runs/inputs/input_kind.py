@@ -112,7 +112,8 @@ class Input(ABC):
 
 def camera_record(camera: GroundCamera, size_px: tuple[int, int]) -> CameraRecord:
     """Write down how the ground maps to an image of this width and height."""
-    return CameraRecord(tuple(camera.pixel_from_ground.ravel().tolist()), *size_px)
+    numbers = tuple(camera.pixel_from_ground.ravel().tolist())
+    return CameraRecord(numbers, *size_px, camera.lens.radial if camera.lens else 0.0)
 
 
 def content_digest(*paths: Path) -> str:

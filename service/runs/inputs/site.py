@@ -16,9 +16,12 @@ from msgspec import Meta, Struct
 from anchoring.settings import AnchoringSettings
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraTrack, read_camera_track
+from gis.errors import GisError
 from gis.frames import LocalFrame
 from gis.geojson import read_geojson
 from gis.lanes import Lane, edge_name
+from gis.lens import Lens
+from gis.polyline import FloatArray
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
@@ -32,7 +35,11 @@ Point = Annotated[tuple[Number, Number], Meta(description="a point [x, y] of two
 Line = Annotated[list[tuple[Number, Number]], Meta(min_length=1, description="points [[x, y], [x, y], ...]")]
 _Row = tuple[Number, Number, Number]
 Matrix = Annotated[tuple[_Row, _Row, _Row], Meta(description="3 rows of 3 numbers")]
+Side = Annotated[int, Meta(ge=2)]
+Size = Annotated[tuple[Side, Side], Meta(description="width and height of the picture, two whole numbers above 1")]
 Metres = Annotated[float, Meta(ge=0, le=1e300, description="metres, not below 0")]
+# Lines drawn in the picture that end so near to its border are led on by so much: lanes must run out of it.
+BORDER_PX, RUN_OUT_M = 12.0, 25.0
 START = "a date and time with its zone and no quotes, as 2026-05-01T08:00:00Z"
 
 
@@ -42,7 +49,8 @@ class LaneTable(Struct, kw_only=True):
     id: Text
     road: Text | None = None
     direction: Annotated[Literal[1, -1], Meta(description="1 or -1")] = 1
-    centre_line_m: Line
+    centre_line_m: Line | None = None
+    centre_line_px: Line | None = None
     width_m: Number
     speed_limit_mps: Number
 
@@ -81,6 +89,8 @@ class CameraTable(Struct):
 
     homography: Matrix | None = None
     point: list[PointTable] | None = None
+    size_px: Size | None = None
+    radial: Number | None = None
     road_mask: Path | None = None
     moving: Annotated[bool | Literal["auto"], Meta(description='true, false or "auto"')] = "auto"
     poses: Path | None = None
@@ -148,6 +158,8 @@ class Site:
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
     detector : which detector is to look, and what it needs besides; None if the file has no [detector].
     anchoring, relations, vision : the numbers of these engines, with what the tables of these names change in them.
+    size_px : of the picture that the camera was measured in; None if the file does not say.
+    points : (n, 4) pixel and ground of the marks that the camera was fitted to; None if it was not.
     """
 
     name: str
@@ -164,6 +176,8 @@ class Site:
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
     relations: RelationSettings = field(default_factory=RelationSettings)
     vision: VisionSettings = field(default_factory=VisionSettings)
+    size_px: tuple[int, int] | None = None
+    points: FloatArray | None = None
 
 
 def load_site(path: str | Path) -> Site:
@@ -195,9 +209,9 @@ def load_site(path: str | Path) -> Site:
     roads, view = said.network or NetworkTable(), said.camera or CameraTable()
     thermal = view.thermal
     frame = _read_frame(said.frame, path) if said.frame else None
-    network = _read_network(roads, frame, path) if said.network else None
     motion = _read_motion(view, path)
     camera = _read_camera(view, path) if said.camera else None
+    network = _read_network(roads, frame, path, _PixelGround(camera, view.size_px)) if said.network else None
     files = (path, roads.sumo, roads.geojson, view.road_mask, view.poses, thermal.video if thermal else None)
     return Site(
         name=said.name,
@@ -214,7 +228,25 @@ def load_site(path: str | Path) -> Site:
         anchoring=said.anchoring,
         relations=said.relations,
         vision=said.vision,
+        size_px=view.size_px,
+        points=np.array([(*one.pixel, *one.ground_m) for one in view.point]) if view.point else None,
     )
+
+
+def check_picture(site: Site, path: Path, size_px: tuple[int, int]) -> None:
+    """Refuse pictures of another size than the site's camera was measured in.
+
+    Raises
+    ------
+    SiteError
+        If the site says its size, and it is another one.
+    """
+    if site.size_px is None or site.size_px == size_px:
+        return
+    wide, high = (one / other for one, other in zip(size_px, site.size_px, strict=True))
+    fix = f"; all pixels of the site times {wide:.6g} would fit" if abs(wide - high) < 1e-3 else ""
+    expected = f"expected {path.name} to be {site.size_px[0]} x {site.size_px[1]} px as the site's picture"
+    raise wrong(site.path, "camera.size_px", f"{expected}, got {size_px[0]} x {size_px[1]} px{fix}")
 
 
 def _read_frame(table: FrameTable, path: Path) -> LocalFrame:
@@ -231,12 +263,12 @@ def _only_form(table: Struct, names: tuple[str, ...], path: Path, place: str) ->
     raise wrong(path, place, f"expected exactly one of {', '.join(names)}; got {came}")
 
 
-def _read_network(table: NetworkTable, frame: LocalFrame | None, path: Path) -> RoadNetwork:
+def _read_network(table: NetworkTable, frame: LocalFrame | None, path: Path, picture: "_PixelGround") -> RoadNetwork:
     form = f"network.{_only_form(table, ('sumo', 'geojson', 'lane'), path, 'network')}"
     try:
         with told(SiteError, path, form):
             if table.lane is not None:
-                return RoadNetwork(_read_lanes(table.lane, path))
+                return RoadNetwork(_read_lanes(table.lane, path, picture))
             if table.sumo is not None:
                 return read_sumo_net(table.sumo)
             if frame is None:
@@ -247,17 +279,45 @@ def _read_network(table: NetworkTable, frame: LocalFrame | None, path: Path) -> 
         raise wrong(path, form, "expected a file with a few levels of nesting, got too many to read") from error
 
 
-def _read_lanes(tables: list[LaneTable], path: Path) -> list[Lane]:
+def _read_lanes(tables: list[LaneTable], path: Path, picture: "_PixelGround") -> list[Lane]:
     lanes: list[Lane] = []
     lanes_of_edge: Counter[str] = Counter()
     for number, one in enumerate(tables, start=1):
         road = one.road if one.road is not None else one.id
         edge = edge_name(road, one.direction)
-        line_m, index = np.array(one.centre_line_m), lanes_of_edge[edge]
+        form = _only_form(one, ("centre_line_m", "centre_line_px"), path, f"network.lane[{number}]")
+        index = lanes_of_edge[edge]
+        with told(SiteError, path, f"network.lane[{number}].{form}"):
+            line_m = np.array(one.centre_line_m) if one.centre_line_px is None else picture.line_m(one.centre_line_px)
         with told(SiteError, path, f"network.lane[{number}]"):
             lanes.append(Lane(one.id, edge, index, road, one.direction, line_m, one.width_m, one.speed_limit_mps))
         lanes_of_edge[edge] += 1
     return lanes
+
+
+@dataclass(frozen=True, slots=True)
+class _PixelGround:
+    """Where lines drawn in the picture lie on the ground."""
+
+    camera: GroundCamera | None
+    size_px: tuple[int, int] | None
+
+    def line_m(self, line_px: list[tuple[float, float]]) -> FloatArray:
+        """Put a line on the ground, with ends at the picture's border led out of it."""
+        if self.camera is None or self.size_px is None:
+            raise GisError("expected a [camera] that stands, with size_px, beside lines in pixels; got none")
+        points_px = np.array(line_px)
+        line_m = self.camera.to_ground(points_px)
+        if not (has_ground := np.isfinite(line_m).all(axis=1)).all():
+            raise GisError(f"expected pixels below the horizon, got {points_px[~has_ground][0].tolist()!r} above it")
+        margin_px = np.minimum(points_px + 0.5, np.array(self.size_px) - 0.5 - points_px).min(axis=1)
+        for end, inner in ((0, 1), (-1, -2)):
+            if len(line_m) > 1 and margin_px[end] <= BORDER_PX:
+                way_m = line_m[end] - line_m[inner]
+                # A new point, not a longer piece: the line must stay what was drawn.
+                beyond_m = line_m[end] + way_m * RUN_OUT_M / max(float(np.hypot(*way_m)), 1e-9)
+                line_m = np.insert(line_m, 0 if end == 0 else len(line_m), beyond_m, axis=0)
+        return line_m
 
 
 def _read_motion(table: CameraTable, path: Path) -> Motion | None:
@@ -274,18 +334,30 @@ def _read_motion(table: CameraTable, path: Path) -> Motion | None:
 
 
 def _read_camera(table: CameraTable, path: Path) -> GroundCamera | None:
+    if table.radial is not None and (table.size_px is None or table.moving is True):
+        came = "a camera that moves" if table.moving is True else "none"
+        raise wrong(path, "camera.radial", f"expected size_px of a camera that stands beside it, got {came}")
     if table.moving is True and table.homography is None and table.point is None:
         if table.poses is not None:
             return None
         raise wrong(path, "camera", "expected homography, point or poses beside moving = true; got none of them")
     _only_form(table, ("homography", "point"), path, "camera")
     if table.homography is not None:
-        return _camera_of(table.homography, path, "camera")
+        return _camera_of(table.homography, path, "camera", table.size_px, table.radial)
     points = table.point or []
     with told(SiteError, path, "camera.point"):
-        return GroundCamera.from_point_pairs([one.pixel for one in points], [one.ground_m for one in points])
+        return GroundCamera.from_point_pairs(
+            [one.pixel for one in points],
+            [one.ground_m for one in points],
+            size_px=table.size_px,
+            radial=0.0 if table.moving is True else table.radial,
+        )
 
 
-def _camera_of(homography: Matrix, path: Path, place: str) -> GroundCamera:
+def _camera_of(
+    homography: Matrix, path: Path, place: str, size_px: tuple[int, int] | None = None, radial: float | None = None
+) -> GroundCamera:
+    with told(SiteError, path, f"{place}.radial"):
+        lens = Lens(size_px, radial) if size_px and radial else None
     with told(SiteError, path, f"{place}.homography"):
-        return GroundCamera.from_homography(homography)
+        return GroundCamera.from_homography(homography, lens)

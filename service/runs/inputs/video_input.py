@@ -19,7 +19,8 @@ from service.runs.inputs.detectors import (
 from service.runs.inputs.first_look import FirstLook, first_look
 from service.runs.inputs.input_kind import Asked, Input, camera_record, is_read_once
 from service.runs.inputs.moving_camera import first_camera
-from service.runs.inputs.site import Motion, Site
+from service.runs.inputs.site import Motion, Site, check_picture
+from service.runs.inputs.site_review import review
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.trajectories import is_trajectories
 from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
@@ -85,7 +86,7 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
     if choice.channels == "thermal":
         # Poses and masks are those of the colour camera.
         motion = None if site.motion is None else Motion(None, site.motion.reach_m)
-        alone = replace(site, camera=thermal.camera, motion=motion, road_mask=None)
+        alone = replace(site, camera=thermal.camera, size_px=None, motion=motion, road_mask=None)
         source = _open_video(thermal.video, alone)
         return replace(source, sensor=replace(source.sensor, is_thermal=True), detector=describe(choice))
     source = _open_video(path, site)
@@ -93,7 +94,7 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
         warning = f"{path.name}: the camera moves, so the thermal video beside it is not looked at"
         return replace(source, detector=describe(MotionChoice()), warnings=(*source.warnings, warning))
     video = open_video(thermal.video)
-    view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px))
+    view = FixedView(thermal.camera.pixel_from_ground, (video.width_px, video.height_px), thermal.camera.lens)
     both = replace(source.sensor, thermal=ThermalVideo(video, view))
     return replace(source, sensor=both, detector=describe(choice))
 
@@ -108,25 +109,32 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
     if site is None or (site.camera is None and site.motion is None):
         return _without_camera(path, video, network, settings)
     size_px, motion, warnings = (video.width_px, video.height_px), site.motion, tuple[str, ...]()
+    check_picture(site, path, size_px)
     with told(InputError, site.path, f"for {path.name}"):
         camera = first_camera(site.camera, motion, size_px)
+        # Neither a mask nor a lens goes along with a camera that moves.
+        is_bound = site.road_mask is not None or camera.lens is not None
         if motion is None and site.may_move and not is_read_once(path):
             least_px = noticed_px(camera.pixel_from_ground, size_px, settings)
             look = first_look(open_video(path), settings, span_us=NOTICED_US, least_px=least_px)
-            motion, warnings = _noticed_motion(path, site, look)
+            motion, warnings = _noticed_motion(path, look, is_bound=is_bound)
         area_m = watched_area(camera, network, site.road_mask, size_px, motion)
-    may_move = site.may_move and site.road_mask is None
+        # A camera of points is somebody's own; that of a homography comes from who knew it better.
+        if site.points is not None and motion is None:
+            doubts = review(site, camera, size_px).warnings()
+            warnings = (*warnings, *(f"{site.path.name}: {one}" for one in doubts))
+    may_move = site.may_move and not is_bound
     sensor = VideoSensor(video, camera, network, area_m, motion, may_move=may_move, settings=settings)
     return _video_input(path, sensor, *warnings)
 
 
-def _noticed_motion(path: Path, site: Site, look: FirstLook) -> tuple[Motion | None, tuple[str, ...]]:
-    """Follow a camera that was seen to move, if the rest of the site allows it; with what the user is told."""
+def _noticed_motion(path: Path, look: FirstLook, *, is_bound: bool) -> tuple[Motion | None, tuple[str, ...]]:
+    """Follow a camera that was seen to move, if it is not bound to stand; with what the user is told."""
     if look.moves_from_us is None:
         return None, ()
     seen = f"{path.name}: the camera moves, seen at {look.moves_from_us / 1e6:.2f} s"
-    if site.road_mask is not None:
-        return None, (f"{seen}, but a road mask is for one that stands: places will be wrong",)
+    if is_bound:
+        return None, (f"{seen}, but road masks and bent lenses are for one that stands: places will be wrong",)
     return Motion(None, None), (f"{seen}; it is followed by its pictures, as with moving = true in the site file",)
 
 

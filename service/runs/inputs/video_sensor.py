@@ -73,22 +73,29 @@ class VideoSensor:
         return DoubtedVision(camera, self.guessed_m2, Path(self.video.path).name)
 
     def _camera(self) -> Camera[Frame]:
+        lens = self.ground_camera.lens
         matrix, motion, settings = self.ground_camera.pixel_from_ground, self.motion, self.settings
         follow = None
         if motion is not None:
             follow = camera_motion(self.ground_camera, motion, self.size_px, settings.registration)
         if self.boxes is not None:
             return box_camera(
-                self.boxes, self.area_m, self.size_px, pixel_from_ground=matrix, motion=follow, settings=settings
+                self.boxes,
+                self.area_m,
+                self.size_px,
+                pixel_from_ground=matrix,
+                motion=follow,
+                settings=settings,
+                lens=lens,
             )
         lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
         if self.thermal is not None:
-            colour = FixedView(matrix, self.size_px)
+            colour = FixedView(matrix, self.size_px, lens)
             return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, settings, lanes=lanes)
         if motion is None or follow is None:
             settings = thermal_settings(settings) if self.is_thermal else settings
             around_m = self._reach_m(Motion(None, None)) if self.may_move else None
-            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes, reach_m=around_m)
+            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes, lens=lens, reach_m=around_m)
         around_m = self._reach_m(motion)
         return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m, settings=settings)
 

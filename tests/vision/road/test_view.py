@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from gis.camera import GroundCamera
+from gis.lens import Lens
 from tests.vision.support import FloatArray, top_view
 from vision.errors import VisionError
 from vision.road.view import GroundView
@@ -66,3 +68,18 @@ def test_unusable_homography_is_refused(matrix: FloatArray) -> None:
 def test_view_without_fine_ground_is_refused() -> None:
     with pytest.raises(VisionError, match=r"expected ground at 0.9 m per pixel or finer, got 5"):
         GroundView(top_view(SIZE, 5.0), SIZE, VisionSettings()).extent()
+
+
+def test_a_lens_after_the_homography_is_that_of_the_ground_camera() -> None:
+    lens = Lens(SIZE, -0.3)
+    view = GroundView(bridge_view(), SIZE, VisionSettings(), lens)
+    camera = GroundCamera.from_homography(np.linalg.inv(bridge_view()), lens)
+    pixels = np.random.default_rng(2).uniform((20, SIZE[1] / 2), np.array(SIZE) - 20, (50, 2))
+    ground_m, is_below = view.to_ground(pixels)
+    assert is_below.all()
+    np.testing.assert_allclose(view.to_pixels(ground_m), pixels, atol=1e-8)
+    np.testing.assert_allclose(ground_m, camera.to_ground(pixels))
+    np.testing.assert_allclose(view.metres_per_pixel(ground_m), camera.metres_per_pixel(ground_m))
+    sight, straight = view.sight(ground_m), GroundView(bridge_view(), SIZE, VisionSettings()).sight(ground_m)
+    np.testing.assert_allclose(sight.across_m * sight.along_m, camera.metres_per_pixel(ground_m) ** 2)
+    assert (sight.across_m > straight.across_m).all()

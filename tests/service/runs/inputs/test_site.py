@@ -38,6 +38,10 @@ pixel = [100, 400]
 ground_m = [0, 0]
 """
 HOMOGRAPHY = "[camera]\nhomography = [[0.1, 0, 0], [0, -0.1, 40], [0, 0, 1]]\n"
+PIXEL_LANE = (
+    '[[network.lane]]\nid = "a"\ncentre_line_px = [[300, 50], [320, 350]]\nwidth_m = 3.5\nspeed_limit_mps = 20\n'
+)
+SKY = "[camera]\nhomography = [[-0.1, 0, 32], [0, 0, -40], [0, -0.01, 1]]\nsize_px = [640, 480]\n"
 FRAME = "[frame]\norigin_lat_deg = 58.4\norigin_lon_deg = 15.6\n"
 DOCS = Path(__file__).parents[4] / "docs" / "site_file.md"
 
@@ -167,7 +171,8 @@ def test_the_documentation_names_every_field() -> None:
         (
             HEAD + "[camera]\nwind = 3\n",
             (
-                "camera.wind: expected one of homography, point, road_mask, moving, poses, reach_m, thermal; "
+                "camera.wind: expected one of homography, point, size_px, radial, road_mask, moving, poses, reach_m, "
+                "thermal; "
                 "got an unknown field"
             ),
         ),
@@ -203,8 +208,8 @@ def test_the_documentation_names_every_field() -> None:
         (
             HEAD + f"[[network.lane]]\n{LANE}widht_m = 3\n",
             (
-                "network.lane[1].widht_m: expected one of id, road, direction, centre_line_m, width_m, "
-                "speed_limit_mps; got an unknown field; did you mean width_m?"
+                "network.lane[1].widht_m: expected one of id, road, direction, centre_line_m, "
+                "centre_line_px, width_m, speed_limit_mps; got an unknown field; did you mean width_m?"
             ),
         ),
         (
@@ -243,6 +248,40 @@ def test_the_documentation_names_every_field() -> None:
         (
             HEAD + FRAME.replace("58.4", "99"),
             "frame: local frame: origin_lat_deg must lie within (-89, 89), got 99.0",
+        ),
+        (
+            HEAD + HOMOGRAPHY + "radial = 0.1\n",
+            "camera.radial: expected size_px of a camera that stands beside it, got none",
+        ),
+        (
+            HEAD + HOMOGRAPHY + "radial = 0.1\nsize_px = [640, 480]\nmoving = true\n",
+            "camera.radial: expected size_px of a camera that stands beside it, got a camera that moves",
+        ),
+        (
+            HEAD + HOMOGRAPHY + "radial = 1.5\nsize_px = [640, 480]\n",
+            "camera.radial: lens: expected a radial of -0.8 to 0.8, got 1.5",
+        ),
+        (
+            HEAD + HOMOGRAPHY + "size_px = [640]\n",
+            "camera.size_px: expected width and height of the picture, two whole numbers above 1, got [640]",
+        ),
+        (
+            HEAD + PIXEL_LANE,
+            (
+                "network.lane[1].centre_line_px: expected a [camera] that stands, with size_px, beside lines in "
+                "pixels; got none"
+            ),
+        ),
+        (
+            HEAD + SKY + PIXEL_LANE,
+            "network.lane[1].centre_line_px: expected pixels below the horizon, got [300.0, 50.0] above it",
+        ),
+        (
+            HEAD + HOMOGRAPHY + f"size_px = [640, 480]\n{PIXEL_LANE}centre_line_m = [[0, 0], [9, 9]]\n",
+            (
+                "network.lane[1]: expected exactly one of centre_line_m, centre_line_px; "
+                "got centre_line_m and centre_line_px"
+            ),
         ),
         (HEAD + "[camera]\n", "camera: expected exactly one of homography, point; got none of them"),
         (
