@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.background.standing import StandingVehicles
-from vision.background.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of
+from vision.background.startup import BLACK_LEVEL, FirstSight, first_sight, noise_of, plain_sight
 from vision.objects import BoolArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadCells, RoadImage, Window
@@ -106,7 +106,10 @@ class Background:
 
     def _end_startup(self, *, is_full: bool) -> None:
         """Make the first background, unless a vehicle seems to stand all the time and more frames can be held."""
-        sight = first_sight([image.planes for image in self._samples()], self._colour, self._settings)
+        samples = [image.planes for image in self._samples()]
+        # Vehicles are looked for only where they keep their size: elsewhere no place is calm for a car's width either.
+        is_map = self._standing is not None
+        sight = first_sight(samples, self._colour, self._settings) if is_map else plain_sight(samples)
         is_vehicle = np.zeros_like(self._road) if self._standing is None else self._standing.find(sight)
         if is_vehicle.any() and not is_full:
             self._startup_us *= 2

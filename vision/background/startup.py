@@ -5,6 +5,9 @@ for most of a minute. But the road comes back between any two vehicles, and it i
 a vehicle brings dark windows, a shadow, perhaps a colour into a neighbourhood as wide as itself, whatever its roof
 looks like. So every cell takes the median over its few calmest times. Where it is not calm even then, a vehicle may
 have stood there all the time (`standing.py`).
+
+In a slanting image a car is many cells wide near by and few far away, and lanes touch: no neighbourhood is a car's, so
+there the road is the plain median.
 """
 
 from collections.abc import Sequence
@@ -85,6 +88,21 @@ def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: Back
         calm = np.sort(around, axis=-1)[:, min(settings.noise_samples, len(samples)) - 1, None]
         is_calm[:, where] = (around <= calm).T
     return FirstSight(samples, planes, least, is_calm)
+
+
+def plain_sight(samples: Sequence[ByteArray]) -> FirstSight:
+    """Take the bare road for what is seen most of the time, where vehicles have no size to look for.
+
+    Parameters
+    ----------
+    samples : (3, packed_size) each, in order of time, evenly spread.
+
+    Returns
+    -------
+    The median; nothing is known of calm and unrest.
+    """
+    size = samples[0].shape[-1]
+    return FirstSight(samples, median_of(samples), np.zeros(size, np.uint8), np.ones((len(samples), size), np.bool_))
 
 
 def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray, least_gain: float) -> list[ByteArray]:

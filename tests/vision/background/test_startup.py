@@ -8,7 +8,7 @@ from tests.vision.road.test_rectify import ground_surface
 from tests.vision.support import METRES_PER_PIXEL, draw_boxes, make_boxes, make_frame, top_view, whole_view
 from vision.background.settings import BackgroundSettings
 from vision.background.standing import StandingVehicles
-from vision.background.startup import LEVEL, FirstSight, calmest, first_sight, median_of, noise_of
+from vision.background.startup import LEVEL, FirstSight, calmest, first_sight, median_of, noise_of, plain_sight
 from vision.road.boxes import Boxes
 from vision.road.rectify import RoadRaster
 from vision.road.road_colour import RoadColour
@@ -179,3 +179,15 @@ def test_noise_is_that_of_calm_times_though_a_grey_car_stands_there_most_of_the_
     differences = [np.array([[2]], np.uint8)] * 3 + [np.array([[20]], np.uint8)] * 9
     is_calm = np.arange(12)[:, None] < 4
     assert noise_of(differences, is_calm, SETTINGS.most_noise_levels).tolist() == [[2.0]]
+
+
+def test_plain_sight_is_the_road_where_some_vehicle_is_always_near() -> None:
+    rng = np.random.default_rng(4)
+    road = rng.integers(90, 120, (3, 200)).astype(np.uint8)
+    samples = []
+    for k in range(61):
+        seen = road.copy()
+        # Narrow lanes side by side: two in five cells are covered at any time, each by another car.
+        seen[:, (np.arange(200) + 7 * k) % 5 < 2] = rng.integers(20, 240)
+        samples.append(seen)
+    assert (plain_sight(samples).planes == road).all()
