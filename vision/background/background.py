@@ -65,6 +65,8 @@ class Background:
             self._standing = StandingVehicles(self._colour, self._settings, margin_cells=margin_cells, borders=borders)
         self._startup_us = self._settings.startup_us
         self._held: list[RoadImage] = []
+        # Pictures in which it is known where vehicles are, and the cells that these cover.
+        self._looks: list[tuple[RoadImage, BoolArray]] = []
         self._max_held = max(2, self._settings.startup_bytes // (3 * raster.packed_size))
         self._planes = np.zeros((3, raster.packed_size), np.float32)
         self._shown = np.zeros((3, raster.packed_size), np.uint8)
@@ -81,18 +83,21 @@ class Background:
         self.is_ready = False
         self.is_overwhelmed = False
 
-    def hold(self, image: RoadImage) -> bool:
+    def hold(self, image: RoadImage, covered: Boxes | None = None) -> bool:
         """Take a frame of the start-up.
 
         Parameters
         ----------
         image : the next frame.
+        covered : where vehicles cover the raster's plane; None where nobody has looked.
 
         Returns
         -------
         Whether the background exists now.
         """
         self._held.append(image)
+        if covered is not None:
+            self._looks.append((image, self._covered(covered, 2 * self._raster.grid.side)))
         held_us = image.t_us - self._held[0].t_us
         is_full = len(self._held) >= self._max_held or held_us >= self._settings.startup_most_us
         if held_us >= self._startup_us or is_full:
@@ -106,12 +111,8 @@ class Background:
 
     def _end_startup(self, *, is_full: bool) -> None:
         """Make the first background, unless a vehicle seems to stand all the time and more frames can be held."""
-        samples = [image.planes for image in self._samples()]
-        # Vehicles are looked for only where they keep their size: elsewhere no place is calm for a car's width either.
-        is_map = self._standing is not None
-        sight = first_sight(samples, self._colour, self._settings) if is_map else plain_sight(samples)
-        is_vehicle = np.zeros_like(self._road) if self._standing is None else self._standing.find(sight)
-        if is_vehicle.any() and not is_full:
+        sight, is_vehicle = self._first_sight()
+        if is_vehicle.any() and not is_full and not self._looks:
             self._startup_us *= 2
             return
         self._planes[...] = sight.planes
@@ -121,8 +122,21 @@ class Background:
         self._show()
         self._set_sensitivity(sight, is_vehicle)
         self._learned_us = self._held[0].t_us
-        self._held = []
+        self._held, self._looks = [], []
         self.is_ready = True
+
+    def _first_sight(self) -> tuple[FirstSight, BoolArray]:
+        """Read the road off what is held, and tell which cells were hidden by vehicles all the time, (packed_size,)."""
+        if self._looks:
+            is_bare = np.stack([~is_covered for _, is_covered in self._looks])
+            sight = plain_sight([image.planes for image, _ in self._looks], is_bare)
+            return sight, self._road & (is_bare.mean(axis=0) < self._settings.least_bare_share)
+        samples = [image.planes for image in self._samples()]
+        if self._standing is None:
+            return plain_sight(samples), np.zeros_like(self._road)
+        # Vehicles are looked for only where they keep their size: elsewhere no place is calm for a car's width either.
+        sight = first_sight(samples, self._colour, self._settings)
+        return sight, self._standing.find(sight)
 
     def _samples(self) -> list[RoadImage]:
         last = len(self._held) - 1

@@ -17,6 +17,9 @@ class BackgroundSettings:
     startup_most_us: int = 60_000_000
     # The first background is read off so many of the held frames, evenly spread: one in a second of the longest hold.
     startup_samples: int = 61
+    # Where a detector has looked: a cell without a vehicle at less than this part of the looks was never seen bare. Of
+    # the looks at one that stands there a few miss it.
+    least_bare_share: float = 0.3
     # Memory for held frames; the start-up ends early when they would not fit.
     startup_bytes: int = 400_000_000
     # How often the background and shadows are learned and standing vehicles are judged; 0: at every frame.

@@ -90,19 +90,22 @@ def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: Back
     return FirstSight(samples, planes, least, is_calm)
 
 
-def plain_sight(samples: Sequence[ByteArray]) -> FirstSight:
+def plain_sight(samples: Sequence[ByteArray], is_bare: BoolArray | None = None) -> FirstSight:
     """Take the bare road for what is seen most of the time, where vehicles have no size to look for.
 
     Parameters
     ----------
     samples : (3, packed_size) each, in order of time, evenly spread.
+    is_bare : (samples, packed_size) when no vehicle is known to be in front of a cell; None if nobody knows of any.
 
     Returns
     -------
-    The median; nothing is known of calm and unrest.
+    The median of the bare times, of all where there is none; nothing is known of unrest.
     """
     size = samples[0].shape[-1]
-    return FirstSight(samples, median_of(samples), np.zeros(size, np.uint8), np.ones((len(samples), size), np.bool_))
+    if is_bare is None:
+        is_bare = np.ones((len(samples), size), np.bool_)
+    return FirstSight(samples, median_of(samples, is_bare), np.zeros(size, np.uint8), is_bare)
 
 
 def in_one_light(samples: Sequence[ByteArray], luma: FloatArray, road: BoolArray, least_gain: float) -> list[ByteArray]:
@@ -223,23 +226,38 @@ def _tables(settings: BackgroundSettings) -> tuple[ByteArray, ByteArray, ByteArr
     return first, second, third
 
 
-def median_of(samples: Sequence[ByteArray]) -> FloatArray:
+def median_of(samples: Sequence[ByteArray], counts: BoolArray | None = None) -> FloatArray:
     """Take the median per cell; in pieces, since sorting wants each cell's samples side by side.
 
     Parameters
     ----------
-    samples : (k, n) each.
+    samples : (k, n) each, m of them.
+    counts : (m, n) which samples of each cell count, all where none does; None if all do.
 
     Returns
     -------
     (k, n).
+
+    Examples
+    --------
+    >>> levels = [np.array([[level, level]], np.uint8) for level in (100, 30, 30)]
+    >>> median_of(levels, np.array([[True, True], [True, False], [True, False]])).tolist()
+    [[30.0, 100.0]]
     """
     result = np.empty((len(samples[0]), samples[0].shape[-1]), np.float32)
     piece = 65_536
     for start in range(0, result.shape[-1], piece):
         cells = np.stack([sample[:, start : start + piece] for sample in samples], axis=-1)
-        cells.partition(cells.shape[-1] // 2, axis=-1)
-        result[:, start : start + piece] = cells[..., cells.shape[-1] // 2]
+        if counts is None or counts[:, start : start + piece].all():
+            cells.partition(cells.shape[-1] // 2, axis=-1)
+            result[:, start : start + piece] = cells[..., cells.shape[-1] // 2]
+            continue
+        is_out = ~counts[:, start : start + piece].T
+        is_out[is_out.all(axis=1)] = False
+        cells[:, is_out] = 255
+        cells.sort(axis=-1)
+        middle = (~is_out).sum(axis=1) // 2
+        result[:, start : start + piece] = np.take_along_axis(cells, middle[None, :, None], axis=-1)[..., 0]
     return result
 
 

@@ -35,7 +35,7 @@ class Detections(Table):
     directed : (n,) True if the heading came from a track, so that the front is known.
     cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
     borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
-    weight : (n,) how much evidence for a vehicle each is, 0 to 1; None for 1 each.
+    weight : (n,) how much evidence for a vehicle each is, 1 for a usual one, below 0 against it; None for 1 each.
     """
 
     boxes: Boxes
@@ -91,6 +91,12 @@ class Expected:
     tentative: Boxes
     is_driving: BoolArray
     course_rad: FloatArray
+
+    @classmethod
+    def none(cls) -> Expected:
+        """Expect nobody."""
+        nobody, falses = Boxes.none(), np.zeros(0, np.bool_)
+        return cls(nobody, nobody, falses, nobody, falses, np.zeros(0))
 
 
 class MotionDetector:

@@ -106,10 +106,14 @@ class RoadEye(Eye[Frame]):
         """Whether there is a background."""
         return self._background.is_ready
 
-    def hold(self, image: RoadImage) -> None:
-        """Take in a frame of the start-up."""
+    def hold(self, image: RoadImage, covered: Boxes | None = None) -> None:
+        """Take in a frame of the start-up, and where vehicles cover the plane in it, if that is known."""
         if not self.is_ready:
-            self._background.hold(image)
+            self._background.hold(image, covered)
+
+    def covers(self, footprints: Boxes, outlines_px: Boxes) -> Boxes:
+        """Say what vehicles cover of the plane: outlines in the picture if that is the plane, else their places."""
+        return self._surface.appearances(footprints).boxes if self._surface.raster.grid.is_north_up else outlines_px
 
     def start(self) -> None:
         """End the start-up with what there is."""
@@ -129,7 +133,8 @@ class RoadEye(Eye[Frame]):
             self._image = image
             detections, self._foreground = self._detector.detect(image, expected)
             if not self._background.is_overwhelmed:
-                self._rate.learn(detections, expected.known, self.holds(expected.known.centre_m))
+                is_hit = np.isin(np.arange(len(expected.known)), detections.owner)
+                self._rate.learn(is_hit, self.holds(expected.known.centre_m))
                 return Channel(detections, self.holds, self._rate.value, bias_m=self._bias_m)
         return Channel(Detections.none(), self.holds, self._rate.value, is_open=False)
 

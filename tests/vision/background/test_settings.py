@@ -243,6 +243,18 @@ def shade(settings: BackgroundSettings) -> bytes:
     return told(background.shaded(pictures[-1], points))
 
 
+def looked_at(settings: BackgroundSettings) -> bytes:
+    """Look ten times at cars that stand all the time, of which each look misses some."""
+    road = Road()
+    cars: list[Thing] = [(5 + 9 * i, 9, 0, 4.5, 1.8) for i in range(6)]
+    background = background_of(settings, road)
+    for k in range(10):
+        seen = [car for i, car in enumerate(cars) if k >= 2 * i]
+        background.hold(road.picture(k, cars, [60.0] * len(cars)), make_boxes(seen))
+    background.start()
+    return told(background.compare(road.picture(200)))
+
+
 # Which scene notices which number.
 NOTICED_IN = {
     bare_road: (
@@ -262,6 +274,7 @@ NOTICED_IN = {
         *("least_difference_levels", "most_difference_levels", "noise_factor"),
     ),
     verdicts: ("object_ratio", "ghost_ratio", "plain_share", "plain_ratio"),
+    looked_at: ("least_bare_share",),
     shade: ("shade_deepest", "shade_lightest", "shade_chroma_levels"),
 }
 

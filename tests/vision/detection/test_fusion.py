@@ -11,7 +11,6 @@ from tests.vision.support import make_boxes
 from vision.detection.detector import Detections
 from vision.detection.fusion import Channel, DetectionRate, fuse
 from vision.detection.settings import DetectionSettings
-from vision.road.boxes import Boxes
 
 SETTINGS = DetectionSettings()
 FloatArray = NDArray[np.float64]
@@ -154,14 +153,14 @@ def test_order_of_cameras_does_not_matter(seed: int) -> None:
 
 
 def test_rate_follows_what_is_detected_of_the_tracks_in_view() -> None:
-    rate, tracks = DetectionRate(SETTINGS), make_boxes([(0, 0, 0, 4.5, 1.8)] * 4)
+    rate = DetectionRate(SETTINGS)
     assert rate.value == 0.5
     is_seen = np.array([True, True, True, False])
     for _ in range(3000):
-        rate.learn(found((0, 0, 0, 4.5, 1.8), (9, 0, 0, 4.5, 1.8), owner=[0, 3]), tracks, is_seen)
+        rate.learn(np.array([True, False, False, True]), is_seen)
     assert rate.value == pytest.approx(1 / 3, abs=0.01)
     for _ in range(3000):
-        rate.learn(found(*[(0, 0, 0, 4.5, 1.8)] * 3, owner=[0, 1, 2]), tracks, is_seen)
+        rate.learn(np.array([True, True, True, False]), is_seen)
     assert rate.value == SETTINGS.most_rate
-    rate.learn(Detections.none(), Boxes.none(), np.zeros(0, np.bool_))
+    rate.learn(np.zeros(0, np.bool_), np.zeros(0, np.bool_))
     assert rate.value == SETTINGS.most_rate

@@ -338,8 +338,8 @@ def fused(settings: VisionSettings) -> Outcome:
                 )
             )
         for rate, share in zip(rates, (1.0, 0.4), strict=True):
-            hits = Detections.none() if rng.random() > share else replace(sides[0], owner=np.arange(3))
-            rate.learn(hits, make_boxes([(0, 0, 0, 4, 2)] * 40), np.arange(40) < (3 if k < 30 else 40))
+            is_hit = (np.arange(40) < 3) & (rng.random() <= share)
+            rate.learn(is_hit, np.arange(40) < (3 if k < 30 else 40))
             yield np.array([rate.value])
         one, other = (Channel(side, everywhere, rate.value) for side, rate in zip(sides, rates, strict=True))
         yield boxes_of(fuse(one, other, limits))
