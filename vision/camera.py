@@ -19,6 +19,7 @@ from vision.detection.lanes import LaneStrip
 from vision.detection.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.box_eye import BoxEye
+from vision.networks.knowing_eye import KnowingEye
 from vision.objects import BoolArray, FloatArray, IntArray, VisionObjects
 from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingEye, MovingGroundSurface
@@ -263,6 +264,7 @@ def fixed_camera(
     lanes: Sequence[LaneStrip] = (),
     lens: Lens | None = None,
     reach_m: float | None = None,
+    knows: BoxDetector[Frame] | None = None,
 ) -> Camera[Frame]:
     """Make a camera that stands still.
 
@@ -275,6 +277,7 @@ def fixed_camera(
     lanes : of the road, if they are known; they help with vehicles that stand side by side.
     lens : bends the picture of the homography; None for a straight one.
     reach_m : as of `moving_camera`, should it move all the same; None to believe that it does not.
+    knows : a network that says what is a vehicle; None to believe all that moves.
 
     Raises
     ------
@@ -283,12 +286,16 @@ def fixed_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
-    eye = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
+    road = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
+    eye: Eye[Frame] = road
+    if knows is not None:
+        boxes = BoxEye(knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens)
+        eye = KnowingEye(road, boxes, settings)
     if reach_m is None:
         return Camera([eye], None, settings)
 
-    def follow(matrix: FloatArray) -> tuple[MovingEye, Registration]:
-        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings)
+    def follow(matrix: FloatArray) -> tuple[Eye[Frame], Registration]:
+        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings, knows=knows)
         return moving, Registration(matrix, image_size_px, settings.registration)
 
     watch = MovementWatch(
@@ -354,6 +361,7 @@ def moving_camera(
     *,
     reach_m: float,
     settings: VisionSettings | None = None,
+    knows: BoxDetector[Frame] | None = None,
 ) -> Camera[Frame]:
     """Make a camera that moves, as on a drone.
 
@@ -363,6 +371,7 @@ def moving_camera(
     road_polygons_m, image_size_px, settings : as of `fixed_camera`.
     motion : knows the maps of all frames.
     reach_m : how far beyond the first view the camera may come to look; road farther away is not watched.
+    knows : as of `fixed_camera`.
 
     Raises
     ------
@@ -371,7 +380,7 @@ def moving_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
-    eye = _moving_eye(pixel_from_ground, polygons_m, image_size_px, reach_m=reach_m, settings=settings)
+    eye = _moving_eye(pixel_from_ground, polygons_m, image_size_px, reach_m=reach_m, settings=settings, knows=knows)
     return Camera([eye], motion, settings)
 
 
@@ -382,11 +391,15 @@ def _moving_eye(
     *,
     reach_m: float,
     settings: VisionSettings,
-) -> MovingEye:
+    knows: BoxDetector[Frame] | None,
+) -> Eye[Frame]:
     surface = MovingGroundSurface(
         facing(pixel_from_ground), polygons_m, image_size_px=image_size_px, reach_m=reach_m, settings=settings
     )
-    return MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
+    eye = MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
+    if knows is None:
+        return eye
+    return KnowingEye(eye, BoxEye(knows, polygons_m, image_size_px, settings), settings)
 
 
 def box_camera(

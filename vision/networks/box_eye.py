@@ -65,10 +65,22 @@ class BoxEye(Eye[InstantT]):
         self._matrix: FloatArray | None = None
         self._view: GroundView | None = None
 
+    def detect(self, instant: InstantT) -> ImageBoxes | GroundBoxes:
+        """Find vehicles."""
+        return self._detector.detect(instant)
+
+    def found(self, boxes: ImageBoxes | GroundBoxes, pixel_from_ground: FloatArray | None) -> FoundBoxes:
+        """Join boxes with the map to the ground."""
+        return FoundBoxes(boxes, self._standing if pixel_from_ground is None else pixel_from_ground)
+
     def take(self, instant: InstantT, pixel_from_ground: FloatArray | None) -> FoundBoxes:
         """Find vehicles, with the map to the ground."""
-        matrix = self._standing if pixel_from_ground is None else pixel_from_ground
-        return FoundBoxes(self._detector.detect(instant), matrix)
+        return self.found(self.detect(instant), pixel_from_ground)
+
+    def metres_per_pixel(self, points_m: FloatArray) -> FloatArray:
+        """Give the scale, (n,), at places of the view looked at last."""
+        assert self._view is not None, "the scale of a view is known once it was looked at"
+        return self._view.metres_per_pixel(points_m)
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view."""

@@ -184,7 +184,7 @@ class Tracker:
         borders_m = detections.borders_m[chosen[is_whole]]
         tracks.learn_borders(rows[is_whole], borders_m)
         self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
-        tracks.evidence[rows] += detections.weights()[chosen]
+        tracks.evidence[rows] = np.maximum(tracks.evidence[rows] + detections.weights()[chosen], 0.0)
         tracks.seen_us[rows] = self._now_us
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True

@@ -153,16 +153,18 @@ def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
 def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
     """Load the detector, so that nothing is written before it is known to work."""
     warnings: tuple[str, ...] = ()
-    boxes: OnnxDetector | StoredDetections
+    opened: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
-        boxes = choice.open(source.sensor.size_px)
+        opened = choice.open(source.sensor.size_px)
+        sensor = replace(source.sensor, knows=opened)
     else:
-        boxes = choice.open(source.sensor.settings)
-        warnings = check_against(boxes, choice.path, source.frame_count)
+        opened = choice.open(source.sensor.settings)
+        sensor = replace(source.sensor, boxes=opened)
+        warnings = check_against(opened, choice.path, source.frame_count)
     return replace(
         source,
-        sensor=replace(source.sensor, boxes=boxes),
-        detector=describe(choice, boxes),
+        sensor=sensor,
+        detector=describe(choice, opened),
         detector_files=choice.files,
         warnings=(*source.warnings, *warnings),
     )

@@ -34,7 +34,8 @@ class VideoSensor:
     ground_camera : of all frames; of the first one where the camera moves.
     area_m : rings (k, 2) of ground that vision looks at.
     motion : how the camera moves; None if it stands still.
-    boxes : finds vehicles without knowing the road; None for the built-in detector.
+    boxes : finds vehicles at every frame, without knowing the road; None for the built-in detector.
+    knows : a network that tells the built-in detector what a vehicle is; None if there is none.
     thermal : a second video for the built-in detector to look at; None if there is none.
     may_move : whether it may move though `motion` is None; the built-in detector then notices.
     guessed_m2 : how much ground is in view, if that was only guessed; what cannot be vehicles then ends the run.
@@ -48,6 +49,7 @@ class VideoSensor:
     area_m: tuple[FloatArray, ...]
     motion: Motion | None = None
     boxes: BoxDetector[Frame] | None = None
+    knows: BoxDetector[Frame] | None = None
     thermal: ThermalVideo | None = None
     may_move: bool = False
     guessed_m2: float | None = None
@@ -95,9 +97,20 @@ class VideoSensor:
         if motion is None or follow is None:
             settings = thermal_settings(settings) if self.is_thermal else settings
             around_m = self._reach_m(Motion(None, None)) if self.may_move else None
-            return fixed_camera(matrix, self.area_m, self.size_px, settings, lanes=lanes, lens=lens, reach_m=around_m)
+            return fixed_camera(
+                matrix,
+                self.area_m,
+                self.size_px,
+                settings,
+                lanes=lanes,
+                lens=lens,
+                reach_m=around_m,
+                knows=self.knows,
+            )
         around_m = self._reach_m(motion)
-        return moving_camera(matrix, self.area_m, self.size_px, follow, reach_m=around_m, settings=settings)
+        return moving_camera(
+            matrix, self.area_m, self.size_px, follow, reach_m=around_m, settings=settings, knows=self.knows
+        )
 
     def _reach_m(self, motion: Motion) -> float:
         return reach_m(self.ground_camera, motion, self.size_px, has_roads=self.network is not None)

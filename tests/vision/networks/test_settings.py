@@ -10,6 +10,7 @@ import numpy as np
 from tests.turned import unnoticed
 from tests.vision.detection.test_settings import Outcome, boxes_of, differs, in_room
 from tests.vision.networks.test_detection_ground import NOTHING, SIZE_PX, FloatArray, drawn, projection_of, slanted
+from tests.vision.networks.test_knowing_eye import driving, watch_traffic, with_stranger
 from tests.vision.support import make_boxes, top_view
 from vision.detection.detector import Detections
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
@@ -71,12 +72,21 @@ def single_moment(settings: VisionSettings) -> Outcome:
         yield np.array([len(file.detect(StoredInstant(0, late_us)))])
 
 
+def doubted_stranger(settings: VisionSettings) -> Outcome:
+    """Drive past, with something beside it that the network denies; tell when it looks and what is shown."""
+    for denied_from_s in (1.0, 1.5):
+        results, lookout = watch_traffic(with_stranger(denied_from_s), driving, seconds=3.0, settings=settings)
+        yield np.array(lookout.times_us, np.float64)
+        yield np.array([len(one.ids) for one in results], np.float64)
+
+
 SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     drawn_boxes: "edge_noise_px edge_noise_share smallest_m",
     nearly_square: "explained_sigmas better_sigmas",
     near_the_edge: "cut_px cut_spread_m",
     gap_in_a_file: "told_gap_us",
     single_moment: "usual_step_us",
+    doubted_stranger: "looks_hz most_looks_hz look_evidence",
 }
 
 

@@ -1,0 +1,248 @@
+"""Which vehicles does an eye see that knows what a vehicle looks like? Motion at every frame, a network now and then.
+
+The network says what is a vehicle: it looks a few times a second, and soon where something new moves. Motion says
+where exactly and when. At a look both are matched on the ground: what both see is one measurement, what the network
+alone sees stands or has the colour of the road, and what motion alone sees is doubted, the more the more reliably the
+network has seen vehicles of that size so far. Between looks a standing vehicle is still where it was seen twice, as
+long as nothing moves there. The first background leaves out what the looks of the start-up had boxes around.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vision.detection.detector import Detections, Expected
+from vision.detection.eye import Eye, RoadEye
+from vision.detection.fusion import Channel, DetectionRate, matches, merged
+from vision.networks.box_detector import GroundBoxes, ImageBoxes
+from vision.networks.box_eye import BoxEye, FoundBoxes
+from vision.objects import BoolArray, FloatArray, IntArray, VerdictArray
+from vision.road.boxes import Boxes, distance_to_boxes
+from vision.road.rectify import RoadImage
+from vision.settings import VisionSettings
+from vision.video.frame import Frame
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedFrame(Frame):
+    """A frame of which it was decided whether the network looks at it.
+
+    Attributes
+    ----------
+    seen : the frame as the eye for motion has prepared it.
+    boxes : what the network found; None if it did not look.
+    """
+
+    seen: Frame
+    boxes: ImageBoxes | GroundBoxes | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """What is there of a frame: its road, and what the network found, or None between looks."""
+
+    road: RoadImage | None
+    found: FoundBoxes | None
+
+
+class Sizes:
+    """How reliably the network sees vehicles, by how large they are in the picture.
+
+    Far away it misses more, so its silence says less. A size is an octave of metres per pixel.
+
+    Parameters
+    ----------
+    settings : of detection, for the memory of a rate.
+    """
+
+    def __init__(self, settings: VisionSettings) -> None:
+        self._settings = settings.detection
+        self._rates: dict[int, DetectionRate] = {}
+
+    def of(self, metres_per_pixel: FloatArray) -> FloatArray:
+        """Give the part of the vehicles at places of a scale, (n,), that the network sees."""
+        return np.array([self._rate(octave).value for octave in _octaves(metres_per_pixel)])
+
+    def learn(self, metres_per_pixel: FloatArray, is_hit: BoolArray) -> None:
+        """Take in one look: which tracked vehicles, (n,), it has seen."""
+        octaves = _octaves(metres_per_pixel)
+        for octave in set(octaves):
+            is_here = np.array(octaves) == octave
+            self._rate(octave).learn(is_hit[is_here], np.ones(int(is_here.sum()), np.bool_))
+
+    def _rate(self, octave: int) -> DetectionRate:
+        return self._rates.setdefault(octave, DetectionRate(self._settings))
+
+
+def _octaves(metres_per_pixel: FloatArray) -> list[int]:
+    return [int(octave) for octave in np.floor(np.log2(np.maximum(metres_per_pixel, 1e-6)))]
+
+
+class KnowingEye(Eye[Frame]):
+    """An eye for motion, and a network that looks through it now and then.
+
+    Parameters
+    ----------
+    road : sees what moves.
+    boxes : puts the network's boxes on the same road.
+    settings : constants.
+    """
+
+    def __init__(self, road: RoadEye, boxes: BoxEye[Frame], settings: VisionSettings) -> None:
+        self._road = road
+        self._boxes = boxes
+        self._settings = settings
+        self._limits = settings.networks
+        self._rates = Sizes(settings)
+        self._first_us: int | None = None
+        self._next_us = 0
+        self._looked_us = 0
+        self._has_news = False
+        # Of the latest look: what the network saw, and what of it motion did not.
+        self._seen = Boxes.none()
+        self._unmoved = Detections.none()
+        self._standing = Detections.none()
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the road is known."""
+        return self._road.is_ready
+
+    def prepare(self, frame: Frame) -> PreparedFrame:
+        """Sample the road of a frame, and look at it when it is time; frames come in order, from one thread."""
+        if self._first_us is None:
+            self._first_us = self._next_us = frame.t_us
+        boxes = None
+        if frame.t_us >= self._next_us:
+            boxes = self._boxes.detect(frame)
+            is_early = frame.t_us - self._first_us < self._settings.background.startup_us
+            rate_hz = self._limits.most_looks_hz if is_early else self._limits.looks_hz
+            self._next_us = frame.t_us + round(1_000_000 / rate_hz)
+        planes = frame.luma, frame.chroma_u, frame.chroma_v
+        return PreparedFrame(frame.index, frame.t_us, *planes, self._road.prepare(frame), boxes)
+
+    def take(self, frame: Frame, pixel_from_ground: FloatArray | None) -> _Picture:
+        """Take the road of a frame and what the network found in it; look at once where something new has moved."""
+        prepared = frame if isinstance(frame, PreparedFrame) else self.prepare(frame)
+        boxes, least_us = prepared.boxes, round(1_000_000 / self._limits.most_looks_hz)
+        if boxes is None and self._has_news and frame.t_us - self._looked_us >= least_us:
+            boxes = self._boxes.detect(frame)
+        road = self._road.take(prepared.seen, pixel_from_ground)
+        if boxes is None:
+            return _Picture(road, None)
+        self._looked_us, self._has_news = frame.t_us, False
+        return _Picture(road, self._boxes.found(boxes, pixel_from_ground))
+
+    def hold(self, picture: _Picture) -> None:
+        """Take in a frame of the start-up; of those at which the network looked it is known where the road is bare."""
+        if picture.road is None:
+            return
+        if picture.found is None:
+            self._road.hold(picture.road)
+            return
+        footprints = self._boxes.look(picture.found, Expected.none()).detections.boxes
+        self._road.hold(picture.road, self._road.covers(footprints, _outlines(picture.found.boxes)))
+
+    def start(self) -> None:
+        """End the start-up with what there is."""
+        self._road.start()
+
+    def holds(self, points_m: FloatArray) -> BoolArray:
+        """Tell which ground positions are road in view."""
+        return self._road.holds(points_m)
+
+    def look(self, picture: _Picture | None, expected: Expected) -> Channel:
+        """Detect by motion, and join what the network found, where it looked."""
+        channel = self._road.look(None if picture is None else picture.road, expected)
+        if picture is None or not channel.is_open:
+            return channel
+        moved = channel.detections
+        if picture.found is None:
+            return replace(channel, detections=self._between(moved))
+        known = self._boxes.look(picture.found, expected).detections
+        return replace(channel, detections=self._joined(moved, known, expected))
+
+    def judge(self, boxes: Boxes) -> VerdictArray:
+        """Take what the network sees for vehicles; what it does not see, motion alone cannot prove."""
+        verdicts = self._road.judge(boxes)
+        return np.where(_are_covered(boxes, self._seen), np.int8(1), np.minimum(verdicts, 0)).astype(np.int8)
+
+    def heal(self, ghosts: Boxes) -> None:
+        """Learn the present picture where ghosts are."""
+        self._road.heal(ghosts)
+
+    def learn(self, claims: Boxes, is_real: BoolArray) -> None:
+        """Learn the present picture, but not under objects."""
+        self._road.learn(claims, is_real)
+
+    def _between(self, moved: Detections) -> Detections:
+        """Doubt what moves without a name, and add what stands where nothing moves."""
+        moved = _placed(moved)
+        doubted = replace(moved, weight=_weights(moved, 1.0 - self._reliability(moved)))
+        self._has_news |= bool((moved.owner < 0).any())
+        is_still = ~_are_covered(self._standing.boxes, moved.boxes)
+        still = self._standing.select(is_still)
+        return Detections.joined([doubted, replace(still, weight=np.zeros(len(still)))])
+
+    def _joined(self, moved: Detections, known: Detections, expected: Expected) -> Detections:
+        """Join both: pairs are one measurement, and what either sees alone is weighed."""
+        pair, partner = matches(moved, known, self._settings.detection)
+        both = merged(moved.select(pair), known.select(partner), (0.0, 0.0))
+        alone = known.select(_rest(len(known), partner))
+        lone = moved.select(_rest(len(moved), pair))
+        # Pieces of what the network sees as a whole are nobody's, unless a known vehicle owns them.
+        lone = _placed(lone.select((lone.owner >= 0) | ~_are_covered(lone.boxes, known.boxes)))
+        self._learn_rates(known, both, expected)
+        stood = matches(alone, self._unmoved, self._settings.detection)[0]
+        self._standing, self._unmoved, self._seen = alone.select(stood), alone, known.boxes
+        self._has_news = bool((both.owner < 0).any() or len(alone) > len(stood))
+        denied = -self._limits.look_evidence * self._reliability(lone)
+        evidence = self._limits.look_evidence
+        return Detections.joined(
+            [
+                replace(both, weight=np.full(len(both), evidence)),
+                replace(alone, weight=np.full(len(alone), evidence)),
+                replace(lone, weight=_weights(lone, denied)),
+            ]
+        )
+
+    def _reliability(self, found: Detections) -> FloatArray:
+        return self._rates.of(self._boxes.metres_per_pixel(found.boxes.centre_m))
+
+    def _learn_rates(self, known: Detections, both: Detections, expected: Expected) -> None:
+        tracks = expected.known
+        is_hit = _are_covered(tracks, known.boxes)
+        is_hit[both.owner[both.owner >= 0]] = True
+        is_in_view = self.holds(tracks.centre_m)
+        scale = self._boxes.metres_per_pixel(tracks.centre_m[is_in_view])
+        self._rates.learn(scale, is_hit[is_in_view])
+
+
+def _placed(moved: Detections) -> Detections:
+    """Leave out what has no name and a foot that is not seen: it may be anywhere, and the network tells what it is."""
+    return moved.select((moved.owner >= 0) | (moved.weights() > 0))
+
+
+def _weights(moved: Detections, stranger: FloatArray) -> FloatArray:
+    """Let what has no name count for `stranger`, the rest as it does."""
+    return np.where(moved.owner >= 0, moved.weights(), stranger)
+
+
+def _outlines(boxes: ImageBoxes | GroundBoxes) -> Boxes:
+    """Lay upright boxes of the picture out as boxes of a plane."""
+    assert isinstance(boxes, ImageBoxes), "a network looks at pictures"
+    bounds = boxes.bounds_px()
+    width, height = (bounds[:, 2:] - bounds[:, :2]).T
+    return Boxes((bounds[:, :2] + bounds[:, 2:]) / 2, np.zeros(len(boxes)), width, height)
+
+
+def _rest(count: int, taken: IntArray) -> IntArray:
+    return np.delete(np.arange(count), taken)
+
+
+def _are_covered(boxes: Boxes, others: Boxes) -> BoolArray:
+    """Tell which boxes have their middle in one of the others, or hold the middle of one."""
+    if len(boxes) == 0 or len(others) == 0:
+        return np.zeros(len(boxes), np.bool_)
+    is_inside = (distance_to_boxes(boxes.centre_m, others) < 0).any(axis=1)
+    return np.asarray(is_inside | (distance_to_boxes(others.centre_m, boxes) < 0).any(axis=0))
