@@ -15,6 +15,7 @@ from data_gen.drawing.occluders import OccluderKind, occluder_kinds
 from data_gen.drawing.render import NOISE_SIGMA, SceneRenderer, World, make_world
 from data_gen.drawing.sun import Weather, check_weather
 from data_gen.drawing.thermal import ThermalRenderer, thermal_path
+from data_gen.drawing.traffic.shown import shown_in
 from data_gen.drawing.video import VideoWriter
 from data_gen.errors import DataGenError
 from data_gen.scenario import Scenario
@@ -116,19 +117,22 @@ def generate(
     check_seed(seed)
     check_weather(weather)
     hung = occluder_kinds(occluders)
+    if camera == "mast" and (hung or thermal):
+        raise DataGenError(f"camera 'mast': expected no occluders and no thermal camera, got {hung or 'thermal'!r}")
     # One for each purpose: what one of them draws does not disturb another.
     sources = np.random.default_rng(np.random.SeedSequence(seed)).spawn(6)
     traffic_rng, scenery_rng, camera_rng, picture_rng, thermal_rng, fault_rng = sources
     states = simulate(plan, seed=seed, rng=traffic_rng, duration_us=duration_us, step_us=step_us)
     t_us = np.array([step.t_us for step in states])
-    path = camera_path(camera, plan.view, (width_px, height_px), t_us=t_us, rng=camera_rng)
     network = read_sumo_net(plan.network_file)
+    path = camera_path(camera, plan.view, (width_px, height_px), t_us=t_us, rng=camera_rng, network=network)
     world = plan_world(plan, network, path, scenery_rng, weather=weather, occluders=hung)
     frames = plan_frames(degradation, len(states), step_us=step_us, rng=fault_rng)
-    visible = visible_masks(states, path.views, world.overlay)
+    shown = shown_in(states, path, world.overlay)
+    visible = visible_masks(states, path.views, world.overlay, shown)
     scene = _scene(out_dir, len(frames), clip_events(states, network, visible))
     _begin_folder(scene, plan.network_file)
-    write_truth(scene.truth, states, network, path.views, visible)
+    write_truth(scene.truth, states, network, path.views, visible, shown=shown)
     write_truth_events(scene.truth_events, scene.events)
     if path.track is not None:
         write_camera_track(scene.camera, path.track)

@@ -11,19 +11,22 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from data_gen.drawing.mast import mast_pose
 from data_gen.drawing.view import Bounds, CameraView, camera_over, views_of, widened
 from data_gen.errors import DataGenError
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray, IntArray
 from gis.camera_pose import CameraPose, CameraTrack
+from gis.road_network import RoadNetwork
 
-CameraKind = Literal["vertical", "oblique", "uav"]
+CameraKind = Literal["vertical", "oblique", "uav", "mast"]
 
 _FOCAL_WIDTHS = 1.2
 """Focal length in image widths: 45 degrees from the left border to the right one."""
 _OBLIQUE_WIDTH_M = 260.0
 _OBLIQUE_PITCH_DEG = (38.0, 48.0)
 _OBLIQUE_TURN_DEG = 15.0
+_REACH_M = 500.0
 _EXPOSURE_S = 1 / 60
 _JITTER_HZ = (5.0, 16.0)
 _JITTER_WAVES = 6
@@ -54,9 +57,25 @@ class CameraPath:
         """Tell whether frames differ in their view."""
         return self.kind == "uav"
 
+    @property
+    def sees_sides(self) -> bool:
+        """Tell whether the sides of vehicles show, and not only their roofs."""
+        return self.kind in ("oblique", "mast")
+
+    @property
+    def is_low(self) -> bool:
+        """Tell whether the camera looks along the ground rather than down on it."""
+        return self.kind == "mast"
+
 
 def camera_path(
-    kind: CameraKind, view: View, size_px: tuple[int, int], *, t_us: IntArray, rng: np.random.Generator
+    kind: CameraKind,
+    view: View,
+    size_px: tuple[int, int],
+    *,
+    t_us: IntArray,
+    rng: np.random.Generator,
+    network: RoadNetwork | None = None,
 ) -> CameraPath:
     """Plan where the camera is at each frame.
 
@@ -64,11 +83,12 @@ def camera_path(
     ----------
     kind : "vertical" is straight above and fixed; "oblique" is fixed and looks 38 to 48 degrees down across the middle
         of the view, of which it covers at most 260 m; "uav" looks down from a drone that drifts, yaws, zooms and
-        vibrates.
+        vibrates; "mast" is fixed, 4 to 12 m high, and looks along a road or across a junction.
     view : ground to cover.
     size_px : width and height of the image.
     t_us : (n,), times of the frames.
     rng : source of every choice.
+    network : the roads; for a mast alone.
 
     Returns
     -------
@@ -85,11 +105,19 @@ def camera_path(
         return _fixed(kind, views_of([_oblique_pose(view, size_px, rng)], size_px)[0], t_us)
     if kind == "uav":
         return _flight(view, size_px, t_us, rng)
+    if kind == "mast":
+        assert network is not None
+        return _fixed(kind, views_of([mast_pose(network, view, size_px, rng)], size_px)[0], t_us)
     raise DataGenError(f"camera: expected one of {', '.join(get_args(CameraKind))}, got {kind!r}")
 
 
 def _fixed(kind: CameraKind, seen: CameraView, t_us: IntArray) -> CameraPath:
     outline_m = seen.camera.view_outline(*seen.size_px)
+    if seen.pose is not None:
+        away_m = outline_m - seen.pose.place_m[:2]
+        # Towards the horizon the view has no end; what lies farther is a few pixels high.
+        shorter = np.minimum(1.0, _REACH_M / np.hypot(*away_m.T))
+        outline_m = seen.pose.place_m[:2] + shorter[:, None] * away_m
     return CameraPath(
         kind=kind,
         views=(seen,) * len(t_us),

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from data_gen.drawing.cameras import CameraPath
 from data_gen.drawing.ground.ground import VERGE_M, hides_ground, paint_ground
 from data_gen.drawing.ground.scenery import Scenery, plan_scenery
+from data_gen.drawing.ground.sky import Haze, draw_haze
 from data_gen.drawing.occluders import Occluder, OccluderKind, plan_occluders
 from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
@@ -47,6 +48,7 @@ class World:
     """Paved ground beside the lanes."""
     scenery: Scenery
     sun: Sun
+    haze: Haze
     clouds: Clouds | None
     occluders: tuple[Occluder, ...]
     overlay: Overlay
@@ -78,7 +80,7 @@ def make_world(
     -------
     The world.
     """
-    sun_rng, scenery_rng, cloud_rng, occluder_rng = rng.spawn(4)
+    sun_rng, scenery_rng, cloud_rng, occluder_rng, haze_rng = rng.spawn(5)
     sun = draw_sun(sun_rng, weather)
     region = shapely.box(*path.reach_m).buffer(_MARGIN_M, join_style="mitre")
     seen = shapely.Polygon(path.views[0].camera.view_outline(*path.views[0].size_px))
@@ -97,6 +99,7 @@ def make_world(
         bays=tuple(bays),
         scenery=scenery,
         sun=sun,
+        haze=draw_haze(sun, haze_rng),
         clouds=Clouds(cloud_rng) if weather == "clouds" else None,
         occluders=hung,
         overlay=Overlay(hung, pixel_m=path.finest_pixel_m, sun=sun, rng=occluder_rng),
@@ -122,8 +125,12 @@ class SceneRenderer:
         self._path = path
         self._height_px = size_px[1]
         self._ground = GroundPicture(world, path, rng)
-        painter = SpritePainter if path.track is None else SolidPainter
-        self._painter: SpritePainter | SolidPainter = painter(size_px, world.sun)
+        self._painter: SpritePainter | SolidPainter = (
+            SpritePainter(size_px, world.sun)
+            if path.track is None
+            # To a drone far above the traffic is roofs; others see sides too.
+            else SolidPainter(size_px, world.sun, detailed=path.sees_sides, haze=world.haze if path.is_low else None)
+        )
         self._sensor = Sensor(size_px, noise_sigma=noise_sigma, rng=rng)
 
     def frame(self, states: VehicleStates, number: int = 0) -> ByteArray:
@@ -164,7 +171,14 @@ class GroundPicture:
         self._raster = Raster(path.reach_m, path.finest_pixel_m) if path.is_moving else None
         painted_from = path.views[0] if self._raster is None else CameraView(self._raster.camera, self._raster.size_px)
         self._picture = paint_ground(
-            world.network, world.scenery, painted_from, marks=world.marks, bays=world.bays, sun=world.sun, rng=rng
+            world.network,
+            world.scenery,
+            painted_from,
+            marks=world.marks,
+            bays=world.bays,
+            sun=world.sun,
+            haze=world.haze,
+            rng=rng,
         )
 
     def seen(self, view: CameraView) -> ByteArray:

@@ -50,10 +50,14 @@ class Sun:
 
     def wall_light(self, outward: FloatArray) -> float:
         """Tell how bright an upright wall is, 0.55 to 1, by the direction (2,) in which it looks."""
+        return float(self.wall_lights(outward[None])[0])
+
+    def wall_lights(self, outward: FloatArray) -> FloatArray:
+        """Tell how bright upright walls are, by the directions (n, 2) in which they look."""
         if self.is_hidden:
-            return 0.8
-        facing = -(outward[0] * math.cos(self.shadow_rad) + outward[1] * math.sin(self.shadow_rad))
-        return _SKY_LIGHT + (1 - _SKY_LIGHT) * max(0.0, float(facing))
+            return np.full(len(outward), 0.8)
+        facing = -(outward[:, 0] * math.cos(self.shadow_rad) + outward[:, 1] * math.sin(self.shadow_rad))
+        return np.asarray(_SKY_LIGHT + (1 - _SKY_LIGHT) * np.maximum(0.0, facing), dtype=np.float64)
 
 
 def draw_sun(rng: np.random.Generator, weather: Weather = "sunny") -> Sun:

@@ -155,13 +155,16 @@ def rectangle_around(points_px: FloatArray, size_px: tuple[int, int], *, margin_
 
     Returns
     -------
-    The smallest rectangle on even pixels that holds the points' pixels; None if it lies outside the image.
+    The smallest rectangle on even pixels that holds the points' pixels; None if it lies outside the image, or without
+    points.
 
     Examples
     --------
     >>> rectangle_around(np.array([[3.2, 5.0], [8.9, 6.0]]), (64, 64))
     Rectangle(left=2, top=4, right=10, bottom=8)
     """
+    if not len(points_px):
+        return None
     low, high = points_px.min(axis=0) - margin_px, points_px.max(axis=0) + margin_px
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return None

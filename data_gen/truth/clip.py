@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from data_gen.drawing.overlay import Overlay, hidden_shares
+from data_gen.drawing.traffic.shown import Shown
 from data_gen.drawing.view import CameraView
 from data_gen.simulation.states import BoolArray, Cells, VehicleStates, written
 from data_gen.truth.alone import find_solitary
@@ -25,6 +26,8 @@ COLUMNS = (
     *("t_us", "id", "class", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m"),
     *("road", "lane", "visible"),
 )
+SHOWN_COLUMNS = ("visible_share", "left_px", "top_px", "right_px", "bottom_px")
+"""Further columns where the camera has a pose."""
 
 HIDDEN_SHARE = 0.5
 """A vehicle of which occluders hide more than this is not visible."""
@@ -76,7 +79,10 @@ def _not_told_yet(events: Iterable[TruthEvent], certain: Iterable[TruthEvent]) -
 
 
 def visible_masks(
-    states: Sequence[VehicleStates], views: Sequence[CameraView] | None, overlay: Overlay | None = None
+    states: Sequence[VehicleStates],
+    views: Sequence[CameraView] | None,
+    overlay: Overlay | None = None,
+    shown: Sequence[Shown] | None = None,
 ) -> list[BoolArray]:
     """Tell for each step which of its vehicles are in view and not hidden.
 
@@ -85,10 +91,19 @@ def visible_masks(
     states : of the clip, in order of time.
     views : one a step; None if everything is seen everywhere.
     overlay : the occluders; none without.
+    shown : what each picture shows, where that was counted.
     """
     if views is None:
         return [np.ones(len(step.ids), dtype=np.bool_) for step in states]
+    if shown is not None:
+        return [_shown_centres(*one) for one in zip(states, views, shown, strict=True)]
     return [visible_centres(step, view, overlay) for step, view in zip(states, views, strict=True)]
+
+
+def _shown_centres(step: VehicleStates, view: CameraView, shown: Shown) -> BoolArray:
+    visible = np.zeros(len(step.ids), dtype=np.bool_)
+    visible[shown.rows] = shown.share >= 1 - HIDDEN_SHARE
+    return visible & view.contains(step.centre_m)
 
 
 def write_truth(
@@ -97,25 +112,27 @@ def write_truth(
     network: RoadNetwork,
     views: Sequence[CameraView] | None,
     visible: Sequence[BoolArray],
+    *,
+    shown: Sequence[Shown] | None = None,
 ) -> None:
     """Write one row for each vehicle in view at each step.
 
     Parameters
     ----------
     path : the file; columns as in `COLUMNS`. x, y is the centre of the body, road and lane are those under it (empty
-        off the road), `visible` is 1 if the centre is in the image and at most half of the body is hidden by an
-        occluder, else 0.
+        off the road), `visible` is 1 if the centre is in the image and at most half of the body is hidden, else 0.
     states : in order of time.
     network : gives road and lane.
     views : one a step, decide what is in view; None if everything is seen everywhere.
     visible : of each step, as `visible_masks` gives it.
+    shown : what each picture shows, for the columns `SHOWN_COLUMNS`; they are left out without.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
+        writer.writerow(COLUMNS if shown is None else (*COLUMNS, *SHOWN_COLUMNS))
         for number, step in enumerate(states):
             view = None if views is None else views[number]
-            writer.writerows(_rows(step, network, view, visible[number]))
+            writer.writerows(_rows(step, network, view, visible[number], None if shown is None else shown[number]))
 
 
 def visible_centres(step: VehicleStates, view: CameraView, overlay: Overlay | None = None) -> BoolArray:
@@ -138,10 +155,13 @@ def visible_centres(step: VehicleStates, view: CameraView, overlay: Overlay | No
 
 
 def _rows(
-    step: VehicleStates, network: RoadNetwork, view: CameraView | None, visible: BoolArray
+    step: VehicleStates, network: RoadNetwork, view: CameraView | None, visible: BoolArray, shown: Shown | None
 ) -> Iterator[tuple[object, ...]]:
     positions, poses = network.locate(step.centre_m), step.poses()
-    for row in range(len(step.ids)) if view is None else np.flatnonzero(view.touches(step)):
+    told = {} if shown is None else _told(shown)
+    rows = range(len(step.ids)) if view is None else np.flatnonzero(view.touches(step)).tolist()
+    nothing = () if shown is None else ("0", *("",) * 4)
+    for row in sorted({*rows, *told}):
         road, lane = positions.road[row], positions.lane[row]
         yield (
             step.t_us,
@@ -151,4 +171,12 @@ def _rows(
             network.roads[road].id if road >= 0 else "",
             network.lanes[lane].id if lane >= 0 else "",
             int(visible[row]),
+            *told.get(row, nothing),
         )
+
+
+def _told(shown: Shown) -> dict[int, tuple[str, ...]]:
+    return {
+        row: (f"{share:.3f}", *(f"{edge:.1f}" for edge in box_px))
+        for row, share, box_px in zip(shown.rows.tolist(), shown.share.tolist(), shown.box_px.tolist(), strict=True)
+    }

@@ -15,6 +15,7 @@ from shapely.ops import substring
 
 from data_gen.drawing.ground.paint import GroundPainter, fill, ground_at, lay_over, scaled
 from data_gen.drawing.ground.scenery import Building, Parcel, Scenery, Tree, shadow_of
+from data_gen.drawing.ground.sky import Haze, paint_distance
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView, at_height, plane_camera
 from data_gen.simulation.states import Picture
@@ -38,6 +39,8 @@ _PAINT_COLOUR = (212.0, 214.0, 214.0)
 _CROWN_COLOUR = (46.0, 84.0, 60.0)
 _CROWN_HEIGHT_M = 3.5
 _SHADOW_COLOUR = (38.0, 44.0, 34.0)
+_BEYOND_M = 1500.0
+_GAP_M = 2.0
 _WHEEL_TRACK_M = 0.85
 _WHEEL_TRACK_WIDTH_M = 0.6
 _WALL_COLOUR = (150.0, 160.0, 166.0)
@@ -51,6 +54,7 @@ def paint_ground(
     marks: Sequence[shapely.Geometry],
     bays: Sequence[shapely.Geometry],
     sun: Sun,
+    haze: Haze,
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
     """Paint the empty scene.
@@ -63,6 +67,7 @@ def paint_ground(
     marks : painted white on the road.
     bays : ground beside the lanes that is paved as they are, such as parking bays.
     sun : shades trees and buildings.
+    haze : pales what is far, for a camera that sees the horizon.
     rng : source of textures and repairs.
 
     Returns
@@ -76,11 +81,15 @@ def paint_ground(
         _paint_pavement(picture, painter, road, rng)
     else:
         _paint_verge(picture, painter, road, rng)
-    paved = shapely.union_all([road, *bays])
+    paved = shapely.union_all([road, *bays, *(_beyond_ends(network.lanes, road) if painter.is_low else ())])
     _paint_asphalt(picture, painter, paved, network.lanes, rng)
     _paint_marks(picture, painter, marks, rng)
-    _paint_trees(picture, scenery.trees, view, sun=sun, rng=rng)
-    paint_buildings(picture, painter, scenery.buildings, view, sun)
+    if painter.is_low:
+        assert view.pose is not None
+        paint_distance(picture, view.pose, sun, haze, rng)
+    else:
+        _paint_trees(picture, scenery.trees, view, sun=sun, rng=rng)
+        paint_buildings(picture, painter, scenery.buildings, view, sun)
     # The lens: without it single pixels are sharper than any camera shows them.
     seen = cv2.GaussianBlur(picture, (3, 3), 0.45)
     return np.clip(np.round(seen), 0, 255).astype(np.uint8)
@@ -92,14 +101,16 @@ def _paint_parcels(painter: GroundPainter, scenery: Scenery, rng: np.random.Gene
     for parcel in scenery.parcels:
         _paint_parcel(picture, painter, parcel)
     picture *= 1 + np.float32(0.06) * painter.texture(rng, largest_m=60, octaves=7)[:, :, None]
-    painter.lay(picture, scenery.hedges, _CROWN_COLOUR, 0.85)
+    if not painter.is_low:
+        painter.lay(picture, scenery.hedges, _CROWN_COLOUR, 0.85)
     return picture
 
 
 def _paint_parcel(picture: Picture, painter: GroundPainter, parcel: Parcel) -> None:
     for patch in painter.patches([parcel.outline]):
         colour = np.asarray(parcel.colour, dtype=np.float32)
-        if parcel.furrow_strength == 0:
+        # Far furrows are finer than the pixels of a low view.
+        if parcel.furrow_strength == 0 or painter.is_low:
             lay_over(picture[patch.window], patch.cover, parcel.colour)
             continue
         rows, columns = (np.arange(part.start, part.stop, dtype=np.float64) for part in patch.window)
@@ -145,6 +156,18 @@ def _paint_asphalt(
     painter.lay(picture, tracks, (96.0, 94.0, 92.0), 0.35)
     for patch, brightness in _repairs(lanes, rng):
         painter.lay(picture, [patch], (brightness, brightness, brightness), 0.6)
+
+
+def _beyond_ends(lanes: Sequence[Lane], road: Surface) -> list[shapely.Geometry]:
+    """Let lanes that end nowhere run on: a low camera sees beyond the network."""
+    ways: list[shapely.Geometry] = []
+    for lane in lanes:
+        for end_m, before_m in (lane.centre_line_m[[0, 1]], lane.centre_line_m[[-1, -2]]):
+            onward = (end_m - before_m) / np.hypot(*(end_m - before_m))
+            if road.distance(shapely.Point(end_m + _GAP_M * onward)) > 0:
+                way = shapely.LineString([end_m - onward, end_m + _BEYOND_M * onward])
+                ways.append(way.buffer(lane.width_m / 2 + 0.05, cap_style="flat"))
+    return ways
 
 
 def _repairs(lanes: Sequence[Lane], rng: np.random.Generator) -> list[tuple[shapely.Geometry, float]]:

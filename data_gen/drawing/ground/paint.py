@@ -3,8 +3,10 @@
 Everything here runs once a scene, not once a frame, and works in float32, in the rectangle that a shape needs.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import cv2
@@ -23,6 +25,10 @@ _Shape = TypeVar("_Shape", bound=shapely.Geometry)
 _SUPERSAMPLING = 4
 _SHIFT_BITS = 4
 _CLIP_MARGIN_M = 50.0
+_CLIP_MARGIN_PX = 300.0
+_NEXT_TO_HORIZON_PX = 1.0
+_TILE = 256
+"""Blotches after which noise on the ground repeats."""
 _GRID_M = 0.001
 
 
@@ -50,6 +56,10 @@ class GroundPainter:
         self.size_px = size_px
         self.view = shapely.Polygon(camera.view_outline(*size_px))
         self._clip = self.view.buffer(_CLIP_MARGIN_M)
+        self.is_low = not np.isfinite(camera.to_pixels(np.asarray(self._clip.exterior.coords))).all()
+        """Whether some of the ground about the view lies behind the camera."""
+        if self.is_low:
+            self._clip = _ground_ahead(camera, size_px)
         centre_m = np.array([[self.view.centroid.x, self.view.centroid.y]])
         self.metres_per_pixel = float(camera.metres_per_pixel(centre_m)[0])
 
@@ -109,7 +119,50 @@ class GroundPainter:
 
     def texture(self, rng: np.random.Generator, *, largest_m: float, octaves: int) -> Picture:
         """Draw noise whose largest blotches measure so much in the middle of the view; see `fractal_noise`."""
+        if self.is_low and largest_m > 0:
+            return self._noise_on_ground(rng, largest_m=largest_m, octaves=octaves)
         return fractal_noise(rng, self.size_px, largest_px=largest_m / self.metres_per_pixel, octaves=octaves)
+
+    def _noise_on_ground(self, rng: np.random.Generator, *, largest_m: float, octaves: int) -> Picture:
+        """Draw noise that lies on the ground; of octaves finer than the pixels of a row nothing is left there."""
+        ground_m, apart_m = self._grid_m
+        total = np.zeros(ground_m.shape[:2], dtype=np.float32)
+        power = 0.0
+        for octave in range(octaves):
+            blotch_m, gain = largest_m / 2**octave, 0.6**octave
+            cells = ground_m % np.float32(_TILE * blotch_m) / np.float32(blotch_m)
+            tile = rng.standard_normal((_TILE, _TILE), dtype=np.float32)
+            wave = cv2.remap(tile, cells[:, :, 0], cells[:, :, 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+            fade = np.clip(1.2 * blotch_m / apart_m - 0.2, 0, 1)
+            total += (gain * fade).astype(np.float32)[:, None] * wave
+            power += gain**2
+        return np.asarray(total / np.float32(0.7 * math.sqrt(power)), dtype=np.float32)
+
+    @cached_property
+    def _grid_m(self) -> tuple[Picture, FloatArray]:
+        """Ground under each pixel, (h, w, 2), 0 where there is none, and how far apart rows are there, (h,)."""
+        width_px, height_px = self.size_px
+        rows = np.arange(height_px)
+        east, north, depth = (
+            row[0] * np.arange(width_px)[None, :] + (row[1] * rows + row[2])[:, None]
+            for row in self.camera.ground_from_pixel
+        )
+        ground_m = np.stack((east, north), axis=2) / np.where(depth > 0, depth, np.inf)[:, :, None]
+        middle_m = ground_at(self.camera, np.array([width_px / 2]), rows.astype(np.float64))[:, 0]
+        apart_m = np.hypot(*np.gradient(middle_m, axis=0).T)
+        return ground_m.astype(np.float32), np.nan_to_num(apart_m, nan=np.inf)
+
+
+def _ground_ahead(camera: GroundCamera, size_px: tuple[int, int]) -> shapely.Polygon:
+    """Outline the ground in a somewhat larger image, from its lower border to next to the horizon."""
+    width_px, height_px = size_px
+    x_px, slope_x, slope_y = (width_px - 1) / 2, *camera.ground_from_pixel[2, :2]
+    assert abs(slope_x) < 1e-6 * abs(slope_y)  # no roll: the horizon is a row
+    horizon_px = -camera.ground_from_pixel[2, 2] / slope_y
+    top_px = max(-_CLIP_MARGIN_PX, horizon_px + _NEXT_TO_HORIZON_PX)
+    bottom_px, side_px = height_px + _CLIP_MARGIN_PX, width_px / 2 + _CLIP_MARGIN_PX
+    border_px = [(x_px - side_px, top_px), (x_px - side_px, bottom_px), (x_px + side_px, bottom_px)]
+    return shapely.Polygon(camera.to_ground(np.array([*border_px, (x_px + side_px, top_px)])))
 
 
 def ground_at(camera: GroundCamera, columns: FloatArray, rows: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from data_gen.drawing.ground.paint import Colour, scaled
 from data_gen.scenario import VehicleClass
 from data_gen.simulation.states import FloatArray
 
-_PAINTS: tuple[tuple[float, Colour], ...] = (  # share; blue, green, red
+PAINTS: tuple[tuple[float, Colour], ...] = (  # share; blue, green, red
     (0.22, (222, 224, 224)),
     (0.16, (172, 176, 177)),
     (0.14, (128, 128, 126)),
@@ -23,11 +23,11 @@ _PAINTS: tuple[tuple[float, Colour], ...] = (  # share; blue, green, red
     (0.08, (128, 78, 44)),
     (0.03, (62, 88, 54)),
 )
-_TARPAULINS: tuple[Colour, ...] = ((214, 216, 216), (180, 150, 120), (120, 140, 90), (90, 100, 180), (150, 155, 158))
-_LIVERIES: tuple[Colour, ...] = ((60, 70, 190), (200, 205, 205), (150, 95, 50), (70, 140, 90), (60, 180, 215))
-_GLASS: Colour = (52, 46, 42)
-_CHASSIS: Colour = (40, 40, 40)
-_RIDER: Colour = (48, 46, 58)
+TARPAULINS: tuple[Colour, ...] = ((214, 216, 216), (180, 150, 120), (120, 140, 90), (90, 100, 180), (150, 155, 158))
+LIVERIES: tuple[Colour, ...] = ((60, 70, 190), (200, 205, 205), (150, 95, 50), (70, 140, 90), (60, 180, 215))
+GLASS: Colour = (52, 46, 42)
+CHASSIS: Colour = (40, 40, 40)
+RIDER: Colour = (48, 46, 58)
 _HEIGHTS_M: dict[VehicleClass, float] = {"car": 1.45, "van": 2.3, "truck": 3.4, "bus": 3.0, "motorcycle": 1.5}
 _CLEARANCE_M = 0.2
 _CAR_BONNET_M, _VAN_BONNET_M = 0.95, 1.25
@@ -46,6 +46,17 @@ class VehicleLooks:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Panel:
+    """A flat, convex piece of a part's outside, such as a window, a lamp or a wheel."""
+
+    outline_m: FloatArray
+    """(n, 3), in the vehicle's frame, counter-clockwise as seen from outside."""
+    colour: Colour
+    is_lamp: bool = False
+    """Shines alike in sun and shade, and shows however small it is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """A convex block with sloping sides; outlines in the vehicle's frame, x forward from the centre, y to the left."""
 
@@ -61,6 +72,9 @@ class Part:
     """Parts of a higher level stand on those of lower ones."""
     block_x_m: float = 0.0
     """Where the middle of the block is to which the part belongs; parts of one block stand on each other in order."""
+    block_y_m: float = 0.0
+    panels: tuple[Panel, ...] = ()
+    """Drawn over the part's own sides, in order."""
 
 
 def height_m(vehicle_class: VehicleClass) -> float:
@@ -85,7 +99,7 @@ def vehicle_parts(looks: VehicleLooks) -> tuple[Part, ...]:
 
 
 def _car(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
-    paint = _draw_paint(rng)
+    paint = draw_paint(rng)
     length_m, width_m = looks.length_m, looks.width_m
     # An estate's roof runs to the back, a saloon has a boot.
     roof_rear = float(rng.choice((-0.40, -0.24)))
@@ -95,11 +109,11 @@ def _car(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     yield Part(bonnet, _CAR_BONNET_M, bonnet, _CAR_BONNET_M, paint, scaled(paint, 1.03))
     glass = trapezoid((roof_rear - 0.08) * length_m, 0.20 * length_m, 0.40 * width_m, 0.43 * width_m)
     roof = trapezoid(roof_rear * length_m, 0.08 * length_m, 0.36 * width_m, 0.37 * width_m)
-    yield Part(glass, _CAR_BONNET_M, roof, height_m("car"), _GLASS, scaled(paint, 1.06))
+    yield Part(glass, _CAR_BONNET_M, roof, height_m("car"), GLASS, scaled(paint, 1.06))
 
 
 def _van(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
-    paint = (222.0, 224.0, 224.0) if rng.random() < 0.5 else _draw_paint(rng)
+    paint = (222.0, 224.0, 224.0) if rng.random() < 0.5 else draw_paint(rng)
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
     whole = _rounded(looks.length_m, looks.width_m, 0.2)
     yield Part(whole, _CLEARANCE_M, whole, _VAN_BONNET_M, scaled(paint, 0.9), scaled(paint, 0.98))
@@ -110,22 +124,22 @@ def _van(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     cab = trapezoid(roof_m, screen_m, side_m, side_m * 0.94)
     cab_roof = trapezoid(roof_m, roof_m + 0.3, side_m * 0.9, side_m * 0.86)
     front_m = (roof_m + screen_m) / 2
-    yield Part(cab, _VAN_BONNET_M, cab_roof, height_m("van"), _GLASS, scaled(paint, 1.05), 1, front_m)
+    yield Part(cab, _VAN_BONNET_M, cab_roof, height_m("van"), GLASS, scaled(paint, 1.05), 1, front_m)
 
 
 def _truck(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
-    tarpaulin = scaled(_TARPAULINS[rng.integers(len(_TARPAULINS))], float(rng.uniform(0.85, 1.1)))
-    paint = _draw_paint(rng)
+    tarpaulin = scaled(TARPAULINS[rng.integers(len(TARPAULINS))], float(rng.uniform(0.85, 1.1)))
+    paint = draw_paint(rng)
     whole = trapezoid(-half_m, half_m, side_m, side_m)
-    yield Part(whole, 0.5, whole, 0.9, _CHASSIS, _CHASSIS)
+    yield Part(whole, 0.5, whole, 0.9, CHASSIS, CHASSIS)
     box = trapezoid(-half_m, half_m - _CAB_M - 0.3, side_m, side_m)
     cab = trapezoid(half_m - _CAB_M, half_m, side_m * 0.98, side_m * 0.94)
     roof = trapezoid(half_m - _CAB_M, half_m - 0.15, side_m * 0.96, side_m * 0.9)
     front_m, rear_m = half_m - _CAB_M / 2, -_CAB_M / 2
     yield Part(cab, 0.9, roof, 2.9, paint, paint, 1, front_m)
     pane = trapezoid(half_m - 0.65, half_m - 0.15, side_m * 0.85, side_m * 0.8)
-    yield Part(pane, 2.9, pane, 2.9, _GLASS, _GLASS, 1, front_m)
+    yield Part(pane, 2.9, pane, 2.9, GLASS, GLASS, 1, front_m)
     yield Part(box, 0.9, box, height_m("truck"), scaled(tarpaulin, 0.95), tarpaulin, 1, rear_m)
     middle = trapezoid(-half_m + 0.3, half_m - _CAB_M - 0.6, side_m * 0.8, side_m * 0.8)
     top_m = height_m("truck")
@@ -133,11 +147,11 @@ def _truck(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
 
 
 def _bus(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
-    livery = scaled(_LIVERIES[rng.integers(len(_LIVERIES))], float(rng.uniform(0.85, 1.1)))
+    livery = scaled(LIVERIES[rng.integers(len(LIVERIES))], float(rng.uniform(0.85, 1.1)))
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
     whole = trapezoid(-half_m, half_m, side_m, side_m)
     yield Part(whole, 0.3, whole, 1.2, livery, livery)
-    yield Part(whole, 1.2, whole, 2.5, _GLASS, _GLASS)
+    yield Part(whole, 1.2, whole, 2.5, GLASS, GLASS)
     roof = trapezoid(-half_m, half_m - 0.1, side_m, side_m)
     top_m = height_m("bus")
     yield Part(whole, 2.5, roof, top_m, livery, scaled(livery, 1.04))
@@ -148,19 +162,20 @@ def _bus(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
 def _motorcycle(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     half_m, side_m = looks.length_m / 2, looks.width_m / 2
     frame = trapezoid(-half_m, half_m, 0.18, 0.18)
-    yield Part(frame, 0.1, frame, 0.8, _CHASSIS, _draw_paint(rng))
+    yield Part(frame, 0.1, frame, 0.8, CHASSIS, draw_paint(rng))
     bars = trapezoid(0.18 * looks.length_m, 0.26 * looks.length_m, side_m, side_m)
-    yield Part(bars, 0.9, bars, 1.0, _CHASSIS, _CHASSIS, 1, 0.22 * looks.length_m)
+    yield Part(bars, 0.9, bars, 1.0, CHASSIS, CHASSIS, 1, 0.22 * looks.length_m)
     rider = trapezoid(-0.22 * looks.length_m, 0.12 * looks.length_m, side_m * 0.7, side_m * 0.85)
     shoulders = trapezoid(-0.15 * looks.length_m, 0.1 * looks.length_m, 0.2, 0.25)
-    yield Part(rider, 0.8, shoulders, 1.4, _RIDER, _RIDER, 1)
+    yield Part(rider, 0.8, shoulders, 1.4, RIDER, RIDER, 1)
     helmet = _rounded(0.3, 0.28, 0.08) + np.array((0.05 * looks.length_m, 0.0))
-    yield Part(helmet, 1.3, helmet, height_m("motorcycle"), _draw_paint(rng), _draw_paint(rng), 1)
+    yield Part(helmet, 1.3, helmet, height_m("motorcycle"), draw_paint(rng), draw_paint(rng), 1)
 
 
-def _draw_paint(rng: np.random.Generator) -> Colour:
-    shares = np.array([share for share, _ in _PAINTS])
-    _, colour = _PAINTS[rng.choice(len(_PAINTS), p=shares / shares.sum())]
+def draw_paint(rng: np.random.Generator) -> Colour:
+    """Draw the colour of a vehicle, as often as it is seen on roads."""
+    shares = np.array([share for share, _ in PAINTS])
+    _, colour = PAINTS[rng.choice(len(PAINTS), p=shares / shares.sum())]
     return scaled(colour, float(rng.uniform(0.8, 1.2)))
 
 

@@ -14,7 +14,7 @@ from service.cli.printing import show
 SCENE_FILES = ("truth.csv", "camera.csv")
 
 # The words are those of `data_gen.drawing`, which loads more than help needs.
-CameraChoice = Literal["vertical", "oblique", "uav"]
+CameraChoice = Literal["vertical", "oblique", "uav", "mast"]
 WeatherChoice = Literal["sunny", "clouds", "overcast"]
 
 
@@ -24,7 +24,7 @@ def generate(
     seed: Seed = 1,
     seconds: Annotated[float, typer.Option(min=1.0, max=86_400.0, help="Length of the video.")] = 60.0,
     camera: Annotated[
-        CameraChoice, typer.Option(help="Straight above, slantwise from a mast, or a drone that drifts.")
+        CameraChoice, typer.Option(help="Straight above, slantwise from high up, a drone that drifts, or a low mast.")
     ] = "vertical",
     poses: Annotated[bool, typer.Option("--poses", help="Tell the site file of the poses, with --camera uav.")] = False,
     thermal: Annotated[bool, typer.Option("--thermal", help="Add the video of a thermal camera.")] = False,

@@ -80,5 +80,5 @@ def test_only_the_drone_moves(kind: CameraKind) -> None:
 
 
 def test_an_unknown_camera_is_refused() -> None:
-    with pytest.raises(DataGenError, match="camera: expected one of vertical, oblique, uav, got 'kite'"):
+    with pytest.raises(DataGenError, match="camera: expected one of vertical, oblique, uav, mast, got 'kite'"):
         camera_path("kite", VIEW, SIZE_PX, t_us=np.array([0]), rng=np.random.default_rng(1))  # type: ignore[arg-type]  # wrong on purpose
