@@ -222,9 +222,12 @@ class _Watched:
         area = road_area(polygons_m)
         shapely.prepare(area)
         on_road = is_below & shapely.contains_xy(area, ground_m[..., 0], ground_m[..., 1])
-        self._scale = np.full(grid.shape, np.inf)
-        self._scale[on_road] = view.sight(ground_m[on_road]).across_m
+        self._scale, along_m = np.full((2, *grid.shape), np.inf)
+        sight = view.sight(ground_m[on_road])
+        self._scale[on_road], along_m[on_road] = sight.across_m, sight.along_m
         is_fine = self._scale <= settings.car_width_m / settings.detection.least_car_px
+        # Farther away a foot says less of a place than the length of a car: nobody could tell who is ahead of whom.
+        is_fine &= settings.detection.foot_noise_cells * along_m <= settings.usual_length_m
         self.ground = on_road & is_fine
         self._too_far = on_road & ~is_fine
         self.road = self.ground.copy()

@@ -160,6 +160,7 @@ class KnowingEye(Eye[Frame]):
         if picture.found is None:
             return replace(channel, detections=self._between(moved))
         known = self._boxes.look(picture.found, expected).detections
+        known = known.select(self.holds(known.boxes.centre_m))
         return replace(channel, detections=self._joined(moved, known, expected))
 
     def judge(self, boxes: Boxes) -> VerdictArray:
