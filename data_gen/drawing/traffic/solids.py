@@ -11,13 +11,16 @@ from functools import cached_property
 
 import numpy as np
 
+from data_gen.drawing.ground.standing import Standing
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import Part
-from data_gen.drawing.view import CameraView, corners_m
-from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
+from data_gen.drawing.view import CameraView, Rectangle, corners_m
+from data_gen.simulation.states import BoolArray, FloatArray, IntArray, VehicleStates
 
 NEAREST_M = 0.5
 """Nothing closer before the camera is drawn."""
+_TOUCHING_M = 0.3
+"""What stands closer before a body does not hide it: distances are those of middles."""
 
 
 class Mesh:
@@ -306,3 +309,17 @@ def entry_m(rows: IntArray, states: VehicleStates, eye_m: FloatArray, ray_rad: F
     crossings = np.stack(((centre_m - half_m) / ray, (centre_m + half_m) / ray))
     enters, leaves = crossings.min(axis=0).max(axis=0), crossings.max(axis=0).min(axis=0)
     return np.asarray(np.where(enters <= leaves, enters, (centre_m * ray).sum(axis=0)), dtype=np.float64)
+
+
+def hidden_by(standing: Standing, solid: Solid, part: Rectangle, states: VehicleStates, view: CameraView) -> BoolArray:
+    """Tell at which pixels of a part of the image something stands before a vehicle, (h, w)."""
+    away_m = standing.away_m[part.window]
+    if not np.isfinite(away_m).any():
+        return np.zeros(away_m.shape, dtype=np.bool_)
+    assert view.pose is not None
+    columns = np.arange(part.left, part.right, dtype=np.float64)
+    # The lowest row looks at the ground under the vehicle; the azimuth of a column hardly changes upwards.
+    foot_m = view.camera.to_ground(np.column_stack((columns, np.full(len(columns), float(part.bottom)))))
+    rays_rad = np.arctan2(*(foot_m - view.pose.place_m[:2]).T[::-1])
+    entries_m = entry_m(np.full(len(columns), solid.row), states, view.pose.place_m[:2], np.nan_to_num(rays_rad))
+    return np.asarray(away_m < entries_m - _TOUCHING_M, dtype=np.bool_)
