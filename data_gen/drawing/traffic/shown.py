@@ -66,13 +66,15 @@ class ShownCounter:
         self._names[:] = 0
         found: list[tuple[Solid, Rectangle, int, FloatArray]] = []
         for solid in self._meshes.placed(states, view):
-            outlines_px = [solid.outline_px(face) for face in solid.seen_faces(panels=False)]
-            part = rectangle_around(np.vstack(outlines_px), view.size_px) if outlines_px else None
+            around_px = solid.around_px()
+            part = rectangle_around(around_px, view.size_px)
             if part is None:
                 continue
-            body = _silhouette(outlines_px, part)
+            width_px, height_px = part.size_px
+            body = np.zeros((height_px * _FINENESS, width_px * _FINENESS), dtype=np.uint8)
+            solid.fill(body, part, _FINENESS, ((face, (1,)) for face in solid.seen_faces(panels=False)))
             if count := int(cv2.countNonZero(body)):
-                found.append((solid, part, count, np.vstack(outlines_px)))
+                found.append((solid, part, count, around_px))
                 self._names[_window(part)][body > 0] = len(found)
                 if self._standing is not None:
                     hidden = hidden_by(self._standing, solid, part, states, view)
@@ -115,15 +117,6 @@ def _window(part: Rectangle) -> tuple[slice, slice]:
         slice(rows.start * _FINENESS, rows.stop * _FINENESS),
         slice(columns.start * _FINENESS, columns.stop * _FINENESS),
     )
-
-
-def _silhouette(outlines_px: Sequence[FloatArray], part: Rectangle) -> NDArray[np.uint8]:
-    width_px, height_px = part.size_px
-    body = np.zeros((height_px * _FINENESS, width_px * _FINENESS), dtype=np.uint8)
-    for outline_px in outlines_px:
-        fine_px = (outline_px - (part.left, part.top) + 0.5) * _FINENESS - 0.5
-        cv2.fillConvexPoly(body, np.round(fine_px * 16).astype(np.int32), (1,), shift=4)
-    return body
 
 
 def _box(points_px: FloatArray, size_px: tuple[int, int]) -> FloatArray:

@@ -25,13 +25,11 @@ from data_gen.drawing.traffic.sprites import (
 )
 from data_gen.drawing.traffic.vehicle_bodies import vehicle_body
 from data_gen.drawing.traffic.vehicle_models import VehicleLooks, vehicle_parts
-from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
+from data_gen.drawing.view import CameraView, Rectangle, hull_of, rectangle_around
 from data_gen.simulation.states import BoolArray, FloatArray, VehicleStates
 
 _FINE_PIXEL_M = 0.05
 """Edges are drawn at least this fine before they are averaged."""
-_LARGE_PART_M = 0.5
-"""Smaller parts cast no shadow of their own."""
 _CONTACT_STRENGTH = 0.5
 """Under a vehicle it is dark even without a sun."""
 
@@ -117,12 +115,12 @@ class SolidPainter:
         """Lay the dark under a vehicle, and its shadow."""
         sun = self._sun
         corners_m = solid.mesh.corners_m
-        low_m, high_m = corners_m[:, :2].min(axis=0), corners_m[:, :2].max(axis=0)
-        under_m = np.array([low_m, (high_m[0], low_m[1]), high_m, (low_m[0], high_m[1])])
-        shapes = [(solid.level_px(under_m), _CONTACT_STRENGTH)]
+        shapes = [(solid.level_px(solid.mesh.under_m), _CONTACT_STRENGTH)]
         if not sun.is_hidden:
-            large = (part for part in solid.mesh.parts if np.ptp(part.base_m, axis=0).min() > _LARGE_PART_M)
-            shapes += [(solid.level_px(shadow_m(part, sun, solid.heading_rad)), SHADOW_STRENGTH) for part in large]
+            cosine, sine = math.cos(solid.heading_rad), math.sin(solid.heading_rad)
+            slope = np.array([[cosine, sine], [-sine, cosine]]) @ np.array(sun.shadow_offset_m(1.0))
+            outline_m = hull_of(corners_m[:, :2] + corners_m[:, 2:] * slope)
+            shapes.append((solid.level_px(outline_m), SHADOW_STRENGTH))
         kept = [(outline_px, (255 * strength,)) for outline_px, strength in shapes if len(outline_px)]
         across_px = PENUMBRA_M / solid.pixel_m
         part = (
@@ -143,17 +141,16 @@ class SolidPainter:
         cv2.multiply(canvas[part.window], light, dst=canvas[part.window], scale=1 / 255)
 
     def _fill(self, canvas: NDArray[np.uint8], solid: Solid, states: VehicleStates, view: CameraView) -> None:
-        faces = solid.seen_faces()
-        outlines_px = [solid.outline_px(face) for face in faces]
-        part = rectangle_around(np.vstack(outlines_px), self._size_px, margin_px=1) if faces else None
+        part = rectangle_around(solid.around_px(), self._size_px, margin_px=1)
         if part is None:
             return
+        faces = solid.seen_faces()
         colours = solid.colours(self._sun)[faces]
         if self._haze is not None:
             colours = self._haze.pale(colours, solid.distance_m)
-        values = [(*colour, 255.0) for colour in colours.tolist()]
-        shapes = list(zip(outlines_px, values, strict=True))
-        layer = _raster(part, shapes, _fineness(solid), channels=4)
+        fine = _finer(part, fineness := _fineness(solid), channels=4)
+        solid.fill(fine, part, fineness, zip(faces, ((*colour, 255.0) for colour in colours.tolist()), strict=True))
+        layer = np.asarray(cv2.resize(fine, part.size_px, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         if self._standing is not None:
             _hide(layer, self._standing, hidden_by(self._standing, solid, part, states, view), part)
         blend(canvas[part.window], layer)
@@ -189,12 +186,15 @@ def _raster(
     part: Rectangle, shapes: Sequence[tuple[FloatArray, tuple[float, ...]]], fineness: int, *, channels: int
 ) -> NDArray[np.uint8]:
     """Draw shapes over one another into a rectangle, finely, and average."""
-    width_px, height_px = part.size_px
-    shape = (height_px * fineness, width_px * fineness, channels)[: 3 if channels > 1 else 2]
-    fine = np.zeros(shape, dtype=np.uint8)
+    fine = _finer(part, fineness, channels=channels)
     ends = np.cumsum([len(outline_px) for outline_px, _ in shapes])
     fine_px = (np.concatenate([px for px, _ in shapes]) - (part.left, part.top) + 0.5) * fineness - 0.5
     whole = np.round(fine_px * 16).astype(np.int32)
     for (outline_px, value), end in zip(shapes, ends.tolist(), strict=True):
         cv2.fillConvexPoly(fine, whole[end - len(outline_px) : end], value, shift=4)
     return np.asarray(cv2.resize(fine, part.size_px, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def _finer(part: Rectangle, fineness: int, *, channels: int) -> NDArray[np.uint8]:
+    width_px, height_px = part.size_px
+    return np.zeros((height_px * fineness, width_px * fineness, channels)[: 3 if channels > 1 else 2], dtype=np.uint8)
