@@ -128,7 +128,7 @@ def generate(
     path = camera_path(camera, plan.view, (width_px, height_px), t_us=t_us, rng=camera_rng, network=network)
     world = plan_world(plan, network, path, scenery_rng, weather=weather, occluders=hung)
     frames = plan_frames(degradation, len(states), step_us=step_us, rng=fault_rng)
-    shown = shown_in(states, path, world.overlay)
+    shown = shown_in(states, path, world.overlay, world.standing)
     visible = visible_masks(states, path.views, world.overlay, shown)
     scene = _scene(out_dir, len(frames), clip_events(states, network, visible))
     _begin_folder(scene, plan.network_file)

@@ -90,7 +90,7 @@ def draw_stills(
     path = camera_path(camera, plan.view, size_px, t_us=t_us, rng=camera_rng, network=network)
     world = plan_world(plan, network, path, scenery_rng, weather=weather, occluders=occluder_kinds(occluders))
     renderer = SceneRenderer(world, path, picture_rng)
-    counter = None if path.track is None else ShownCounter(path, world.overlay)
+    counter = None if path.track is None else ShownCounter(path, world.overlay, world.standing)
     for number, step in enumerate(states):
         picture = cv2.cvtColor(renderer.frame(step, number), cv2.COLOR_YUV2BGR_I420)
         view = path.views[number]

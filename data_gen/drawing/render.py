@@ -19,11 +19,12 @@ from data_gen.drawing.cameras import CameraPath
 from data_gen.drawing.ground.ground import VERGE_M, hides_ground, paint_ground
 from data_gen.drawing.ground.scenery import Scenery, plan_scenery
 from data_gen.drawing.ground.sky import Haze, draw_haze
+from data_gen.drawing.ground.standing import Standing, paint_standing, stands_clear
 from data_gen.drawing.occluders import Occluder, OccluderKind, plan_occluders
 from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
 from data_gen.drawing.traffic.solid_painter import SolidPainter
-from data_gen.drawing.traffic.sprites import SpritePainter
+from data_gen.drawing.traffic.sprites import SpritePainter, blend
 from data_gen.drawing.view import CameraView, Raster
 from data_gen.simulation.states import ByteArray, FloatArray, VehicleStates
 from gis.road_network import RoadNetwork
@@ -49,6 +50,8 @@ class World:
     scenery: Scenery
     sun: Sun
     haze: Haze
+    standing: Standing | None
+    """What stands beside the road, as a low camera sees it."""
     clouds: Clouds | None
     occluders: tuple[Occluder, ...]
     overlay: Overlay
@@ -80,7 +83,7 @@ def make_world(
     -------
     The world.
     """
-    sun_rng, scenery_rng, cloud_rng, occluder_rng, haze_rng = rng.spawn(5)
+    sun_rng, scenery_rng, cloud_rng, occluder_rng, haze_rng, standing_rng = rng.spawn(6)
     sun = draw_sun(sun_rng, weather)
     region = shapely.box(*path.reach_m).buffer(_MARGIN_M, join_style="mitre")
     seen = shapely.Polygon(path.views[0].camera.view_outline(*path.views[0].size_px))
@@ -88,18 +91,34 @@ def make_world(
     decks = [item.outline() for item in hung]
     # A little more than the verge: crowns and roofs have no straight edges to line up with it.
     scenery = plan_scenery(network, region, verge_m=VERGE_M + 2, keep_free=decks, sun=sun, rng=scenery_rng)
-    if not path.is_moving:
+    if path.is_low:
+        road, eye_m = network.surface(), np.array([path.views[0].pose.x_m, path.views[0].pose.y_m])
+        scenery = replace(
+            scenery,
+            buildings=tuple(item for item in scenery.buildings if stands_clear(item.outline, road, eye_m)),
+            trees=tuple(item for item in scenery.trees if stands_clear(item.crown, road, eye_m)),
+            hedges=tuple(
+                item for item in scenery.hedges if item.distance(road) > VERGE_M and stands_clear(item, road, eye_m)
+            ),
+        )
+    elif not path.is_moving:
         # The renderer draws traffic over buildings: none may stand in front of a road.
         road, view = network.surface(), path.views[0]
         clear = tuple(item for item in scenery.buildings if not hides_ground(item, road, view))
         scenery = replace(scenery, buildings=clear)
+    haze = draw_haze(sun, haze_rng)
     return World(
         network=network,
         marks=tuple(marks),
         bays=tuple(bays),
         scenery=scenery,
         sun=sun,
-        haze=draw_haze(sun, haze_rng),
+        haze=haze,
+        standing=(
+            paint_standing(network, scenery, path.views[0], sun=sun, haze=haze, rng=standing_rng)
+            if path.is_low
+            else None
+        ),
         clouds=Clouds(cloud_rng) if weather == "clouds" else None,
         occluders=hung,
         overlay=Overlay(hung, pixel_m=path.finest_pixel_m, sun=sun, rng=occluder_rng),
@@ -129,7 +148,7 @@ class SceneRenderer:
             SpritePainter(size_px, world.sun)
             if path.track is None
             # To a drone far above the traffic is roofs; others see sides too.
-            else SolidPainter(size_px, world.sun, detailed=path.sees_sides, haze=world.haze if path.is_low else None)
+            else SolidPainter(size_px, world.sun, detailed=path.sees_sides, haze=world.haze, standing=world.standing)
         )
         self._sensor = Sensor(size_px, noise_sigma=noise_sigma, rng=rng)
 
@@ -180,6 +199,8 @@ class GroundPicture:
             haze=world.haze,
             rng=rng,
         )
+        if world.standing is not None:
+            blend(self._picture, world.standing.bgra)
 
     def seen(self, view: CameraView) -> ByteArray:
         """Give the ground in a view of the path, (h, w, 3), a new array each time."""

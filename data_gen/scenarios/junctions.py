@@ -15,16 +15,22 @@ from data_gen.scenario import (
     DEMAND,
     Flow,
     OptionValues,
+    ParkingStrip,
     Scenario,
     ScenarioOption,
     VehicleClass,
     VehicleKind,
     View,
+    kind_of,
     mix,
     shipped_network,
 )
 
-JUNCTION_OPTIONS = (ScenarioOption("lights", "program of the traffic light", ("fixed", "actuated")), DEMAND)
+JUNCTION_OPTIONS = (
+    ScenarioOption("lights", "program of the traffic light", ("fixed", "actuated")),
+    DEMAND,
+    ScenarioOption("parked", "rows of parked cars beside the arms"),
+)
 _SHARES: Mapping[VehicleClass, float] = {"car": 0.78, "van": 0.12, "truck": 0.03, "bus": 0.03, "motorcycle": 0.04}
 _CLOCKWISE = ("north", "east", "south", "west")
 """From an arm the next one is to the left, the one before to the right."""
@@ -46,7 +52,7 @@ def junction(options: OptionValues) -> Scenario:
 
     Parameters
     ----------
-    options : `lights` (fixed, actuated) and `demand` (low, normal, high).
+    options : `lights` (fixed, actuated), `demand` (low, normal, high) and `parked` (a flag).
 
     Returns
     -------
@@ -69,6 +75,10 @@ def junction(options: OptionValues) -> Scenario:
         simulator_options=("--lanechange.duration", "2.5"),
         solid_line_m=100.0,
         light_programs=(("centre", options.choice("lights")),),
+        parking=tuple(
+            ParkingStrip(f"{arm}_out_0", 25.0, 115.0, right_m=2.8, kind=kind_of("car", 1.0), filled=0.7)
+            for arm in (_CLOCKWISE if options.flag("parked") else ())
+        ),
     )
 
 

@@ -10,6 +10,7 @@ from data_gen.scenario import (
     Driver,
     Flow,
     OptionValues,
+    RoadsideStop,
     Scenario,
     ScenarioOption,
     View,
@@ -22,8 +23,12 @@ MOTORWAY_VIEW = View(centre_m=(900.0, 148.0), width_m=400.0)
 MOTORWAY_OPTIONS = (
     ScenarioOption("carriageways", "how many of them carry traffic", ("2", "1")),
     DEMAND,
+    ScenarioOption("jam", "eastbound traffic stands, behind three who stopped abreast"),
 )
 _RATES_HZ = {"low": 0.2, "normal": 0.4, "high": 0.6}
+_JAM_HZ, _JAM_FRONT_M = 1.0, 1080.0
+_JAM_BEGINS_US, _JAM_LASTS_US = -150_000_000, 300_000_000
+"""When those who stop set out, and how long they stand; the queue is 250 m long when the clip begins, and grows."""
 _KEEP_RIGHT = (("lcKeepRight", "8"), ("sigma", "0.3"))
 _HURRY = (
     *(("maxSpeed", "42"), ("speedFactor", "normc(1.2,0.05,1.1,1.3)"), ("lcAssertive", "1.5"), ("tau", "0.8")),
@@ -36,14 +41,14 @@ def motorway(options: OptionValues) -> Scenario:
 
     Parameters
     ----------
-    options : `carriageways` (2, 1: eastbound alone) and `demand` (low, normal, high).
+    options : `carriageways` (2, 1: eastbound alone), `demand` (low, normal, high) and `jam` (a flag).
 
     Returns
     -------
     The scenario; the camera covers 400 m around the top of the bend.
     """
     edges = ("eastbound", "westbound") if options.choice("carriageways") == "2" else ("eastbound",)
-    rate_hz = _RATES_HZ[options.choice("demand")]
+    rate_hz, has_jam = _RATES_HZ[options.choice("demand")], options.flag("jam")
     return Scenario(
         name="motorway",
         network_file=MOTORWAY_NETWORK,
@@ -56,11 +61,29 @@ def motorway(options: OptionValues) -> Scenario:
             kind_of("bus", 0.02, _cruise("27", "0.88")),
             kind_of("motorcycle", 0.03, _HURRY),
         ),
-        flows=tuple(Flow(edge, edge, rate_hz, shortest_gap_s=0.8) for edge in edges),
+        flows=tuple(
+            Flow(edge, edge, _JAM_HZ if has_jam and edge == "eastbound" else rate_hz, shortest_gap_s=0.8)
+            for edge in edges
+        ),
+        stops=tuple(_stop(lane) for lane in range(3)) if has_jam else (),
         view=MOTORWAY_VIEW,
         # A truck needs 77 s from end to end.
-        warm_up_us=90_000_000,
+        warm_up_us=160_000_000 if has_jam else 90_000_000,
         simulator_options=("--lanechange.duration", "3"),
+    )
+
+
+def _stop(lane: int) -> RoadsideStop:
+    """Let a van stop in one of the lanes."""
+    return RoadsideStop(
+        from_edge="eastbound",
+        to_edge="eastbound",
+        kind=kind_of("van", 1.0, _cruise("28", "1")),
+        depart_us=_JAM_BEGINS_US,
+        lane=f"eastbound_{lane}",
+        front_m=_JAM_FRONT_M,
+        stand_us=_JAM_LASTS_US,
+        right_m=0.0,
     )
 
 

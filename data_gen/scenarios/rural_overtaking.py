@@ -16,10 +16,12 @@ from data_gen.scenario import (
     Driver,
     Flow,
     OptionValues,
+    ParkingStrip,
     Scenario,
     ScenarioOption,
     VehicleKind,
     View,
+    kind_of,
     shipped_network,
 )
 
@@ -28,6 +30,7 @@ RURAL_OPTIONS = (
     ScenarioOption("blocked", "so much oncoming traffic that hardly anybody can overtake"),
     ScenarioOption("aborted", "some drivers begin to overtake and give up"),
     ScenarioOption("platoons", "a slow vehicle and three behind it depart together"),
+    ScenarioOption("parked", "rows of parked cars beside the road"),
 )
 _OVERTAKING_DRIVER = (("lcOpposite", "1"), ("lcSpeedGain", "3"), ("lcAssertive", "1"), ("lcKeepRight", "30"))
 _LANE_M = 3.5
@@ -55,7 +58,7 @@ def rural_overtaking(options: OptionValues) -> Scenario:
 
     Parameters
     ----------
-    options : `blocked`, `aborted`, `platoons` (flags).
+    options : `blocked`, `aborted`, `platoons`, `parked` (flags).
 
     Returns
     -------
@@ -71,7 +74,16 @@ def rural_overtaking(options: OptionValues) -> Scenario:
         # A slow car needs 164 s from end to end.
         warm_up_us=160_000_000,
         simulator_options=("--lanechange.duration", "2.5"),
+        parking=_parking() if options.flag("parked") else (),
         attempts=Attempts(_HESITANT_CAR.name, shift_m=_LANE_M, pause_us=12_000_000) if aborted else None,
+    )
+
+
+def _parking() -> tuple[ParkingStrip, ...]:
+    """Park on both verges, where a low camera about the middle of the view sees it."""
+    return tuple(
+        ParkingStrip(lane, start_m, start_m + 90.0, right_m=3.1, kind=kind_of("car", 1.0), filled=0.7)
+        for lane, start_m in (("eastbound_0", 380.0), ("eastbound_0", 560.0), ("westbound_0", 1290.0))
     )
 
 

@@ -86,6 +86,10 @@ def paint_ground(
     _paint_marks(picture, painter, marks, rng)
     if painter.is_low:
         assert view.pose is not None
+        if not sun.is_hidden:
+            stands = [(tree.crown, tree.height_m) for tree in scenery.trees]
+            stands += [(item.outline, item.height_m) for item in scenery.buildings]
+            painter.lay(picture, [shadow_of(shape, up_m, sun) for shape, up_m in stands], _SHADOW_COLOUR, 0.6)
         paint_distance(picture, view.pose, sun, haze, rng)
     else:
         _paint_trees(picture, scenery.trees, view, sun=sun, rng=rng)

@@ -6,17 +6,21 @@ left at the end is what the picture shows of that vehicle.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from data_gen.drawing.cameras import CameraPath
+from data_gen.drawing.ground.standing import Standing
 from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.traffic.solid_painter import Meshes
-from data_gen.drawing.traffic.solids import Solid
+from data_gen.drawing.traffic.solids import Solid, hidden_by
 from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
 from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
+
+_Cell = TypeVar("_Cell", bound=np.generic)
 
 _FINENESS = 2
 """Pixels of the names a pixel of the image, each way."""
@@ -41,11 +45,13 @@ class ShownCounter:
     ----------
     path : of the camera, which has poses.
     overlay : what hangs over the road.
+    standing : what stands beside it, for a low camera.
     """
 
-    def __init__(self, path: CameraPath, overlay: Overlay) -> None:
+    def __init__(self, path: CameraPath, overlay: Overlay, standing: Standing | None = None) -> None:
         self._meshes = Meshes(detailed=path.sees_sides)
         self._overlay = overlay
+        self._standing = standing
         width_px, height_px = path.views[0].size_px
         self._names = np.zeros((height_px * _FINENESS, width_px * _FINENESS), dtype=np.uint16)
 
@@ -60,14 +66,20 @@ class ShownCounter:
         self._names[:] = 0
         found: list[tuple[Solid, Rectangle, int, FloatArray]] = []
         for solid in self._meshes.placed(states, view):
-            outlines_px = [solid.outline_px(face) for face in solid.seen_faces(panels=False)]
-            part = rectangle_around(np.vstack(outlines_px), view.size_px) if outlines_px else None
+            around_px = solid.around_px()
+            part = rectangle_around(around_px, view.size_px)
             if part is None:
                 continue
-            body = _silhouette(outlines_px, part)
+            width_px, height_px = part.size_px
+            body = np.zeros((height_px * _FINENESS, width_px * _FINENESS), dtype=np.uint8)
+            solid.fill(body, part, _FINENESS, ((face, (1,)) for face in solid.seen_faces(panels=False)))
             if count := int(cv2.countNonZero(body)):
-                found.append((solid, part, count, np.vstack(outlines_px)))
+                found.append((solid, part, count, around_px))
                 self._names[_window(part)][body > 0] = len(found)
+                if self._standing is not None:
+                    hidden = hidden_by(self._standing, solid, part, states, view)
+                    hidden &= self._standing.bgra[part.window][:, :, 3] > 127
+                    self._names[_window(part)][_finer(hidden) & (body > 0)] = 0
         order = sorted(range(len(found)), key=lambda place: found[place][0].row)
         share = [self._left(place + 1, found[place][1], view) / found[place][2] for place in order]
         return Shown(
@@ -82,14 +94,20 @@ class ShownCounter:
         if self._overlay.is_empty:
             return float(np.count_nonzero(left))
         clear = 1 - self._overlay.opacity(part, view)
-        return float((left * clear.repeat(_FINENESS, axis=0).repeat(_FINENESS, axis=1)).sum())
+        return float((left * _finer(clear)).sum())
 
 
-def shown_in(states: Sequence[VehicleStates], path: CameraPath, overlay: Overlay) -> tuple[Shown, ...] | None:
+def _finer(picture: NDArray[_Cell]) -> NDArray[_Cell]:
+    return picture.repeat(_FINENESS, axis=0).repeat(_FINENESS, axis=1)
+
+
+def shown_in(
+    states: Sequence[VehicleStates], path: CameraPath, overlay: Overlay, standing: Standing | None
+) -> tuple[Shown, ...] | None:
     """Tell what each picture of a clip shows; None for a camera straight above, which shows all bodies whole."""
     if path.track is None:
         return None
-    counter = ShownCounter(path, overlay)
+    counter = ShownCounter(path, overlay, standing)
     return tuple(counter.look(step, view) for step, view in zip(states, path.views, strict=True))
 
 
@@ -99,15 +117,6 @@ def _window(part: Rectangle) -> tuple[slice, slice]:
         slice(rows.start * _FINENESS, rows.stop * _FINENESS),
         slice(columns.start * _FINENESS, columns.stop * _FINENESS),
     )
-
-
-def _silhouette(outlines_px: Sequence[FloatArray], part: Rectangle) -> NDArray[np.uint8]:
-    width_px, height_px = part.size_px
-    body = np.zeros((height_px * _FINENESS, width_px * _FINENESS), dtype=np.uint8)
-    for outline_px in outlines_px:
-        fine_px = (outline_px - (part.left, part.top) + 0.5) * _FINENESS - 0.5
-        cv2.fillConvexPoly(body, np.round(fine_px * 16).astype(np.int32), (1,), shift=4)
-    return body
 
 
 def _box(points_px: FloatArray, size_px: tuple[int, int]) -> FloatArray:

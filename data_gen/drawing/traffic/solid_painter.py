@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_gen.drawing.ground.sky import Haze
+from data_gen.drawing.ground.standing import Standing
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.traffic.solids import Mesh, Solid, far_first, place_solid, rows_in_image
+from data_gen.drawing.traffic.solids import Mesh, Solid, far_first, hidden_by, place_solid, rows_in_image
 from data_gen.drawing.traffic.sprites import (
     PENUMBRA_M,
     SHADOW_COLOUR,
@@ -24,13 +25,11 @@ from data_gen.drawing.traffic.sprites import (
 )
 from data_gen.drawing.traffic.vehicle_bodies import vehicle_body
 from data_gen.drawing.traffic.vehicle_models import VehicleLooks, vehicle_parts
-from data_gen.drawing.view import CameraView, Rectangle, rectangle_around
-from data_gen.simulation.states import FloatArray, VehicleStates
+from data_gen.drawing.view import CameraView, Rectangle, hull_of, rectangle_around
+from data_gen.simulation.states import BoolArray, FloatArray, VehicleStates
 
 _FINE_PIXEL_M = 0.05
 """Edges are drawn at least this fine before they are averaged."""
-_LARGE_PART_M = 0.5
-"""Smaller parts cast no shadow of their own."""
 _CONTACT_STRENGTH = 0.5
 """Under a vehicle it is dark even without a sun."""
 
@@ -75,13 +74,23 @@ class SolidPainter:
     size_px : width and height of the picture.
     sun : casts shadows and lights the sides.
     detailed : with windows, lamps and wheels.
-    haze : pales what is far; none without.
+    haze : pales what is far, where something stands beside the road.
+    standing : hides what is behind it; none without.
     """
 
-    def __init__(self, size_px: tuple[int, int], sun: Sun, *, detailed: bool = False, haze: Haze | None = None) -> None:
+    def __init__(
+        self,
+        size_px: tuple[int, int],
+        sun: Sun,
+        *,
+        detailed: bool = False,
+        haze: Haze | None = None,
+        standing: Standing | None = None,
+    ) -> None:
         self._size_px = size_px
         self._sun = sun
-        self._haze = haze
+        self._haze = None if standing is None else haze
+        self._standing = standing
         self._meshes = Meshes(detailed=detailed)
 
     def draw(self, canvas: NDArray[np.uint8], states: VehicleStates, view: CameraView) -> None:
@@ -96,24 +105,64 @@ class SolidPainter:
         placed = self._meshes.placed(states, view)
         for solid in placed:
             if self._meshes.detailed:
-                _shade_round(canvas, solid, self._size_px, self._sun)
+                self._shade_round(canvas, solid, states, view)
             elif not self._sun.is_hidden:
                 _shade(canvas, solid, self._size_px, self._sun)
         for solid in placed:
-            self._fill(canvas, solid)
+            self._fill(canvas, solid, states, view)
 
-    def _fill(self, canvas: NDArray[np.uint8], solid: Solid) -> None:
-        faces = solid.seen_faces()
-        outlines_px = [solid.outline_px(face) for face in faces]
-        part = rectangle_around(np.vstack(outlines_px), self._size_px, margin_px=1) if faces else None
+    def _shade_round(self, canvas: NDArray[np.uint8], solid: Solid, states: VehicleStates, view: CameraView) -> None:
+        """Lay the dark under a vehicle, and its shadow."""
+        sun = self._sun
+        corners_m = solid.mesh.corners_m
+        shapes = [(solid.level_px(solid.mesh.under_m), _CONTACT_STRENGTH)]
+        if not sun.is_hidden:
+            cosine, sine = math.cos(solid.heading_rad), math.sin(solid.heading_rad)
+            slope = np.array([[cosine, sine], [-sine, cosine]]) @ np.array(sun.shadow_offset_m(1.0))
+            outline_m = hull_of(corners_m[:, :2] + corners_m[:, 2:] * slope)
+            shapes.append((solid.level_px(outline_m), SHADOW_STRENGTH))
+        kept = [(outline_px, (255 * strength,)) for outline_px, strength in shapes if len(outline_px)]
+        across_px = PENUMBRA_M / solid.pixel_m
+        part = (
+            rectangle_around(np.vstack([px for px, _ in kept]), self._size_px, margin_px=2 * across_px + 2)
+            if kept
+            else None
+        )
         if part is None:
             return
+        dark = _raster(part, kept, 2 if solid.pixel_m > _FINE_PIXEL_M else 1, channels=1)
+        # A soft edge on the ground is flat in the picture.
+        flat = solid.eye_m[2] / max(1.0, solid.distance_m)
+        flat_px = max(0.3, across_px * min(1.0, flat))
+        soft = np.asarray(cv2.GaussianBlur(dark, (0, 0), max(0.3, across_px), sigmaY=flat_px), dtype=np.uint8)
+        if self._standing is not None:
+            soft[hidden_by(self._standing, solid, part, states, view)] = 0
+        light = cv2.cvtColor(255 - soft, cv2.COLOR_GRAY2BGR)
+        cv2.multiply(canvas[part.window], light, dst=canvas[part.window], scale=1 / 255)
+
+    def _fill(self, canvas: NDArray[np.uint8], solid: Solid, states: VehicleStates, view: CameraView) -> None:
+        part = rectangle_around(solid.around_px(), self._size_px, margin_px=1)
+        if part is None:
+            return
+        faces = solid.seen_faces()
         colours = solid.colours(self._sun)[faces]
         if self._haze is not None:
             colours = self._haze.pale(colours, solid.distance_m)
-        values = [(*colour, 255.0) for colour in colours.tolist()]
-        shapes = list(zip(outlines_px, values, strict=True))
-        blend(canvas[part.window], _raster(part, shapes, _fineness(solid), channels=4))
+        fine = _finer(part, fineness := _fineness(solid), channels=4)
+        solid.fill(fine, part, fineness, zip(faces, ((*colour, 255.0) for colour in colours.tolist()), strict=True))
+        layer = np.asarray(cv2.resize(fine, part.size_px, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        if self._standing is not None:
+            _hide(layer, self._standing, hidden_by(self._standing, solid, part, states, view), part)
+        blend(canvas[part.window], layer)
+
+
+def _hide(layer: NDArray[np.uint8], standing: Standing, hidden: BoolArray, part: Rectangle) -> None:
+    """Let what stands before a vehicle show instead of it, as far as it is opaque."""
+    if not hidden.any():
+        return
+    front = standing.bgra[part.window].astype(np.float32) * hidden[:, :, None]
+    own, opacity = layer[:, :, :3].astype(np.float32), layer[:, :, 3:].astype(np.float32) / 255
+    layer[:, :, :3] = np.round(own * (1 - front[:, :, 3:] / 255) + opacity * front[:, :, :3])
 
 
 def _fineness(solid: Solid) -> int:
@@ -133,38 +182,19 @@ def _shade(canvas: NDArray[np.uint8], solid: Solid, size_px: tuple[int, int], su
     window[:] = np.round(window + alpha * (np.asarray(SHADOW_COLOUR, dtype=np.float32) - window)).astype(np.uint8)
 
 
-def _shade_round(canvas: NDArray[np.uint8], solid: Solid, size_px: tuple[int, int], sun: Sun) -> None:
-    """Lay the dark under a vehicle, and its shadow, at the height of the camera soft along the line of sight."""
-    corners_m = solid.mesh.corners_m
-    low_m, high_m = corners_m[:, :2].min(axis=0), corners_m[:, :2].max(axis=0)
-    under_m = np.array([low_m, (high_m[0], low_m[1]), high_m, (low_m[0], high_m[1])])
-    shapes = [(solid.level_px(under_m), _CONTACT_STRENGTH)]
-    if not sun.is_hidden:
-        large = (part for part in solid.mesh.parts if np.ptp(part.base_m, axis=0).min() > _LARGE_PART_M)
-        shapes += [(solid.level_px(shadow_m(part, sun, solid.heading_rad)), SHADOW_STRENGTH) for part in large]
-    kept = [(outline_px, (255 * strength,)) for outline_px, strength in shapes if len(outline_px)]
-    across_px = PENUMBRA_M / solid.pixel_m
-    part = rectangle_around(np.vstack([px for px, _ in kept]), size_px, margin_px=2 * across_px + 2) if kept else None
-    if part is None:
-        return
-    dark = _raster(part, kept, 2 if solid.pixel_m > _FINE_PIXEL_M else 1, channels=1)
-    # A soft edge on the ground is flat in the picture.
-    flat = solid.eye_m[2] / max(1.0, solid.distance_m)
-    soft = cv2.GaussianBlur(dark, (0, 0), max(0.3, across_px), sigmaY=max(0.3, across_px * min(1.0, flat)))
-    light = cv2.cvtColor(255 - soft, cv2.COLOR_GRAY2BGR)
-    cv2.multiply(canvas[part.window], light, dst=canvas[part.window], scale=1 / 255)
-
-
 def _raster(
     part: Rectangle, shapes: Sequence[tuple[FloatArray, tuple[float, ...]]], fineness: int, *, channels: int
 ) -> NDArray[np.uint8]:
     """Draw shapes over one another into a rectangle, finely, and average."""
-    width_px, height_px = part.size_px
-    shape = (height_px * fineness, width_px * fineness, channels)[: 3 if channels > 1 else 2]
-    fine = np.zeros(shape, dtype=np.uint8)
+    fine = _finer(part, fineness, channels=channels)
     ends = np.cumsum([len(outline_px) for outline_px, _ in shapes])
     fine_px = (np.concatenate([px for px, _ in shapes]) - (part.left, part.top) + 0.5) * fineness - 0.5
     whole = np.round(fine_px * 16).astype(np.int32)
     for (outline_px, value), end in zip(shapes, ends.tolist(), strict=True):
         cv2.fillConvexPoly(fine, whole[end - len(outline_px) : end], value, shift=4)
     return np.asarray(cv2.resize(fine, part.size_px, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def _finer(part: Rectangle, fineness: int, *, channels: int) -> NDArray[np.uint8]:
+    width_px, height_px = part.size_px
+    return np.zeros((height_px * fineness, width_px * fineness, channels)[: 3 if channels > 1 else 2], dtype=np.uint8)

@@ -5,19 +5,27 @@ mapped at once.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import numpy as np
 
+from data_gen.drawing.ground.standing import Standing
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import Part
-from data_gen.drawing.view import CameraView, corners_m
-from data_gen.simulation.states import FloatArray, IntArray, VehicleStates
+from data_gen.drawing.view import CameraView, Rectangle, corners_m
+from data_gen.simulation.states import BoolArray, ByteArray, FloatArray, IndexArray, IntArray, VehicleStates
 
 NEAREST_M = 0.5
 """Nothing closer before the camera is drawn."""
+_SMALLEST_PX = 1.0
+"""Faces smaller than this are left out, but for lamps."""
+_FAR_PIXEL_M = 0.08
+"""Where pixels are larger, one distance does for a whole vehicle."""
+_TOUCHING_M = 0.3
+"""What stands closer before a body does not hide it: distances are those of middles."""
 
 
 class Mesh:
@@ -47,7 +55,9 @@ class Mesh:
         self.offsets = (self.normals * self.corners_m[self.ends[:-1]]).sum(axis=1)
         of_part = np.array([number for number, *_ in faces])
         self.faces_of_part = [np.flatnonzero(of_part == number) for number in range(len(parts))]
-        self.height_m = float(self.corners_m[:, 2].max())
+        low_m, high_m = self.corners_m[:, :2].min(axis=0), self.corners_m[:, :2].max(axis=0)
+        self.under_m = np.array([low_m, (high_m[0], low_m[1]), high_m, (low_m[0], high_m[1])])
+        """Ground under the vehicle, (4, 2)."""
 
 
 def _faces_of(part: Part) -> Iterator[tuple[FloatArray, tuple[float, float, float], str]]:
@@ -119,9 +129,9 @@ class Solid:
         seen = mesh.normals @ self.eye_m > mesh.offsets
         if not mesh.is_round:
             seen |= mesh.is_top
-        if panels:
-            seen &= ~mesh.is_panel | mesh.is_lamp | (mesh.extents_m > 0.7 * self.pixel_m)
-        else:
+        if mesh.is_round:
+            seen &= mesh.is_lamp | (mesh.extents_m > _SMALLEST_PX * self.pixel_m)
+        if not panels:
             seen &= ~mesh.is_panel
         order = sorted(range(len(mesh.parts)), key=self._order)
         return [int(face) for part in order for face in mesh.faces_of_part[part] if seen[face]]
@@ -131,10 +141,36 @@ class Solid:
         part = self.mesh.parts[number]
         return part.level, -math.hypot(part.block_x_m - self.eye_m[0], part.block_y_m - self.eye_m[1])
 
-    def outline_px(self, face: int) -> FloatArray:
-        """Give a face in the image, (n, 2), without what lies behind the camera."""
-        corners = slice(self.mesh.ends[face], self.mesh.ends[face + 1])
-        return self.corners_px[corners] if self.is_ahead else clipped_px(self.mapped[corners])
+    def around_px(self) -> FloatArray:
+        """Give points whose bounds are those of the body in the image, (n, 2), without what lies behind the camera."""
+        if self.is_ahead:
+            return self.corners_px
+        faces = range(len(self.mesh.ends) - 1)
+        return np.concatenate([clipped_px(self.mapped[self._corners(face)]) for face in faces])
+
+    def fill(
+        self, canvas: ByteArray, part: Rectangle, fineness: int, painted: Iterable[tuple[int, Sequence[float]]]
+    ) -> None:
+        """Draw faces over one another into a picture of a part of the image that is so many times finer.
+
+        Parameters
+        ----------
+        canvas : (h, w) or (h, w, k), changed.
+        part : of the image.
+        fineness : pixels of the canvas a pixel of the image, each way.
+        painted : faces in order, and the value of each.
+        """
+        if self.is_ahead:
+            whole = _shifted(self.corners_px, part, fineness)
+            for face, value in painted:
+                cv2.fillConvexPoly(canvas, whole[self._corners(face)], value, shift=4)
+            return
+        for face, value in painted:
+            cut_px = clipped_px(self.mapped[self._corners(face)])
+            cv2.fillConvexPoly(canvas, _shifted(cut_px, part, fineness), value, shift=4)
+
+    def _corners(self, face: int) -> slice:
+        return slice(self.mesh.ends[face], self.mesh.ends[face + 1])
 
     def level_px(self, outline_m: FloatArray) -> FloatArray:
         """Map an outline on the ground, (n, 2) in the vehicle's frame, to pixels, without what lies behind."""
@@ -152,6 +188,12 @@ class Solid:
             light = light + up * (1 - light)
         light[mesh.is_lamp | mesh.is_top] = 1.0
         return np.asarray(mesh.colours * light[:, None], dtype=np.float64)
+
+
+def _shifted(points_px: FloatArray, part: Rectangle, fineness: int) -> IndexArray:
+    """Map pixels of the image to sixteenths of those of a finer picture of a part of it."""
+    fine_px = (points_px - (part.left, part.top) + 0.5) * fineness - 0.5
+    return np.round(fine_px * 16).astype(np.int32)
 
 
 def clipped_px(mapped: FloatArray) -> FloatArray:
@@ -306,3 +348,19 @@ def entry_m(rows: IntArray, states: VehicleStates, eye_m: FloatArray, ray_rad: F
     crossings = np.stack(((centre_m - half_m) / ray, (centre_m + half_m) / ray))
     enters, leaves = crossings.min(axis=0).max(axis=0), crossings.max(axis=0).min(axis=0)
     return np.asarray(np.where(enters <= leaves, enters, (centre_m * ray).sum(axis=0)), dtype=np.float64)
+
+
+def hidden_by(standing: Standing, solid: Solid, part: Rectangle, states: VehicleStates, view: CameraView) -> BoolArray:
+    """Tell at which pixels of a part of the image something stands before a vehicle, (h, w)."""
+    away_m = standing.away_m[part.window]
+    if away_m.min() > solid.distance_m:
+        return np.zeros(away_m.shape, dtype=np.bool_)
+    if solid.pixel_m > _FAR_PIXEL_M:
+        return np.asarray(away_m < solid.distance_m - _TOUCHING_M, dtype=np.bool_)
+    assert view.pose is not None
+    columns = np.arange(part.left, part.right, dtype=np.float64)
+    # The lowest row looks at the ground under the vehicle; the azimuth of a column hardly changes upwards.
+    foot_m = view.camera.to_ground(np.column_stack((columns, np.full(len(columns), float(part.bottom)))))
+    rays_rad = np.arctan2(*(foot_m - view.pose.place_m[:2]).T[::-1])
+    entries_m = entry_m(np.full(len(columns), solid.row), states, view.pose.place_m[:2], np.nan_to_num(rays_rad))
+    return np.asarray(away_m < entries_m - _TOUCHING_M, dtype=np.bool_)
