@@ -179,7 +179,8 @@ class KnowingEye(Eye[Frame]):
     def _between(self, moved: Detections) -> Detections:
         """Doubt what moves without a name, and add what stands where nothing moves."""
         moved = _placed(moved)
-        doubted = replace(moved, weight=_weights(moved, 1.0 - self._reliability(moved)))
+        trust, silence = self._settings.detection.lone_trust, 1.0 - self._reliability(moved)
+        doubted = replace(moved, weight=_weights(moved, trust * silence / (trust * silence + 1.0 - trust)))
         self._has_news |= bool((moved.owner < 0).any())
         is_still = ~_are_covered(self._standing.boxes, moved.boxes)
         still = self._standing.select(is_still)
@@ -197,8 +198,9 @@ class KnowingEye(Eye[Frame]):
         stood = matches(alone, self._unmoved, self._settings.detection)[0]
         self._standing, self._unmoved, self._seen = alone.select(stood), alone, known.boxes
         self._has_news = bool((both.owner < 0).any() or len(alone) > len(stood))
-        denied = -self._limits.look_evidence * self._reliability(lone)
         evidence = self._limits.look_evidence
+        # A network that misses as many as it sees denies nothing.
+        denied = -evidence * np.maximum(2.0 * self._reliability(lone) - 1.0, 0.0)
         return Detections.joined(
             [
                 replace(both, weight=np.full(len(both), evidence)),
