@@ -152,10 +152,10 @@ def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
 
 def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
     """Load the detector, so that nothing is written before it is known to work."""
-    warnings: tuple[str, ...] = ()
     boxes: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
         boxes = choice.open(source.sensor.size_px)
+        warnings = boxes.warnings
     else:
         boxes = choice.open(source.sensor.settings)
         warnings = check_against(boxes, choice.path, source.frame_count)
