@@ -64,9 +64,8 @@ def list_installed(as_json: AsJson = False) -> None:
     if as_json:
         print_json({"folder": str(folder), "detectors": records})
     elif records:
-        print(
-            format_table(list(records[0]), [[_cell(value) for value in record.values()] for record in records]), end=""
-        )
+        rows = [[_cell(value) for value in record.values()] for record in records]
+        print(format_table(list(records[0]), rows), end="")
     else:
         tell("note", [f"{folder}: no detector is installed; dyknow detector add FILE installs one"])
 
@@ -110,11 +109,10 @@ def try_on_clip(
         times_s.append(time.perf_counter() - start_s)
     look_ms = float(np.median(times_s)) * 1e3
     write_picture(out, draw_boxes(frame.to_bgr(), boxes))
+    columns = boxes.class_number, boxes.score.tolist(), boxes.bounds_px().tolist()
     found = [
         {"class": CLASS_NAMES[number], "score": score, "bounds_px": bounds}
-        for number, score, bounds in zip(
-            boxes.class_number, boxes.score.tolist(), boxes.bounds_px().tolist(), strict=True
-        )
+        for number, score, bounds in zip(*columns, strict=True)
     ]
     named = describe(choice, opened)
     text = f"{out}: {counted(len(found), 'vehicle')} at {frame.t_us / 1e6:.2f} s, {look_ms:.0f} ms a look, by {named}"
