@@ -265,6 +265,7 @@ def fixed_camera(
     lens: Lens | None = None,
     reach_m: float | None = None,
     knows: BoxDetector[Frame] | None = None,
+    knows_moving: BoxDetector[Frame] | None = None,
 ) -> Camera[Frame]:
     """Make a camera that stands still.
 
@@ -278,6 +279,7 @@ def fixed_camera(
     lens : bends the picture of the homography; None for a straight one.
     reach_m : as of `moving_camera`, should it move all the same; None to believe that it does not.
     knows : a network that says what is a vehicle; None to believe all that moves.
+    knows_moving : the same should the camera move, if `knows` looks at a part of the picture.
 
     Raises
     ------
@@ -295,7 +297,8 @@ def fixed_camera(
         return Camera([eye], None, settings)
 
     def follow(matrix: FloatArray) -> tuple[Eye[Frame], Registration]:
-        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings, knows=knows)
+        looks = knows_moving or knows
+        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings, knows=looks)
         return moving, Registration(matrix, image_size_px, settings.registration)
 
     watch = MovementWatch(

@@ -24,6 +24,8 @@ from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
 from service.cli.asking.tracks import draw, tracks
 from service.cli.making.demo import demo
+from service.cli.making.detector import add as add_detector
+from service.cli.making.detector import list_installed, try_on_clip
 from service.cli.making.generate import generate, trajectories
 from service.cli.making.process import process
 from service.cli.making.site import check as check_site
@@ -55,9 +57,15 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "serve": (serve, "dyknow serve scene.db --port 8420"),
     "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
     "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
+    "detector add": (add_detector, "dyknow detector add traffic.onnx"),
+    "detector list": (list_installed, "dyknow detector list"),
+    "detector try": (try_on_clip, "dyknow detector try clip.mp4 --detector onnx:traffic --at 4s --out boxes.png"),
 }
 
-GROUPS = {"site": "Make a site file for a camera, and look at how good it is."}
+GROUPS = {
+    "site": "Make a site file for a camera, and look at how good it is.",
+    "detector": "Install a network that finds vehicles, and look at what it finds.",
+}
 
 PACKAGES = ("service", "gis", "vision", "anchoring", "qsr", "chronicles", "dyknow", "data_gen")
 # An error whose class comes from one of these says something about the user's input.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gis.lens import Lens
 from service.export.tracks import footprint_corners
 from service.records import CarState, EventRecord
+from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
 from vision.objects import ByteArray, FloatArray
 
 Colour = tuple[int, int, int]
@@ -29,6 +30,8 @@ FAR_PX = 30_000  # beyond this OpenCV's fixed-point drawing overflows
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 WHITE: Colour = (255, 255, 255)
 BLACK: Colour = (0, 0, 0)
+BOX: Colour = (0, 235, 255)
+LEAST_WIDTH_PX = 1280
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +123,32 @@ def draw_overlay(
     for line, event in enumerate(overlay.events):
         roles = ", ".join(f"{role} {symbol}" for role, symbol in event.roles.items())
         write_text(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
+    return canvas
+
+
+def draw_boxes(picture: ByteArray, boxes: ImageBoxes) -> ByteArray:
+    """Draw the boxes of a detector with class and score on a copy of a picture.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) blue, green, red.
+    boxes : in its pixels.
+
+    Returns
+    -------
+    A picture twice as large where it is small, so that the letters fit.
+    """
+    factor = 1 if picture.shape[1] >= LEAST_WIDTH_PX else 2
+    canvas = np.asarray(cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC), np.uint8)
+    centre_px, size_px = (boxes.centre_px + 0.5) * factor - 0.5, boxes.size_px * factor
+    labels = [
+        f"{CLASS_NAMES[number]} {score:.2f}" for number, score in zip(boxes.class_number, boxes.score, strict=True)
+    ]
+    for centre, size, angle, label in zip(centre_px, size_px, np.degrees(boxes.angle_rad), labels, strict=True):
+        corners = cv2.boxPoints((centre.tolist(), size.tolist(), float(angle))).round().astype(np.int32)
+        cv2.polylines(canvas, [corners], isClosed=True, color=BOX, thickness=1, lineType=cv2.LINE_AA)
+        left, top = corners.min(axis=0).tolist()
+        write_text(canvas, label, (max(left, 0), max(top - 3, 12)), WHITE)
     return canvas
 
 

@@ -55,7 +55,7 @@ def node(kind: str, inputs: Sequence[str], output: str, **attributes: Attribute)
 
 
 def value_info(name: str, shape: Sequence[int]) -> bytes:
-    dims = b"".join(chunk(1, number(1, size)) for size in shape)
+    dims = b"".join(chunk(1, number(1, size) if size else b"") for size in shape)  # 0: any
     return chunk(1, name) + chunk(2, chunk(1, number(1, FLOAT) + chunk(2, dims)))
 
 
@@ -79,30 +79,50 @@ def model(
 
 
 STRIDE, KERNEL = 4, 8
+# What stands behind the box and the scores of other classes: score, and class and angle where the layout has them.
+BEHIND_BOX = {"yolo": 1, "yolo-oriented": 2, "rows": 2, "rows-oriented": 3}
 
 
-def blob_finder(size_px: tuple[int, int], *, box_px: tuple[float, float] = (16.0, 8.0), classes: int = 1) -> bytes:
+def blob_finder(
+    size_px: tuple[int, int],
+    *,
+    box_px: tuple[float, float] = (16.0, 8.0),
+    classes: int = 1,
+    pictures: int = 1,
+    tables: int | None = None,
+    layout: str = "yolo",
+) -> bytes:
     """A network `[1, 3, h, w]` -> `[1, 4 + classes, n]` that finds bright patches: a mean filter at a stride.
 
     Its score is the mean brightness (0 to 1) of 8 x 8 px; the box around it has a fixed size. The last class answers.
+    Its first axes are `pictures` and `tables`, 0 for any number; exports may say any and mean 1. Layouts other than
+    `yolo` have one class, 0, and angle 0.
     """
     width, height = size_px
     columns, rows = (width - KERNEL) // STRIDE + 1, (height - KERNEL) // STRIDE + 1
-    channels = 4 + classes
+    channels = 3 + classes + BEHIND_BOX[layout]
     kernel = np.zeros((channels, 3, KERNEL, KERNEL), np.float32)
-    kernel[-1] = 1 / (3 * KERNEL * KERNEL)
+    kernel[3 + classes] = 1 / (3 * KERNEL * KERNEL)
     places = np.zeros((1, channels, rows, columns), np.float32)
     places[0, 0] = np.arange(columns) * STRIDE + (KERNEL - 1) / 2
     places[0, 1] = (np.arange(rows) * STRIDE + (KERNEL - 1) / 2)[:, None]
     places[0, 2], places[0, 3] = box_px
+    if layout == "rows":
+        places[0, :2] -= places[0, 2:4] / 2
+        places[0, 2:4] += places[0, :2]
     nodes = [
         node("Conv", ["images", "kernel"], "mean", kernel_shape=[KERNEL, KERNEL], strides=[STRIDE, STRIDE]),
         node("Add", ["mean", "places"], "placed"),
         node("Reshape", ["placed", "shape"], "boxes"),
     ]
-    shape = np.array([1, channels, rows * columns], np.int64)
+    tables = pictures if tables is None else tables
+    shape = np.array([tables, channels, rows * columns], np.int64)  # 0: as many as came
     weights = {"kernel": kernel, "places": places, "shape": shape}
-    return model(nodes, weights, image=[1, 3, height, width], outputs={"boxes": shape.tolist()})
+    if layout.startswith("yolo"):
+        return model(nodes, weights, image=[pictures, 3, height, width], outputs={"boxes": shape.tolist()})
+    nodes.append(node("Transpose", ["boxes"], "rows", perm=[0, 2, 1]))
+    outputs = {"rows": [tables, rows * columns, channels]}
+    return model(nodes, weights, image=[pictures, 3, height, width], outputs=outputs)
 
 
 def constant_answer(rows: FloatArray, size_px: tuple[int, int]) -> bytes:

@@ -56,8 +56,8 @@ class ImageSurface:
         settings: VisionSettings,
     ) -> None:
         self._view, self._usual, self._settings = view, settings, settings.detection
+        coarse = _coarse(view, polygons_m, image_size_px, settings)
         low, high = np.full(2, -0.5), np.array(image_size_px) - 0.5
-        coarse = _Watched(Grid.between(low, high, side=COARSE_PX, is_north_up=False), view, polygons_m, settings)
         side = max(1.0, np.floor(settings.car_width_m / self._settings.image_car_cells / coarse.typical_scale()))
         grid = Grid.between(low, high, side=side, is_north_up=False)
         watched = _Watched(grid, view, polygons_m, settings)
@@ -209,6 +209,38 @@ class ImageSurface:
 
     def _boxes(self, cells: Cells) -> Boxes:
         return measure(cells, np.zeros(cells.count), self.raster.grid.side, self._settings)[0]
+
+
+def road_part(
+    view: GroundView, polygons_m: Sequence[FloatArray], image_size_px: tuple[int, int], settings: VisionSettings
+) -> tuple[int, int, int, int]:
+    """Bound the part of the picture in which vehicles on a road are seen.
+
+    Parameters
+    ----------
+    view, polygons_m, image_size_px, settings : as of `ImageSurface`.
+
+    Returns
+    -------
+    Left, top, width and height in pixels; all of the picture if no road is in view.
+    """
+    coarse = _coarse(view, polygons_m, image_size_px, settings)
+    rows, columns = np.flatnonzero(coarse.road.any(axis=1)), np.flatnonzero(coarse.road.any(axis=0))
+    if len(rows) == 0:
+        return (0, 0, *image_size_px)
+    left, top = (int(COARSE_PX) * int(cells[0]) for cells in (columns, rows))
+    right, bottom = (
+        min(int(COARSE_PX) * (int(cells[-1]) + 1), size)
+        for cells, size in zip((columns, rows), image_size_px, strict=True)
+    )
+    return left, top, right - left, bottom - top
+
+
+def _coarse(
+    view: GroundView, polygons_m: Sequence[FloatArray], image_size_px: tuple[int, int], settings: VisionSettings
+) -> "_Watched":
+    low, high = np.full(2, -0.5), np.array(image_size_px) - 0.5
+    return _Watched(Grid.between(low, high, side=COARSE_PX, is_north_up=False), view, polygons_m, settings)
 
 
 class _Watched:

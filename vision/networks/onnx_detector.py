@@ -6,7 +6,7 @@ kept (letterbox); large pictures may be cut into tiles, so that vehicles far awa
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,6 +25,11 @@ from vision.video.frame import Frame
 # What is around a picture in the input: the grey that YOLO networks are trained with.
 PADDING = 114
 
+# Networks halve their input up to five times: sides of open inputs are multiples of this.
+INPUT_STEP_PX = 32
+
+Part = tuple[int, int, int, int]  # left, top, width, height
+
 
 class OnnxDetector:
     """Finds vehicles with a network in an ONNX file.
@@ -34,29 +39,52 @@ class OnnxDetector:
     path : of the weights.
     settings : what must be known about the network besides.
     image_size_px : (width, height) of the frames.
+    part_px : (left, top, width, height) of the part of them to look at, such as where roads are; None for all.
 
     Raises
     ------
     VisionError
         If the file is missing, is no network that the runtime can compute, or its input or output do not go with the
-        settings: the network is run once, on a grey picture, to find out.
+        settings: the network is run once, on a grey picture, to find out. Or if the part is none of the picture.
     """
 
-    def __init__(self, path: Path, settings: OnnxSettings, image_size_px: tuple[int, int]) -> None:
+    def __init__(
+        self, path: Path, settings: OnnxSettings, image_size_px: tuple[int, int], part_px: Part | None = None
+    ) -> None:
         self._path = path
         self._settings = settings
         self._image_size_px = image_size_px
-        self._tiles = tuple(_tiles(image_size_px, settings))
+        whole = next(_tiles((0, 0, *image_size_px), settings))
+        self._tiles = tuple(_tiles(_checked_part(part_px, image_size_px), settings))
         width, height = image_size_px
         with self._naming_file():
-            self._network = Network(path, settings.output)
-            self._input_size_px = _input_size(self._network.input_shape, settings)
-            self._look(np.full((height, width, 3), PADDING, np.uint8))
+            self._network = Network(path, settings)
+            most_px = _input_size(self._network.input_shape, settings)
+            is_open = self._network.input_shape[2:] == (0, 0)
+            input_size_px = _filled(self._tiles[0], whole, most_px) if is_open else most_px
+            self._letterbox = Letterbox.of((self._tiles[0].width_px, self._tiles[0].height_px), input_size_px)
+            grey = np.full((height, width, 3), PADDING, np.uint8)
+            self._at_once = self._count_at_once(grey)
+            self._look(grey)
+
+    def on_whole_picture(self) -> OnnxDetector:
+        """Make the same for a camera that has moved: a part of the picture is no part of the world any more."""
+        return OnnxDetector(self._path, self._settings, self._image_size_px)
 
     @property
     def runtime(self) -> str:
-        """What computes the network, with its version."""
+        """What computes the network, with its version and provider."""
         return self._network.runtime
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know about how the network is computed."""
+        return tuple(f"{self._path.name}: {one}" for one in self._network.warnings)
+
+    @property
+    def input_size_px(self) -> tuple[int, int]:
+        """Width and height of the network's input."""
+        return self._letterbox.input_size_px
 
     def detect(self, instant: Frame) -> ImageBoxes:
         """Find vehicles in a frame.
@@ -89,17 +117,33 @@ class OnnxDetector:
         except VisionError as error:
             raise VisionError(f"{self._path}: {error}") from error
 
+    def _count_at_once(self, picture: ByteArray) -> int:
+        """Tell how many tiles the network takes as one batch; an open axis may hide a network that is built for 1."""
+        axis, count = self._network.input_shape[0], min(len(self._tiles), self._settings.max_batch)
+        if axis != 0 or count == 1:
+            return max(axis, 1)
+        try:
+            self._look_at_tiles(picture, self._tiles[:count])
+        except VisionError:
+            return 1
+        return count
+
     def _look(self, picture: ByteArray) -> ImageBoxes:
-        found = [self._look_at_tile(picture, tile) for tile in self._tiles]
+        starts = range(0, len(self._tiles), self._at_once)
+        found = [self._look_at_tiles(picture, self._tiles[start : start + self._at_once]) for start in starts]
         return suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
 
-    def _look_at_tile(self, picture: ByteArray, tile: Tile) -> ImageBoxes:
-        settings = self._settings
-        part = picture[tile.top_px : tile.top_px + tile.height_px, tile.left_px : tile.left_px + tile.width_px]
-        box = Letterbox.of((tile.width_px, tile.height_px), self._input_size_px)
-        output = self._network.run(_planes(box.apply(part), settings))
-        boxes = box.undo(decode(output, settings.layout, settings.classes, settings.score_threshold))
-        return replace(boxes, centre_px=boxes.centre_px + np.array([tile.left_px, tile.top_px]))
+    def _look_at_tiles(self, picture: ByteArray, tiles: Sequence[Tile]) -> ImageBoxes:
+        """Look at tiles as one batch."""
+        settings, letterbox = self._settings, self._letterbox
+        output = self._network.run(np.stack([_planes(letterbox.apply(tile.of(picture)), settings) for tile in tiles]))
+        if len(tiles) > 1 and (output.ndim != 3 or len(output) != len(tiles)):
+            raise VisionError(f"network output: expected {len(tiles)} tables for as many tiles, got {output.shape!r}")
+        found = []
+        for tile, table in zip(tiles, output if len(tiles) > 1 else [output], strict=True):
+            boxes = letterbox.undo(decode(table, settings.layout, settings.classes, settings.score_threshold))
+            found.append(replace(boxes, centre_px=boxes.centre_px + np.array([tile.left_px, tile.top_px])))
+        return ImageBoxes.joined(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +154,11 @@ class Tile:
     top_px: int
     width_px: int
     height_px: int
+
+    def of(self, picture: ByteArray) -> ByteArray:
+        """Cut it out of a picture."""
+        rows = slice(self.top_px, self.top_px + self.height_px)
+        return picture[rows, self.left_px : self.left_px + self.width_px]
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +238,10 @@ def _input_size(shape: tuple[int, ...], settings: OnnxSettings) -> tuple[int, in
     """Agree on the size of the input: the weights' own, where they fix it."""
     wanted = settings.input_size_px
     channels = 1 if settings.colours == "grey" else 3
-    if len(shape) != 4 or shape[0] not in (0, 1) or shape[1] not in (0, channels):
-        expected = f"an input of (1, {channels}, height, width) for colours = {settings.colours!r}"
+    count = settings.tiles[0] * settings.tiles[1]
+    if len(shape) != 4 or shape[0] not in (0, 1, count) or shape[1] not in (0, channels):
+        pictures = "1" if count == 1 else f"1 or {count}"
+        expected = f"an input of ({pictures}, {channels}, height, width) for colours = {settings.colours!r}"
         raise VisionError(f"expected {expected}, got {shape!r}")
     fixed = shape[3], shape[2]
     if wanted is None:
@@ -202,28 +253,46 @@ def _input_size(shape: tuple[int, ...], settings: OnnxSettings) -> tuple[int, in
     return wanted
 
 
-def _tiles(image_size_px: tuple[int, int], settings: OnnxSettings) -> Iterator[Tile]:
-    """Cut the picture into equal tiles that overlap."""
-    spans = [_spans(size, count, settings.overlap) for size, count in zip(image_size_px, settings.tiles, strict=True)]
-    for top, height in spans[1]:
-        for left, width in spans[0]:
+def _filled(tile: Tile, whole: Tile, most_px: tuple[int, int]) -> tuple[int, int]:
+    """Make an input no larger than a tile needs at the scale that it has when all of the picture is looked at."""
+    scale = min(most_px[0] / whole.width_px, most_px[1] / whole.height_px)
+    sides = (tile.width_px, most_px[0]), (tile.height_px, most_px[1])
+    width, height = (min(most, INPUT_STEP_PX * int(np.ceil(side * scale / INPUT_STEP_PX))) for side, most in sides)
+    return width, height
+
+
+def _checked_part(part_px: Part | None, image_size_px: tuple[int, int]) -> Part:
+    """Tell which part of the picture is looked at; the whole one if nothing was said."""
+    left, top, width, height = part = part_px or (0, 0, *image_size_px)
+    is_inside = left >= 0 and top >= 0 and left + width <= image_size_px[0] and top + height <= image_size_px[1]
+    if not is_inside or width < 1 or height < 1:
+        raise VisionError(f"expected a left, top, width, height within {image_size_px!r} px, got {part!r}")
+    return part
+
+
+def _tiles(part_px: Part, settings: OnnxSettings) -> Iterator[Tile]:
+    """Cut a part of the picture into equal tiles that overlap."""
+    columns, rows = settings.tiles
+    for top, height in _spans(part_px[1], part_px[3], rows, settings.overlap):
+        for left, width in _spans(part_px[0], part_px[2], columns, settings.overlap):
             yield Tile(left, top, width, height)
 
 
-def _spans(size_px: int, count: int, overlap: float) -> list[tuple[int, int]]:
+def _spans(start_px: int, size_px: int, count: int, overlap: float) -> list[tuple[int, int]]:
     """Cover a length with `count` spans of one size, each sharing a part with the next one."""
     span_px = min(size_px, int(np.ceil(size_px / (count - (count - 1) * overlap))))
-    starts = np.linspace(0, size_px - span_px, count).round().astype(int)
+    starts = start_px + np.linspace(0, size_px - span_px, count).round().astype(int)
     return [(int(start), span_px) for start in starts]
 
 
 def _planes(picture: ByteArray, settings: OnnxSettings) -> Tensor:
-    """Bring a (h, w, 3) picture, blue first, to the numbers that the network takes."""
+    """Bring a (h, w, 3) picture, blue first, to the (channels, h, w) numbers that the network takes."""
     if settings.colours == "grey":
         coloured = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))[:, :, None]
     else:
         coloured = picture if settings.colours == "bgr" else picture[:, :, ::-1]
-    values = (coloured.astype(np.float32) * np.float32(settings.scale) - np.float32(settings.mean)) / np.float32(
-        settings.deviation
-    )
-    return np.ascontiguousarray(values.transpose(2, 0, 1)[None])
+    planes = np.ascontiguousarray(coloured.transpose(2, 0, 1)).astype(np.float32)  # bytes turn faster than numbers
+    planes *= np.float32(settings.scale)
+    planes -= np.float32(settings.mean)
+    planes /= np.float32(settings.deviation)
+    return planes

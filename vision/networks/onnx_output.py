@@ -41,7 +41,8 @@ def decode(output: NDArray[np.float32], layout: Layout, classes: Mapping[int, st
     """
     table = _table(output, layout, classes)
     if table.size and not np.isfinite(table).any():
-        raise VisionError(f"network output: expected finite numbers, got {table.size} that are not")
+        fix = "are scale, mean and deviation right?"
+        raise VisionError(f"network output: expected finite numbers, got {table.size} that are not; {fix}")
     is_finite = np.isfinite(table).all(axis=1)
     table = table[is_finite]
     boxes = _of_scores(table, layout, classes) if layout.startswith("yolo") else _of_rows(table, layout, classes)

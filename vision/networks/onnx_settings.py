@@ -1,4 +1,4 @@
-"""How does a network want its pictures, and what do its numbers mean? The TOML beside the weights.
+"""How does a network want its pictures, and what do its numbers mean? Its recipe, the TOML beside the weights.
 
 A file of weights does not say whether it takes red or blue first, which of its classes are vehicles, or which of its
 columns is the score. `traffic.toml` beside `traffic.onnx` does; docs/detectors.md lists the fields.
@@ -6,7 +6,7 @@ columns is the score. `traffic.toml` beside `traffic.onnx` does; docs/detectors.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from msgspec import Meta
 
@@ -14,12 +14,15 @@ from vision.networks.box_detector import CLASS_NAMES
 
 Layout = Literal["yolo", "yolo-oriented", "rows", "rows-oriented"]
 Colours = Literal["rgb", "bgr", "grey"]
+Provider = Literal["cpu", "cuda", "openvino"]
 
 _Share = Annotated[float, Meta(ge=0, le=1)]
 _Finite = Annotated[float, Meta(ge=-1e300, le=1e300, description="a finite number")]
 _Above0 = Annotated[float, Meta(gt=0, le=1e300, description="a number above 0")]
 _InputPx = Annotated[int, Meta(ge=1, le=8192)]
 _Tiles = Annotated[int, Meta(ge=1, le=16)]
+_Threads = Annotated[int, Meta(ge=1, le=64)]
+_PROVIDERS = f"a list out of {', '.join(get_args(Provider))}, the preferred one first"
 _Number = Annotated[int, Meta(ge=0)]
 _Word = Annotated[str, Meta(pattern=rf"^({'|'.join(CLASS_NAMES)})\Z")]
 CLASSES = f'a table such as {{ "2" = "car" }} with words out of {", ".join(CLASS_NAMES)}'
@@ -45,7 +48,13 @@ class OnnxSettings:
     scale, mean, deviation : the input is (value * scale - mean) / deviation, values from 0 to 255.
     tiles : (columns, rows) into which the picture is cut, each of which is looked at by itself.
     overlap : part of a tile that it shares with the next one; at least the longest vehicle should fit.
+    max_batch : no more tiles are computed at once, where the weights take any number: each wants memory, 80 MB in a
+        network for 512 x 512 px.
     output : name of the output, for a network with several.
+    providers : what may compute the network, the preferred one first; what is not installed is passed over.
+    threads : of the processor. One, since looks come a few times a second beside decoding and tracking, which want the
+        other cores: at 512 x 512 px a second thread cost 1.3 times the processor time a look, and busy cores gave none.
+    licence, source : in words, for who installs it; empty where the recipe does not say.
     """
 
     layout: Layout
@@ -60,4 +69,9 @@ class OnnxSettings:
     deviation: _Above0 = 1.0
     tiles: Annotated[tuple[_Tiles, _Tiles], Meta(description="columns and rows from 1 to 16")] = (1, 1)
     overlap: Annotated[float, Meta(ge=0, le=0.9)] = 0.2
+    max_batch: _Tiles = 8
     output: str = ""
+    providers: Annotated[tuple[Provider, ...], Meta(min_length=1, description=_PROVIDERS)] = ("cpu",)
+    threads: _Threads = 1
+    licence: str = ""
+    source: str = ""

@@ -12,6 +12,7 @@ from service.errors import InputError, SiteError
 if TYPE_CHECKING:
     from service.runs.inputs.site_review import Review
     from vision.objects import ByteArray
+    from vision.video.frame import Frame
 
 At = Annotated[str, typer.Option(help="Media time of the frame: 12.5s, 01:23 or 12500000 (us).")]
 
@@ -31,7 +32,7 @@ def new(
     """Make a site file from points known in the picture and on the ground; tell how well a camera fits them."""
     if points is None and (still is None or lanes is not None):
         raise typer.BadParameter("expected --points FILE, or --still PNG alone to read pixels from; got neither")
-    picture = still_of(clip, at)
+    picture = frame_of(clip, at).to_bgr()
     for target in (one for one in (still, out if points else None) if one is not None):
         if target.exists() and any(one and one.exists() and target.samefile(one) for one in (clip, points, lanes)):
             raise InputError(f"{target}: expected a new file, got one that is being read")
@@ -111,7 +112,7 @@ def check(
     known = load_site(site)
     if known.camera is None and known.motion is None:
         raise InputError(f"{site}: expected a [camera] to look at, got none")
-    picture = read_picture(source) if image else still_of(source, at)
+    picture = read_picture(source) if image else frame_of(source, at).to_bgr()
     size_px = (picture.shape[1], picture.shape[0])
     check_picture(known, source, size_px)
     with told(InputError, site):
@@ -129,7 +130,7 @@ def _tell_review(found: "Review") -> None:
         print(line)
 
 
-def still_of(clip: Path, at: str) -> "ByteArray":
+def frame_of(clip: Path, at: str) -> "Frame":
     """Read the first frame of a clip at or after a time.
 
     Raises
@@ -143,7 +144,7 @@ def still_of(clip: Path, at: str) -> "ByteArray":
     at_us = parse_media_us(at, parameter="--at")
     for frame in open_video(clip):
         if frame.t_us >= at_us:
-            return frame.to_bgr()
+            return frame
     raise InputError(f"{clip}: expected a frame at or after --at {at}, got the end of the video")
 
 

@@ -1,9 +1,12 @@
 """Which detector looks at the input? Its name on the command line or in the site file, and what it needs besides.
 
 ``motion`` is the built-in one on the video that was given; ``motion:thermal`` looks at the site's thermal video
-instead, ``motion:both`` fuses the two. ``onnx:PATH`` is a trained network, ``file:PATH`` a file of detections.
+instead, ``motion:both`` fuses the two. ``onnx:PATH`` is a trained network, ``onnx:NAME`` one that was installed by
+`dyknow detector add`, ``file:PATH`` a file of detections.
 """
 
+import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,14 +18,15 @@ from service.errors import InputError
 from service.runs.inputs.toml_tables import Number, Text, read_toml
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections
-from vision.networks.onnx_detector import OnnxDetector
+from vision.networks.onnx_detector import OnnxDetector, Part
 from vision.networks.onnx_settings import ClassWords, OnnxSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
 Channels = Literal["colour", "thermal", "both"]
-GRAMMAR = "motion, motion:thermal, motion:both, onnx:PATH or file:PATH"
+GRAMMAR = "motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH"
+NAME = re.compile(r"[A-Za-z0-9_-]+")  # of an installed detector; paths have a dot or a slash
 Side = Annotated[int, Meta(ge=2, lt=100_000)]
 SIZE = "width and height in whole pixels, at least 2"
 _CHANNELS: Mapping[str, Channels] = {"": "colour", "thermal": "thermal", "both": "both"}
@@ -55,7 +59,7 @@ class MotionChoice:
 
 @dataclass(frozen=True, slots=True)
 class OnnxChoice:
-    """A trained network: its weights, and the TOML beside them that describes it."""
+    """A trained network: its weights, and what their recipe says."""
 
     weights: Path
     settings: OnnxSettings
@@ -63,17 +67,17 @@ class OnnxChoice:
     @property
     def files(self) -> tuple[Path, ...]:
         """The files that it depends on."""
-        return self.weights, _description(self.weights)
+        return self.weights, recipe_path(self.weights)
 
-    def open(self, size_px: tuple[int, int]) -> OnnxDetector:
-        """Load the network for frames of a size.
+    def open(self, size_px: tuple[int, int], part_px: Part | None = None) -> OnnxDetector:
+        """Load the network for frames of a size, of which it looks at a part or all.
 
         Raises
         ------
         VisionError
             If it cannot be used.
         """
-        return OnnxDetector(self.weights, self.settings, size_px)
+        return OnnxDetector(self.weights, self.settings, size_px, part_px)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,15 +141,46 @@ def choose_detector(
         return MotionChoice(_CHANNELS[what])
     if kind not in ("onnx", "file") or not what:
         raise InputError(f"{where}: expected {GRAMMAR}, got {text!r}")
+    if kind == "onnx" and NAME.fullmatch(what):
+        return read_recipe(_installed(what, where))
     path = Path(what) if wanted is not None else folder / what
     if not path.is_file():
         raise InputError(f"{where}: expected the path of a file, got {what!r}, and there is no {path}")
     if kind == "onnx":
-        return OnnxChoice(path, read_toml(_description(path), OnnxSettings, what="TOML that describes the weights"))
+        return read_recipe(path)
     return FileChoice(path, ReadingRules(columns or {}, details.classes, details.score_threshold))
 
 
-def _description(weights: Path) -> Path:
+def _installed(name: str, where: str) -> Path:
+    weights = detectors_folder() / f"{name}.onnx"
+    if weights.is_file():
+        return weights
+    known = ", ".join(sorted(path.stem for path in weights.parent.glob("*.onnx"))) or "none is"
+    fix = "dyknow detector add FILE installs one, and a file is asked for with its suffix"
+    raise InputError(f"{where}: expected an installed detector ({known}), got {name!r}; {fix}")
+
+
+def detectors_folder() -> Path:
+    """Tell where this user's detectors are: DYKNOW_DETECTORS, else in the home of data that the desktop has."""
+    if said := os.environ.get("DYKNOW_DETECTORS"):
+        return Path(said)
+    home = Path(os.environ.get("XDG_DATA_HOME", ""))
+    return (home if home.is_absolute() else Path.home() / ".local" / "share") / "dyknow" / "detectors"
+
+
+def read_recipe(weights: Path) -> OnnxChoice:
+    """Read what the TOML beside weights says of them.
+
+    Raises
+    ------
+    SiteError
+        If it is missing or wrong.
+    """
+    what = "the recipe of the weights (docs/detectors.md lists its fields)"
+    return OnnxChoice(weights, read_toml(recipe_path(weights), OnnxSettings, what=what))
+
+
+def recipe_path(weights: Path) -> Path:
     """Return the path of the TOML that lies beside weights."""
     return weights.with_suffix(".toml")
 

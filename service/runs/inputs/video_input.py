@@ -152,11 +152,10 @@ def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:
 
 def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> VideoInput:
     """Load the detector, so that nothing is written before it is known to work."""
-    warnings: tuple[str, ...] = ()
     opened: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
-        opened = choice.open(source.sensor.size_px)
-        sensor = replace(source.sensor, knows=opened)
+        opened = choice.open(source.sensor.size_px, source.sensor.road_part_px())
+        sensor, warnings = replace(source.sensor, knows=opened), opened.warnings
     else:
         opened = choice.open(source.sensor.settings)
         sensor = replace(source.sensor, boxes=opened)

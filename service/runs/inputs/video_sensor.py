@@ -10,9 +10,12 @@ from service.runs.inputs.guessed_ground import DoubtedVision
 from service.runs.inputs.moving_camera import camera_motion, reach_m
 from service.runs.inputs.site import Motion
 from vision.camera import Camera, FixedView, box_camera, fixed_camera, fused_camera, moving_camera, thermal_settings
+from vision.detection.image_surface import road_part
 from vision.detection.lanes import LaneStrip
 from vision.networks.box_detector import BoxDetector
+from vision.networks.onnx_detector import OnnxDetector
 from vision.objects import FloatArray
+from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frames import Frame, VideoSource
 
@@ -49,7 +52,7 @@ class VideoSensor:
     area_m: tuple[FloatArray, ...]
     motion: Motion | None = None
     boxes: BoxDetector[Frame] | None = None
-    knows: BoxDetector[Frame] | None = None
+    knows: OnnxDetector | None = None
     thermal: ThermalVideo | None = None
     may_move: bool = False
     guessed_m2: float | None = None
@@ -60,6 +63,19 @@ class VideoSensor:
     def size_px(self) -> tuple[int, int]:
         """Return width and height of the frames."""
         return self.video.width_px, self.video.height_px
+
+    def road_part_px(self) -> tuple[int, int, int, int] | None:
+        """Bound the part of the picture that shows the road: left, top, width, height; None for a camera that moves.
+
+        Raises
+        ------
+        VisionError
+            If the view is unusable.
+        """
+        if self.motion is not None:
+            return None
+        view = GroundView(self.ground_camera.pixel_from_ground, self.size_px, self.settings, self.ground_camera.lens)
+        return road_part(view, self.area_m, self.size_px, self.settings)
 
     def vision(self) -> Camera[Frame] | DoubtedVision:
         """Make the vision of the camera.
@@ -106,6 +122,7 @@ class VideoSensor:
                 lens=lens,
                 reach_m=around_m,
                 knows=self.knows,
+                knows_moving=self.knows.on_whole_picture() if self.knows is not None and self.may_move else None,
             )
         around_m = self._reach_m(motion)
         return moving_camera(

@@ -13,6 +13,7 @@ from tests.vision.onnx_file import FloatArray, blob_finder, constant_answer, mod
 from tests.vision.support import make_frame
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
+from vision.networks.network import Network
 from vision.networks.onnx_detector import Letterbox, OnnxDetector, suppress
 from vision.networks.onnx_settings import Layout, OnnxSettings
 
@@ -93,6 +94,78 @@ def test_tiles_find_what_one_look_finds(tmp_path: Path) -> None:
     assert sorted(found.centre_px[:, 0].tolist()) == pytest.approx([15.5, 63.5, 107.5], abs=6.0)
 
 
+@pytest.fixture
+def batches(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many pictures networks were given, call by call."""
+    sizes, computed = list[int](), Network.run
+
+    def counting(self: Network, planes: FloatArray) -> FloatArray:
+        sizes.append(len(planes))
+        return computed(self, planes)
+
+    monkeypatch.setattr(Network, "run", counting)
+    return sizes
+
+
+@pytest.mark.parametrize(
+    ("pictures", "tables", "sizes"),
+    [(0, 0, [4, 2]), (6, 6, [6]), (1, 1, [1] * 6), (0, 1, [1] * 6)],
+    ids=["any number", "as many as tiles", "one", "one, though any is said"],
+)
+def test_tiles_are_one_batch_where_the_network_takes_it(
+    tmp_path: Path, batches: list[int], pictures: int, tables: int, sizes: list[int]
+) -> None:
+    settings = replace(SETTINGS, tiles=(3, 2), max_batch=4)
+    frame = make_frame(picture((8, 12), (56, 28), (100, 48)))
+
+    def found(pictures: int, tables: int) -> ImageBoxes:
+        detector = OnnxDetector(
+            weights(tmp_path, blob_finder((54, 40), pictures=pictures, tables=tables)), settings, SIZE_PX
+        )
+        batches.clear()
+        return detector.detect(frame)
+
+    one_by_one, other = found(1, 1), found(pictures, tables)
+    assert batches == sizes
+    assert len(other) == 3
+    for column in ("centre_px", "size_px", "score", "class_number"):
+        assert np.array_equal(getattr(other, column), getattr(one_by_one, column)), column
+
+
+def test_batch_of_another_number_than_the_tiles_is_refused(tmp_path: Path) -> None:
+    path = weights(tmp_path, blob_finder((54, 72), pictures=4))
+    with pytest.raises(VisionError, match=r"expected an input of \(1 or 3, 3, height, width\) for .*, got \(4, 3, 72"):
+        OnnxDetector(path, replace(SETTINGS, tiles=(3, 1)), SIZE_PX)
+
+
+def test_network_that_answers_a_batch_with_one_table_is_refused(tmp_path: Path) -> None:
+    nodes = [node("ReduceMean", ["images"], "out", axes=[0, 1], keepdims=0)]
+    data = model(nodes, {}, image=[2, 3, 72, 72], outputs={"out": [72, 72]})
+    with pytest.raises(VisionError, match=r"network output: expected 2 tables for as many tiles, got \(72, 72\)"):
+        OnnxDetector(weights(tmp_path, data), replace(SETTINGS, tiles=(2, 1)), SIZE_PX)
+
+
+@pytest.mark.parametrize("tiles", [(1, 1), (2, 1)])
+def test_part_of_the_picture_is_looked_at_alone(tmp_path: Path, tiles: tuple[int, int]) -> None:
+    """What lies in the part is found where it is in the picture, up to its border; what lies beside it is not."""
+    part_px = 30, 20, 72, 40
+    input_px = (72 if tiles == (1, 1) else 40), 40
+    path = weights(tmp_path, blob_finder(input_px))
+    detector = OnnxDetector(path, replace(SETTINGS, tiles=tiles), SIZE_PX, part_px)
+    corners = [(4, 4), (30, 20), (86, 20), (58, 52), (108, 60)]  # the first and the last lie outside
+    found = detector.detect(make_frame(picture(*corners)))
+    order = np.argsort(found.centre_px[:, 0])
+    expected = np.array([[37.5, 23.5], [65.5, 55.5], [93.5, 23.5]])
+    assert found.centre_px[order] == pytest.approx(expected, abs=4.1)
+
+
+@pytest.mark.parametrize("part_px", [(-1, 0, 20, 20), (0, 0, 129, 72), (100, 60, 10, 13), (0, 0, 0, 10)])
+def test_part_that_is_none_of_the_picture_is_refused(tmp_path: Path, part_px: tuple[int, int, int, int]) -> None:
+    path = weights(tmp_path, blob_finder(SIZE_PX))
+    with pytest.raises(VisionError, match=r"expected a left, top, width, height within \(128, 72\) px, got \("):
+        OnnxDetector(path, SETTINGS, SIZE_PX, part_px)
+
+
 def test_planes_come_in_the_wished_order(tmp_path: Path) -> None:
     """A blue picture is bright to a network only in the plane that it takes for blue."""
     blue = make_frame(picture(), chroma=128)
@@ -112,6 +185,12 @@ def test_planes_come_in_the_wished_order(tmp_path: Path) -> None:
         len(OnnxDetector(path, replace(SETTINGS, colours=colours), SIZE_PX).detect(blue)) for colours in ("bgr", "rgb")
     ]
     assert counts == [1, 0]
+
+
+def test_oriented_scores_layout_is_read(tmp_path: Path) -> None:
+    columns = [[40.0, 90.0], [30.0, 50.0], [20.0, 20.0], [8.0, 8.0], [0.2, 0.1], [0.9, 0.3], [0.5, 0.0]]
+    found = answering(tmp_path, columns, "yolo-oriented", classes={1: "bus"}).detect(make_frame(picture()))
+    assert (found.centre_px.tolist(), found.angle_rad.tolist()) == ([[40.0, 30.0]], [0.5])
 
 
 def test_rows_layout_is_read(tmp_path: Path) -> None:
@@ -259,7 +338,46 @@ def test_frame_of_another_size_is_refused(tmp_path: Path) -> None:
 
 def test_runtime_is_named_with_its_version(tmp_path: Path) -> None:
     detector = OnnxDetector(weights(tmp_path, blob_finder(SIZE_PX)), SETTINGS, SIZE_PX)
-    assert detector.runtime == f"ONNX Runtime {onnxruntime.__version__}"
+    assert detector.runtime == f"ONNX Runtime {onnxruntime.__version__}, cpu"
+    assert detector.warnings == ()
+
+
+def test_provider_that_is_not_here_is_passed_over_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CPUExecutionProvider"])
+    path = weights(tmp_path, blob_finder(SIZE_PX))
+    detector = OnnxDetector(path, replace(SETTINGS, providers=("cuda", "openvino", "cpu")), SIZE_PX)
+    version = f"ONNX Runtime {onnxruntime.__version__}"
+    assert detector.runtime == f"{version}, cpu"
+    assert detector.warnings == (f"net.onnx: {version} lacks cuda, openvino here: cpu computes",)
+    message = (
+        r"net.onnx: expected one of the providers that .* has here \(cpu\); add \"cpu\" to providers, got cuda, openv"
+    )
+    with pytest.raises(VisionError, match=message):
+        OnnxDetector(path, replace(SETTINGS, providers=("cuda", "openvino")), SIZE_PX)
+
+
+def test_provider_whose_library_is_missing_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """CUDA is announced wherever its package is installed; without a graphics card the session goes on without it."""
+    there = ["CUDAExecutionProvider", "CPUExecutionProvider"]
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: there)
+    opened, asked = onnxruntime.InferenceSession, list[list[str]]()
+
+    def open_without(data: bytes, options: object, providers: list[str], **rest: object) -> object:
+        asked.append(providers)
+        return opened(data, options, ["CPUExecutionProvider"], **rest)
+
+    monkeypatch.setattr(onnxruntime, "InferenceSession", open_without)
+    path = weights(tmp_path, blob_finder(SIZE_PX))
+    detector = OnnxDetector(path, replace(SETTINGS, providers=("cuda", "cpu")), SIZE_PX)
+    assert asked == [["CUDAExecutionProvider"], ["CPUExecutionProvider"]]
+    assert (detector.runtime.split()[-1], len(detector.warnings)) == ("cpu", 1)
+
+
+def test_number_of_threads_changes_nothing_that_is_found(tmp_path: Path) -> None:
+    path, frame = weights(tmp_path, blob_finder(SIZE_PX)), make_frame(picture((20, 12), (84, 48)))
+    one, two = (OnnxDetector(path, replace(SETTINGS, threads=count), SIZE_PX).detect(frame) for count in (1, 2))
+    assert one.centre_px.tolist() == two.centre_px.tolist()
+    assert len(one) == 2
 
 
 @for_each("seed", range(200))

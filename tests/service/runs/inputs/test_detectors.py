@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
+import onnxruntime
 import pytest
 
 from service.cli.app import run
@@ -17,6 +19,7 @@ from service.runs.inputs.video_input import VideoInput
 from service.store.log import open_log
 from tests.vision.onnx_file import blob_finder
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
+from vision.networks.onnx_settings import Layout
 
 SIZE_PX, METRES_PER_PIXEL, FRAMES = (256, 64), 0.25, 60
 SPEED_MPS, NORTH_M = 12.0, 8.0
@@ -57,10 +60,10 @@ def make_site(folder: Path, extra: str = "") -> Path:
     return path
 
 
-def make_network(folder: Path) -> Path:
-    (folder / "net.toml").write_text(NETWORK, encoding="utf-8")
+def make_network(folder: Path, layout: str = "yolo", extra: str = "") -> Path:
+    (folder / "net.toml").write_text(NETWORK.replace("yolo", layout) + extra, encoding="utf-8")
     path = folder / "net.onnx"
-    path.write_bytes(blob_finder(SIZE_PX, box_px=(18.0, 9.0)))
+    path.write_bytes(blob_finder(SIZE_PX, box_px=(18.0, 9.0), layout=layout))
     return path
 
 
@@ -91,13 +94,24 @@ def last_states(log: Path) -> tuple[RunRecord, list[tuple[float, float]]]:
     return record, [(state.x_m, state.y_m) for state in states if state.t_us == end_us]
 
 
-def test_network_runs_from_the_command_line_and_the_log_says_so(tmp_path: Path) -> None:
+@pytest.mark.parametrize("layout", get_args(Layout))
+def test_network_of_each_layout_runs_from_the_command_line_and_the_log_says_so(tmp_path: Path, layout: str) -> None:
     video, site, log = make_video(tmp_path / "video.mp4"), make_site(tmp_path), tmp_path / "log.db"
-    detector = f"onnx:{make_network(tmp_path)}"
+    detector = f"onnx:{make_network(tmp_path, layout)}"
     assert run(["process", str(video), "--site", str(site), "--log", str(log), "--detector", detector]) == 0
     record, [car] = last_states(log)
     assert car == pytest.approx((east_m(FRAMES - 1), NORTH_M), abs=0.8)
     assert record.detector.startswith("onnx:net.onnx (ONNX Runtime ")
+
+
+def test_provider_that_is_passed_over_is_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CPUExecutionProvider"])
+    video, site = make_video(tmp_path / "video.mp4"), load_site(make_site(tmp_path))
+    network = make_network(tmp_path, extra='providers = ["cuda", "cpu"]\n')
+    opened = open_input(video, site, detector=f"onnx:{network}")
+    version = f"ONNX Runtime {onnxruntime.__version__}"
+    assert opened.warnings == (f"net.onnx: {version} lacks cuda here: cpu computes",)
+    assert opened.detector == f"onnx:net.onnx ({version}, cpu)"
 
 
 def test_mot_file_is_joined_to_a_video_that_shows_nothing(tmp_path: Path) -> None:

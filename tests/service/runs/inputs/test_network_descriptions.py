@@ -33,6 +33,10 @@ def test_all_fields_are_read(tmp_path: Path) -> None:
         tiles = [2, 1]
         overlap = 0.1
         output = "boxes"
+        providers = ["openvino", "cpu"]
+        threads = 2
+        licence = "MIT"
+        source = "made here"
     """
     assert read_onnx_settings(written(tmp_path, text)) == OnnxSettings(
         layout="rows-oriented",
@@ -47,6 +51,10 @@ def test_all_fields_are_read(tmp_path: Path) -> None:
         tiles=(2, 1),
         overlap=0.1,
         output="boxes",
+        providers=("openvino", "cpu"),
+        threads=2,
+        licence="MIT",
+        source="made here",
     )
 
 
@@ -75,6 +83,9 @@ BASE = 'layout = "yolo"\nclasses = { "0" = "car" }\n'
         (BASE + "tiles = [0, 1]", r"tiles: expected columns and rows from 1 to 16, got \[0, 1\]"),
         (BASE + "tiles = 2", r"tiles: expected columns and rows from 1 to 16, got 2"),
         (BASE + "input_size_px = [640]", r"input_size_px: expected 1 to 8192, twice, got \[640\]"),
+        (BASE + "providers = []", r"providers: expected a list out of cpu, cuda, openvino, .*, got \[\]"),
+        (BASE + 'providers = ["gpu"]', r"providers: expected a list out of cpu, .*, got \['gpu'\]"),
+        (BASE + "threads = 0", r"threads: expected a whole number from 1 to 64, got 0"),
         (BASE + "overlap = 1.0", r"overlap: expected a number from 0 to 0.9, got 1.0"),
     ],
 )
