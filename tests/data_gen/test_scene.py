@@ -218,7 +218,12 @@ def test_readers_of_the_old_columns_still_read_the_truth(mast: GeneratedScene) -
     assert len(read_truth_rows(mast.truth).vehicles) == sum(row["visible"] == "1" for row in truth_rows(mast))
 
 
-def test_a_mast_refuses_what_it_cannot_draw(tmp_path: Path) -> None:
-    with pytest.raises(DataGenError, match="camera 'mast': expected no occluders and no thermal camera, got"):
-        generate("junction", seed=1, duration_us=1_000_000, out_dir=tmp_path, camera="mast", occluders=["bridge"])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"occluders": ["bridge"]}, "no occluders, got bridge"), ({"thermal": True}, "no thermal camera, got one")],
+    ids=["occluders", "thermal"],
+)
+def test_a_mast_refuses_what_it_cannot_draw(tmp_path: Path, change: dict[str, object], message: str) -> None:
+    with pytest.raises(DataGenError, match=f"camera 'mast': expected {message}"):
+        generate("rural_overtaking", seed=1, duration_us=100_000, out_dir=tmp_path, camera="mast", **change)  # type: ignore[arg-type]  # of a table
     assert not list(tmp_path.iterdir())
