@@ -65,7 +65,7 @@ class ShownTruth:
     counts: BoolArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Measured:
     """Hold what is counted over one or more scenes; rows are those of symbols."""
 

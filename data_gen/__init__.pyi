@@ -4,4 +4,5 @@ from .scenario import Scenario as Scenario
 from .scenarios.catalogue import scenario_named as scenario_named
 from .scene import generate as generate
 from .simulation.simulate import simulate as simulate
+from .stills import draw_stills as draw_stills
 from .trajectories import disturb as disturb

@@ -26,6 +26,7 @@ from data_gen.drawing.sun import Clouds, Sun, Weather, darken, draw_sun
 from data_gen.drawing.traffic.solid_painter import SolidPainter
 from data_gen.drawing.traffic.sprites import SpritePainter, blend
 from data_gen.drawing.view import CameraView, Raster
+from data_gen.errors import DataGenError
 from data_gen.simulation.states import ByteArray, FloatArray, VehicleStates
 from gis.road_network import RoadNetwork
 
@@ -82,7 +83,15 @@ def make_world(
     Returns
     -------
     The world.
+
+    Raises
+    ------
+    DataGenError
+        If something shall hang over the road of a low camera.
     """
+    if path.is_low and occluders:
+        # They are plates painted from above, of which a low camera would see the edge.
+        raise DataGenError(f"camera 'mast': expected no occluders, got {', '.join(occluders)}")
     sun_rng, scenery_rng, cloud_rng, occluder_rng, haze_rng, standing_rng = rng.spawn(6)
     sun = draw_sun(sun_rng, weather)
     region = shapely.box(*path.reach_m).buffer(_MARGIN_M, join_style="mitre")
@@ -91,15 +100,14 @@ def make_world(
     decks = [item.outline() for item in hung]
     # A little more than the verge: crowns and roofs have no straight edges to line up with it.
     scenery = plan_scenery(network, region, verge_m=VERGE_M + 2, keep_free=decks, sun=sun, rng=scenery_rng)
-    if path.is_low:
-        road, eye_m = network.surface(), np.array([path.views[0].pose.x_m, path.views[0].pose.y_m])
+    if path.is_low and path.track is not None:
+        road, eye_m = network.surface(), path.track.poses[0].place_m[:2]
+        hedges = (item for item in scenery.hedges if shapely.distance(item, road) > VERGE_M)
         scenery = replace(
             scenery,
             buildings=tuple(item for item in scenery.buildings if stands_clear(item.outline, road, eye_m)),
             trees=tuple(item for item in scenery.trees if stands_clear(item.crown, road, eye_m)),
-            hedges=tuple(
-                item for item in scenery.hedges if item.distance(road) > VERGE_M and stands_clear(item, road, eye_m)
-            ),
+            hedges=tuple(item for item in hedges if stands_clear(item, road, eye_m)),
         )
     elif not path.is_moving:
         # The renderer draws traffic over buildings: none may stand in front of a road.

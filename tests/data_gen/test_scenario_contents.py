@@ -162,6 +162,20 @@ def test_the_motorway_has_passes_and_drivers_who_return_to_the_right() -> None:
     assert to_the_right >= 5
 
 
+def test_a_jam_stands_on_one_carriageway_and_the_other_flows() -> None:
+    first = clip("motorway", {"jam": "1"}, seconds=2).states[0]
+    near = np.abs(first.centre_m[:, 0] - 980.0) < 100
+    eastbound = np.array([lane.startswith("eastbound") for lane in first.lanes])
+    assert (near & eastbound & (first.speed_mps < 1.0)).sum() >= 30
+    assert first.speed_mps[~eastbound].min() > 15
+
+
+def test_cars_park_beside_the_country_road_and_the_junction_if_asked_for() -> None:
+    for scenario in ("rural_overtaking", "junction"):
+        names = clip(scenario, {"parked": "1"}, seconds=1).states[0].ids
+        assert sum(name.startswith("parked") for name in names) >= 15
+
+
 def test_one_carriageway_of_the_motorway_can_be_empty() -> None:
     lanes = {lane for step in clip("motorway", {"carriageways": "1"}, seconds=10).states for lane in step.lanes}
     assert all(lane.startswith("eastbound") for lane in lanes)

@@ -13,7 +13,8 @@ from data_gen.degrade import parse_degradation
 from data_gen.drawing.cameras import CameraKind
 from data_gen.errors import DataGenError
 from data_gen.scene import GeneratedScene, generate
-from data_gen.truth.clip import COLUMNS
+from data_gen.trajectories import read_truth_rows
+from data_gen.truth.clip import COLUMNS, SHOWN_COLUMNS
 from gis.camera import GroundCamera
 from gis.camera_pose import read_camera_track
 from gis.sumo_net import read_sumo_net
@@ -106,7 +107,7 @@ def test_progress_counts_every_frame(tmp_path: Path) -> None:
         ({"seed": -1}, "seed: expected 0 to 2147483647, got -1"),
         ({"rate_hz": 30}, "rate: expected a divisor of 1000 from 10 up, in frames per second, got 30"),
         ({"width_px": 641}, "image width: expected an even number of pixels from 64 to 8192, got 641"),
-        ({"camera": "moon"}, "camera: expected one of vertical, oblique, uav, got 'moon'"),
+        ({"camera": "moon"}, "camera: expected one of vertical, oblique, uav, mast, got 'moon'"),
         ({"weather": "snow"}, "weather: expected one of sunny, clouds, overcast, got 'snow'"),
         ({"occluders": ["wall"]}, "occluders: expected none, all or some of trees, bridge, gantry, got 'wall'"),
         ({"duration_us": 0}, "duration: expected at least one step of 40000 us, got 0 us"),
@@ -193,3 +194,36 @@ def test_another_camera_leaves_no_file_of_the_one_before(tmp_path: Path) -> None
             "rural_overtaking", seed=1, duration_us=80_000, out_dir=tmp_path, width_px=64, height_px=64, camera=camera
         )
     assert not scene.camera.exists()
+
+
+@pytest.fixture(scope="module")
+def mast(tmp_path_factory: pytest.TempPathFactory) -> GeneratedScene:
+    folder = tmp_path_factory.mktemp("mast")
+    size = {"width_px": 320, "height_px": 180}
+    return generate("rural_overtaking", seed=1, duration_us=1_000_000, out_dir=folder, camera="mast", **size)
+
+
+def test_the_truth_of_a_camera_with_a_pose_has_shares_and_boxes(mast: GeneratedScene) -> None:
+    rows = truth_rows(mast)
+    assert tuple(rows[0]) == (*COLUMNS, *SHOWN_COLUMNS)
+    boxed = [row for row in rows if row["left_px"]]
+    edges = np.array([[float(row[edge]) for edge in SHOWN_COLUMNS[1:]] for row in boxed])
+    assert len(boxed) > 25
+    assert ((edges >= -0.5) & (edges <= (319.5, 179.5, 319.5, 179.5))).all()
+    assert (edges[:, :2] < edges[:, 2:]).all()
+    assert all(float(row["visible_share"]) >= 0.5 for row in rows if row["visible"] == "1")
+
+
+def test_readers_of_the_old_columns_still_read_the_truth(mast: GeneratedScene) -> None:
+    assert len(read_truth_rows(mast.truth).vehicles) == sum(row["visible"] == "1" for row in truth_rows(mast))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"occluders": ["bridge"]}, "no occluders, got bridge"), ({"thermal": True}, "no thermal camera, got one")],
+    ids=["occluders", "thermal"],
+)
+def test_a_mast_refuses_what_it_cannot_draw(tmp_path: Path, change: dict[str, object], message: str) -> None:
+    with pytest.raises(DataGenError, match=f"camera 'mast': expected {message}"):
+        generate("rural_overtaking", seed=1, duration_us=100_000, out_dir=tmp_path, camera="mast", **change)  # type: ignore[arg-type]  # of a table
+    assert not list(tmp_path.iterdir())

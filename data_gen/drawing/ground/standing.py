@@ -58,7 +58,7 @@ class _Board:
 
 def stands_clear(outline: shapely.Geometry, road: shapely.Geometry, eye_m: FloatArray) -> bool:
     """Tell whether something hides no road next to the camera, and does not stand on the camera itself."""
-    points_m = shapely.get_coordinates(outline.convex_hull)
+    points_m = shapely.get_coordinates(shapely.convex_hull(outline))
     away_m = np.hypot(*(points_m - eye_m).T)
     if away_m.min() > _CLEAR_M:
         return True
@@ -113,13 +113,13 @@ def _nature(scenery: Scenery, pose: CameraPose, sun: Sun, rng: np.random.Generat
         yield from (replace(board, whole_m=middle_m) for board in _house(building, pose, sun, rng))
     for hedge in scenery.hedges:
         yield from _prism(
-            shapely.get_coordinates(hedge.convex_hull)[:-1], float(rng.uniform(0.9, 1.8)), _LEAVES, pose, sun
+            shapely.get_coordinates(shapely.convex_hull(hedge))[:-1], float(rng.uniform(0.9, 1.8)), _LEAVES, pose, sun
         )
 
 
 def _tree(tree: Tree, pose: CameraPose, sun: Sun, rng: np.random.Generator) -> Iterator[_Board]:
     """Grow a trunk under blobs of leaves: dark ones first, those towards the sun and the sky bright."""
-    foot_m = np.array([tree.crown.centroid.x, tree.crown.centroid.y])
+    foot_m = shapely.get_coordinates(shapely.centroid(tree.crown))[0]
     right = _right_of(foot_m, pose)
     radius_m, middle_m = tree.radius_m, tree.radius_m * float(rng.uniform(1.2, 1.7))
     yield _upright(foot_m - 0.07 * radius_m * right, foot_m + 0.07 * radius_m * right, (0.0, middle_m), _TRUNK)
@@ -235,13 +235,13 @@ def _along(
     road: shapely.Geometry, aside_m: float, apart_m: float, here: shapely.Point, *, nearest_m: float = 12.0
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Give places along the borders of a road, each with the next one; none at the camera or beyond its reach."""
-    for line in shapely.get_parts(shapely.boundary(road.buffer(aside_m, join_style="mitre"))):
+    for line in shapely.get_parts(shapely.boundary(shapely.buffer(road, aside_m, join_style="mitre"))):
         count = max(2, int(line.length / apart_m))
         places_m = shapely.get_coordinates(shapely.line_interpolate_point(line, np.linspace(0, line.length, count + 1)))
         away_m = np.hypot(*(places_m - shapely.get_coordinates(here)[0]).T)
         for place in np.flatnonzero((away_m[:-1] < _FARTHEST_M) & (away_m[:-1] > nearest_m)):
             # Where a road ends the border runs across it.
-            if road.distance(shapely.Point((places_m[place] + places_m[place + 1]) / 2)) > 0.9 * aside_m:
+            if shapely.distance(road, shapely.Point((places_m[place] + places_m[place + 1]) / 2)) > 0.9 * aside_m:
                 yield places_m[place], places_m[place + 1]
 
 

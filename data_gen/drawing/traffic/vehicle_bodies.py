@@ -209,8 +209,8 @@ def _car(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     lower.panels.extend(discs)
     yield lower.part(scaled(paint, 0.92), paint, 1)
     yield _shoulder(looks, rng, paint, up_m=(waist_m, belt_m), screen_m=screen_front)
-    low, high = (screen_rear, screen_front, half_m * 0.93), (roof_rear, roof_front, half_m * 0.74)
-    cabin = _Slab(low, belt_m, high, top_m, 0.06)
+    foot, head_ends = (screen_rear, screen_front, half_m * 0.93), (roof_rear, roof_front, half_m * 0.74)
+    cabin = _Slab(foot, belt_m, head_ends, top_m, 0.06)
     _glaze_car(cabin, rng)
     yield cabin.part(scaled(paint, 0.95), scaled(paint, 1.05), 3)
     for sign in (-1.0, 1.0):

@@ -9,6 +9,7 @@ import pytest
 from data_gen.drawing.cameras import CameraKind, CameraPath, camera_path
 from data_gen.errors import DataGenError
 from data_gen.scenario import View
+from tests.data_gen.support import straight_road
 
 VIEW = View(centre_m=(500.0, 20.0), width_m=600.0)
 SIZE_PX = (1280, 720)
@@ -73,10 +74,18 @@ def test_the_slanting_camera_looks_at_the_middle_and_sees_no_sky(width_m: float,
 
 @pytest.mark.parametrize("kind", get_args(CameraKind))
 def test_only_the_drone_moves(kind: CameraKind) -> None:
-    path = camera_path(kind, VIEW, SIZE_PX, t_us=np.array([0, 40_000]), rng=np.random.default_rng(1))
+    rng, network = np.random.default_rng(1), straight_road()
+    path = camera_path(kind, VIEW, SIZE_PX, t_us=np.array([0, 40_000]), rng=rng, network=network)
     matrices = [seen.camera.ground_from_pixel for seen in path.views]
     assert np.array_equal(*matrices) != path.is_moving
     assert (path.track is None) == (kind == "vertical")
+
+
+def test_a_camera_towards_the_horizon_has_a_limited_reach() -> None:
+    rng, network = np.random.default_rng(1), straight_road()
+    path = camera_path("mast", VIEW, SIZE_PX, t_us=np.array([0]), rng=rng, network=network)
+    west_m, south_m, east_m, north_m = path.reach_m
+    assert math.hypot(east_m - west_m, north_m - south_m) < 1500
 
 
 def test_an_unknown_camera_is_refused() -> None:
