@@ -7,7 +7,7 @@ import shapely
 from tests.vision.road.test_view import SIZE, bridge_view
 from tests.vision.support import make_boxes
 from vision.detection.blobs import find_blobs
-from vision.detection.image_surface import ImageSurface
+from vision.detection.image_surface import ImageSurface, road_part
 from vision.detection.surface import road_area
 from vision.errors import VisionError
 from vision.road.view import GroundView
@@ -32,6 +32,26 @@ def test_road_is_watched_up_to_the_roofs_of_vehicles() -> None:
         surface.holds(np.array([[0.0, 50.0], [12.0, 50.0], [0.0, -50.0], [0.0, 390.0]])).tolist()
         == [True] + [False] * 3
     )
+
+
+def test_road_is_watched_as_far_as_a_foot_tells_one_car_s_length_from_the_next() -> None:
+    # A row of pixels is d * d / (height * focal length) of road at a distance d, and a foot is 1.5 rows uncertain.
+    farthest_m = np.sqrt(4.5 / 1.5 * 8.0 * 800.0)
+    beside = np.array([[0.0, 0.97 * farthest_m], [0.0, 1.03 * farthest_m]])
+    assert bridge_surface().holds(beside).tolist() == [True, False]
+
+
+def test_part_with_the_road_holds_vehicles_and_not_the_sky() -> None:
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
+    left, top, width, height = road_part(view, [ROAD], SIZE, VisionSettings())
+    near, far = view.to_pixels(np.array([[5.9, 25.0], [0.0, 120.0]]))
+    assert left <= near[0] <= left + width
+    assert top <= far[1] - 1.5 * 800 / 120
+    assert top + height == SIZE[1]
+    horizon_px = 179.5 - 800 * np.tan(0.15)
+    assert top > horizon_px - 2.5 * 800 / 138
+    off_road = [ROAD + np.array([5000.0, 0.0])]
+    assert road_part(view, off_road, SIZE, VisionSettings()) == (0, 0, *SIZE)
 
 
 @pytest.mark.parametrize("heading_rad", [np.pi / 2, -np.pi / 2], ids=["away", "towards"])
