@@ -111,9 +111,13 @@ class RoadEye(Eye[Frame]):
         if not self.is_ready:
             self._background.hold(image, covered)
 
+    def appearances(self, footprints: Boxes) -> Boxes:
+        """Predict where boxes on the ground are seen on the plane."""
+        return self._surface.appearances(footprints).boxes
+
     def covers(self, footprints: Boxes, outlines_px: Boxes) -> Boxes:
         """Say what vehicles cover of the plane: outlines in the picture if that is the plane, else their places."""
-        return self._surface.appearances(footprints).boxes if self._surface.raster.grid.is_north_up else outlines_px
+        return self.appearances(footprints) if self._surface.raster.grid.is_north_up else outlines_px
 
     def start(self) -> None:
         """End the start-up with what there is."""

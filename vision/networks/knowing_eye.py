@@ -13,13 +13,14 @@ import numpy as np
 
 from vision.detection.detector import Detections, Expected
 from vision.detection.eye import Eye, RoadEye
-from vision.detection.fusion import Channel, DetectionRate, matches, merged
+from vision.detection.fusion import Channel, DetectionRate
 from vision.networks.box_detector import GroundBoxes, ImageBoxes
 from vision.networks.box_eye import BoxEye, FoundBoxes
 from vision.objects import BoolArray, FloatArray, IntArray, VerdictArray
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.road.rectify import RoadImage
 from vision.settings import VisionSettings
+from vision.tracking.association import assign
 from vision.video.frame import Frame
 
 
@@ -166,7 +167,7 @@ class KnowingEye(Eye[Frame]):
     def judge(self, boxes: Boxes) -> VerdictArray:
         """Take what the network sees for vehicles; what it does not see, motion alone cannot prove."""
         verdicts = self._road.judge(boxes)
-        return np.where(_are_covered(boxes, self._seen), np.int8(1), np.minimum(verdicts, 0)).astype(np.int8)
+        return np.where(self._are_near(boxes, self._seen), np.int8(1), np.minimum(verdicts, 0)).astype(np.int8)
 
     def heal(self, ghosts: Boxes) -> None:
         """Learn the present picture where ghosts are."""
@@ -178,24 +179,27 @@ class KnowingEye(Eye[Frame]):
 
     def _between(self, moved: Detections) -> Detections:
         """Doubt what moves without a name, and add what stands where nothing moves."""
+        known = self._standing.select(~self._are_near(self._standing.boxes, moved.boxes))
         moved = _placed(moved)
         trust, silence = self._settings.detection.lone_trust, 1.0 - self._reliability(moved)
         doubted = replace(moved, weight=_weights(moved, trust * silence / (trust * silence + 1.0 - trust)))
         self._has_news |= bool((moved.owner < 0).any())
-        is_still = ~_are_covered(self._standing.boxes, moved.boxes)
-        still = self._standing.select(is_still)
-        return Detections.joined([doubted, replace(still, weight=np.zeros(len(still)))])
+        return Detections.joined([doubted, replace(known, weight=np.zeros(len(known)))])
 
     def _joined(self, moved: Detections, known: Detections, expected: Expected) -> Detections:
-        """Join both: pairs are one measurement, and what either sees alone is weighed."""
-        pair, partner = matches(moved, known, self._settings.detection)
-        both = merged(moved.select(pair), known.select(partner), (0.0, 0.0))
-        alone = known.select(_rest(len(known), partner))
-        lone = moved.select(_rest(len(moved), pair))
+        """Join both: of what both see motion tells the place, and what either sees alone is weighed."""
+        # A foot that is not seen may be anywhere: there the network's box tells more.
+        is_placed = moved.weights() > 0
+        placed, unplaced = moved.select(is_placed), moved.select(~is_placed & (moved.owner >= 0))
+        pair, partner = self._pairs(placed.boxes, known.boxes)
+        both, alone = placed.select(pair), known.select(_rest(len(known), partner))
+        lone = placed.select(_rest(len(placed), pair))
         # Pieces of what the network sees as a whole are nobody's, unless a known vehicle owns them.
-        lone = _placed(lone.select((lone.owner >= 0) | ~_are_covered(lone.boxes, known.boxes)))
+        lone = lone.select((lone.owner >= 0) | ~self._are_near(lone.boxes, known.boxes))
+        unplaced = unplaced.select(~self._are_near(unplaced.boxes, known.boxes))
+        lone = Detections.joined([lone, unplaced])
         self._learn_rates(known, both, expected)
-        stood = matches(alone, self._unmoved, self._settings.detection)[0]
+        stood = self._pairs(alone.boxes, self._unmoved.boxes)[0]
         self._standing, self._unmoved, self._seen = alone.select(stood), alone, known.boxes
         self._has_news = bool((both.owner < 0).any() or len(alone) > len(stood))
         evidence = self._limits.look_evidence
@@ -209,12 +213,22 @@ class KnowingEye(Eye[Frame]):
             ]
         )
 
+    def _pairs(self, ones: Boxes, others: Boxes) -> tuple[IntArray, IntArray]:
+        """Pair boxes that lie on each other in the picture: on the ground a pixel may be many metres."""
+        one, other = self._road.appearances(ones), self._road.appearances(others)
+        gap = np.hypot(*(one.centre_m[:, None] - other.centre_m[None]).transpose(2, 0, 1))
+        return assign(np.where(_overlap(one, other), gap, np.inf))
+
+    def _are_near(self, ones: Boxes, others: Boxes) -> BoolArray:
+        """Tell which boxes lie on one of the others in the picture."""
+        return np.asarray(_overlap(self._road.appearances(ones), self._road.appearances(others)).any(axis=1))
+
     def _reliability(self, found: Detections) -> FloatArray:
         return self._rates.of(self._boxes.metres_per_pixel(found.boxes.centre_m))
 
     def _learn_rates(self, known: Detections, both: Detections, expected: Expected) -> None:
         tracks = expected.known
-        is_hit = _are_covered(tracks, known.boxes)
+        is_hit = self._are_near(tracks, known.boxes)
         is_hit[both.owner[both.owner >= 0]] = True
         is_in_view = self.holds(tracks.centre_m)
         scale = self._boxes.metres_per_pixel(tracks.centre_m[is_in_view])
@@ -243,9 +257,9 @@ def _rest(count: int, taken: IntArray) -> IntArray:
     return np.delete(np.arange(count), taken)
 
 
-def _are_covered(boxes: Boxes, others: Boxes) -> BoolArray:
-    """Tell which boxes have their middle in one of the others, or hold the middle of one."""
-    if len(boxes) == 0 or len(others) == 0:
-        return np.zeros(len(boxes), np.bool_)
-    is_inside = (distance_to_boxes(boxes.centre_m, others) < 0).any(axis=1)
-    return np.asarray(is_inside | (distance_to_boxes(others.centre_m, boxes) < 0).any(axis=0))
+def _overlap(ones: Boxes, others: Boxes) -> BoolArray:
+    """Tell for all pairs, (n, m), whether the middle of either lies in the other."""
+    if len(ones) == 0 or len(others) == 0:
+        return np.zeros((len(ones), len(others)), np.bool_)
+    is_inside = distance_to_boxes(ones.centre_m, others) < 0
+    return np.asarray(is_inside | (distance_to_boxes(others.centre_m, ones) < 0).T)

@@ -52,11 +52,11 @@ def add(
 
 
 def list_installed(as_json: AsJson = False) -> None:
-    """List the installed detectors with what their recipes say."""
-    from service.runs.inputs.detectors import detectors_folder, read_recipe
+    """List the detectors that have a name, the shipped and the installed ones, with what their recipes say."""
+    from service.runs.inputs.detectors import detectors_folder, named_detectors, read_recipe
 
     folder, records = detectors_folder(), []
-    for weights in sorted(folder.glob("*.onnx")):
+    for weights in named_detectors().values():
         try:
             records.append(_record(read_recipe(weights)))
         except SiteError as error:  # one that was edited since must not hide the others

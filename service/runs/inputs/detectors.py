@@ -16,6 +16,7 @@ from msgspec import Meta
 
 from service.errors import InputError
 from service.runs.inputs.toml_tables import Number, Text, read_toml
+from vision.networks import onnx_settings
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections
 from vision.networks.onnx_detector import OnnxDetector, Part
@@ -110,6 +111,9 @@ class FileChoice:
 DetectorChoice = MotionChoice | OnnxChoice | FileChoice
 
 
+SHIPPED_DETECTORS = Path(onnx_settings.__file__).parent / "weights"
+
+
 def choose_detector(
     wanted: str | None,
     details: DetectionDetails | None,
@@ -152,12 +156,18 @@ def choose_detector(
 
 
 def _installed(name: str, where: str) -> Path:
-    weights = detectors_folder() / f"{name}.onnx"
-    if weights.is_file():
-        return weights
-    known = ", ".join(sorted(path.stem for path in weights.parent.glob("*.onnx"))) or "none is"
+    known = named_detectors()
+    if name in known:
+        return known[name]
+    words = ", ".join(known) or "none is"
     fix = "dyknow detector add FILE installs one, and a file is asked for with its suffix"
-    raise InputError(f"{where}: expected an installed detector ({known}), got {name!r}; {fix}")
+    raise InputError(f"{where}: expected an installed detector ({words}), got {name!r}; {fix}")
+
+
+def named_detectors() -> dict[str, Path]:
+    """List the weights that have a name: those that come with vision, and before them what the user has installed."""
+    folders = SHIPPED_DETECTORS, detectors_folder()
+    return dict(sorted((path.stem, path) for folder in folders for path in sorted(folder.glob("*.onnx"))))
 
 
 def detectors_folder() -> Path:
