@@ -260,6 +260,7 @@ class Anchorer:
         self._returned = set(
             bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
         )
+        bodies.note_motion(seen, frame.sigma_m[seen])
         bodies.take_snapshots(frame.t_us)
         whole = seen[~clipped]
         bodies.measure_sizes(frame.t_us, whole, frame.length_m[whole], frame.width_m[whole])
@@ -416,6 +417,8 @@ class Anchorer:
             linked=frame.is_seen[columns],
             vision_ids=tuple([chain.vision_id for chain in chains]),
             positions=frame.positions(columns),
+            sigma_m=bodies.sigma_m[columns],
+            has_moved=bodies.has_moved[columns],
             hidden={bodies.chains[column].car_id: int(bodies.unseen_us[column]) for column in hidden},
         )
 

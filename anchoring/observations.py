@@ -35,6 +35,8 @@ class Observations:
     clipped : (n,) True where the object touches the edge of the view, so that its size and centre are wrong.
     classes : n words of `CLASS_NAMES` that the tracker gives, "unknown" where it gives none; or nothing at all.
     sensors : n names of the sensors whose tracks these are; nothing if there is but one.
+    sigma_m : (n,) standard deviation of each coordinate of the centre; nan, or nothing at all, where the tracker does
+        not say. Of a tracker that says it a car must have moved before anything is said of it and another one.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class Observations:
     clipped: BoolArray
     classes: tuple[str, ...] = ()
     sensors: tuple[str, ...] = ()
+    sigma_m: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def take(self, rows: list[int]) -> "Observations":
         """Lay out some of the vision objects."""
@@ -65,6 +68,8 @@ class Observations:
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
         count = len(self.ids)
+        if not len(self.sigma_m):
+            object.__setattr__(self, "sigma_m", np.full(count, np.nan))
         where = f"observations at {self.t_us} us"
         if len(set(self.ids)) != count:
             raise AnchoringError(f"{where}: expected different ids, got {self.ids!r}")
@@ -73,7 +78,7 @@ class Observations:
         for array in (self.centre_m, self.velocity_mps):
             if array.shape != (count, 2):
                 raise AnchoringError(f"{where}: points must have shape {(count, 2)!r}, got {array.shape!r}")
-        rows = (self.heading_rad, self.length_m, self.width_m, self.observed, self.clipped)
+        rows = (self.heading_rad, self.length_m, self.width_m, self.observed, self.clipped, self.sigma_m)
         for row in rows:
             if row.shape != (count,):
                 raise AnchoringError(f"{where}: every array must have {count} entries, got {row.shape!r}")
@@ -100,6 +105,9 @@ class Cars:
     linked : (n,) True where a vision object was seen in this frame; else the car is predicted.
     vision_ids : the vision object behind each car, "" where there is none.
     positions : where the centres are on the road network; all -1 and nan without a network.
+    sigma_m : (n,) standard deviation of each coordinate of the centre; nan where the tracker does not say.
+    has_moved : (n,) False of a car that stands where it was seen first, as a ghost does; True if the tracker does not
+        say how sure its positions are.
     hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that are
         still expected in the view; and the first frame in which each was not seen.
     """
@@ -116,6 +124,8 @@ class Cars:
     linked: BoolArray
     vision_ids: tuple[str, ...]
     positions: RoadPositions
+    sigma_m: FloatArray
+    has_moved: BoolArray
     hidden: Mapping[str, int] = field(default_factory=dict)
 
     def earlier(
@@ -143,12 +153,14 @@ class Cars:
             linked=np.full(len(rows), linked),
             vision_ids=tuple([self.vision_ids[k] if linked else "" for k in rows]),
             positions=positions,
+            sigma_m=self.sigma_m[rows],
+            has_moved=self.has_moved[rows],
         )
 
     def without_any(self) -> "Cars":
         """Make what is said of the same time when nothing is known of any car."""
         pairs, ones, falses = np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_)
-        return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0))
+        return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0), ones, falses)
 
 
 class LinkChange(NamedTuple):

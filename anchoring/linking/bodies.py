@@ -51,6 +51,9 @@ class Bodies:
     codes : (n,) the fluents of the last frame, -1 for a body that is new.
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
+    sigma_m : (n,) standard deviation of each coordinate where it was seen last; nan if the tracker does not say.
+    has_moved : (n,) whether it was ever seen so far from where its vision object began that it did not only stand
+        there; True if the tracker does not say how sure it is.
     told_classes : (n,) the class that the tracker gave last, `UNKNOWN_CLASS` if none: it goes before that of the size.
     is_established : (n,) True for a world object, linked or lost; False for a vision object that may become one.
     waits : (n,) True if a condition of a link wants to see the next state even if it is like the last.
@@ -71,6 +74,8 @@ class Bodies:
     was_whole: BoolArray = _column(np.bool_)
     length_m: FloatArray = _column(np.float64)
     width_m: FloatArray = _column(np.float64)
+    sigma_m: FloatArray = _column(np.float64, new=np.nan)
+    has_moved: BoolArray = _column(np.bool_)
     classes: IntArray = _column(np.int32, new=UNKNOWN_CLASS)
     told_classes: IntArray = _column(np.int32, new=UNKNOWN_CLASS)
     is_established: BoolArray = _column(np.bool_)
@@ -144,6 +149,14 @@ class Bodies:
         self.states[START, VX : HEADING + 1, young] = self.states[NOW, VX : HEADING + 1, young]
         return returned
 
+    def note_motion(self, columns: LongArray, sigma_m: FloatArray) -> None:
+        """Keep how sure the places of bodies, (k,), just accepted are, and who has come away from where it began."""
+        settings = self._settings
+        self.sigma_m[columns] = sigma_m
+        shift_m = self.states[NOW, X : Y + 1][:, columns] - self.states[START, X : Y + 1][:, columns]
+        least_m = np.fmax(settings.moved_lengths * self.length_m[columns], settings.moved_sigmas * sigma_m)
+        self.has_moved[columns] |= np.isnan(sigma_m) | (np.hypot(*shift_m) > least_m)
+
     def take_snapshots(self, t_us: int) -> None:
         """Let the snapshots grow older, twice a second."""
         if t_us - self._snapshot_us < self._settings.snapshot_us:
@@ -164,6 +177,8 @@ class Bodies:
             array[: OLD + 1, ..., target] = array[NOW][..., source]
             array[START][..., target] = array[START][..., source]
         self.is_returned[target] = self.waits[target] = True
+        self.has_moved[target] |= self.has_moved[source]
+        self.sigma_m[target] = self.sigma_m[source]
         self.unseen_us[target] = -1
         self.linked_us[target] = self.seen_us[target] = t_us
 

@@ -309,6 +309,17 @@ def returned(settings: AnchoringSettings) -> Told:
     return (len(cars.ids), *anchorer.refused.values())
 
 
+def moved(settings: AnchoringSettings) -> Told:
+    """Count the frames until two cars that creep have moved: one whose place is well known, and one whose is not."""
+    anchorer, standing = Anchorer(straight_road(), settings), [0, 0]
+    for number in range(60):
+        x_m = 3.0 * number * FRAME_US * 1e-6
+        seen = observations(number * FRAME_US, {"v": Seen(x_m, -1.75, 3.0), "w": Seen(x_m + 40.0, -1.75, 3.0)})
+        cars, _ = anchorer.observe(replace(seen, sigma_m=np.array([0.1, 1.0])))
+        standing = [count + 1 - int(has_moved) for count, has_moved in zip(standing, cars.has_moved, strict=False)]
+    return tuple(standing)
+
+
 def believed(settings: AnchoringSettings) -> Told:
     """List the margins, in tenths of a nat, of links by evidence that are validated."""
     trials = Trials(settings)
@@ -370,7 +381,7 @@ WEIGHED = {
 def outcome(name: str) -> Callable[[AnchoringSettings], Told]:
     """Choose what is told to show what a number does."""
     special = {"settle_us": given_after_a_lost_view, "name_back_us": given_back, "return_mps": returned}
-    special["decided_nats"] = believed
+    special |= {"decided_nats": believed, "moved_lengths": moved, "moved_sigmas": moved}
     if name in special:
         return special[name]
     if name in WEIGHED:
