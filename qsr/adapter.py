@@ -38,6 +38,10 @@ class Cars(Protocol):
     @property
     def positions(self) -> RoadPositions: ...  # noqa: D102
     @property
+    def has_moved(self) -> BoolArray: ...  # noqa: D102
+    @property
+    def sigma_m(self) -> FloatArray: ...  # noqa: D102
+    @property
     def hidden(self) -> Mapping[str, int]: ...  # noqa: D102
 
 
@@ -120,4 +124,6 @@ def _footprints(cars: Cars) -> Footprints:
         junction=positions.junction,
         lane=positions.lane,
         observed=cars.linked,
+        has_moved=cars.has_moved,
+        sigma_m=cars.sigma_m,
     )

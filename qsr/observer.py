@@ -179,6 +179,8 @@ class RelationObserver:
             ids,
             self._serials,
             table,
+            footprints.has_moved[order],
+            footprints.sigma_m[order],
             observed=None if footprints.observed.all() and not returned else table[OBSERVED] > 0,
             returned=np.array([one in returned for one in ids]) if returned else None,
             routes=None if self._graph is None else Routes.of(self._graph, footprints, order),
