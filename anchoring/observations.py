@@ -1,5 +1,6 @@
 """What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, NamedTuple
@@ -106,6 +107,9 @@ class Cars:
     vision_ids : the vision object behind each car, "" where there is none.
     positions : where the centres are on the road network; all -1 and nan without a network.
     sigma_m : (n,) standard deviation of each coordinate of the centre; nan where the tracker does not say.
+    confidence : (n,) 0 to 1, how sure it is that each is one vehicle: by how long it is known, how much of the last
+        moments it was seen, and its size in units of its noise; 1 if the tracker does not say how sure its positions
+        are. Which vehicle it is, is another question: see `LinkChange.confidence`.
     has_moved : (n,) False of a car that stands where it was seen first, as a ghost does; True if the tracker does not
         say how sure its positions are.
     hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that are
@@ -126,6 +130,7 @@ class Cars:
     positions: RoadPositions
     sigma_m: FloatArray
     has_moved: BoolArray
+    confidence: FloatArray
     hidden: Mapping[str, int] = field(default_factory=dict)
 
     def earlier(
@@ -155,12 +160,13 @@ class Cars:
             positions=positions,
             sigma_m=self.sigma_m[rows],
             has_moved=self.has_moved[rows],
+            confidence=self.confidence[rows],
         )
 
     def without_any(self) -> "Cars":
         """Make what is said of the same time when nothing is known of any car."""
         pairs, ones, falses = np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_)
-        return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0), ones, falses)
+        return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0), ones, falses, ones)
 
 
 class LinkChange(NamedTuple):
@@ -198,6 +204,17 @@ class LinkChange(NamedTuple):
     runner_up: str = ""
     hidden_us: int | None = None
     failed: tuple[str, ...] = ()
+
+    @property
+    def confidence(self) -> float:
+        """How probable the link is, 0 to 1, by its margin over all else that may be; 1 if nothing else may.
+
+        Examples
+        --------
+        >>> LinkChange(0, "reestablished", "world", "v2", "w1", "", margin_nats=3.0).confidence
+        0.9525741268224334
+        """
+        return 1.0 if self.margin_nats is None else 1.0 / (1.0 + math.exp(-self.margin_nats))
 
 
 # What is next best to a lost object that was found again may be that it is a new one.

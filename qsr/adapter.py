@@ -42,6 +42,8 @@ class Cars(Protocol):
     @property
     def sigma_m(self) -> FloatArray: ...  # noqa: D102
     @property
+    def confidence(self) -> FloatArray: ...  # noqa: D102
+    @property
     def hidden(self) -> Mapping[str, int]: ...  # noqa: D102
 
 
@@ -126,4 +128,5 @@ def _footprints(cars: Cars) -> Footprints:
         observed=cars.linked,
         has_moved=cars.has_moved,
         sigma_m=cars.sigma_m,
+        confidence=cars.confidence,
     )

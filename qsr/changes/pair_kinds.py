@@ -241,7 +241,7 @@ class _Kept:
 
     def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, settings: RelationSettings) -> None:
         self._near = NearSet()
-        self.relations = PairObserver(relations, margins, backdate_us=settings.backdate_us)
+        self.relations = PairObserver(relations, margins, margin_m=settings.margin_m, backdate_us=settings.backdate_us)
 
     def find(self, now: ObjectsNow, pairs: LongArray, is_near: BoolArray) -> NearPairs:
         """Find the pairs of a frame: those that are near, and of those that are not measured all that there were."""
@@ -257,7 +257,9 @@ class _Kept:
 
     def update(self, now: ObjectsNow, pairs: NearPairs, values: FloatArray) -> list[RelationChange]:
         held = None if now.observed is None else ~now.is_measured(pairs.columns)
-        return self.relations.update(now.t_us, ids=now.ids, pairs=pairs, values=values, held=held, gone=now.gone)
+        return self.relations.update(
+            now.t_us, ids=now.ids, sigma_m=now.sigma_m, pairs=pairs, values=values, held=held, gone=now.gone
+        )
 
 
 def _rows_used(relations: Sequence[PairRelation]) -> int:

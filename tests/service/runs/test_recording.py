@@ -50,6 +50,7 @@ def cars_at(t_us: int, *names: str) -> Cars:
         positions=positions,
         sigma_m=np.full(n, np.nan),
         has_moved=np.ones(n, np.bool_),
+        confidence=np.ones(n),
     )
 
 
