@@ -23,12 +23,13 @@ class ConfidenceSettings:
     ----------
     time_sigma_us : standard deviation of the time of an event that is not sure; the start and end errors of overtakes
         in docs/evaluation.md are as large.
-    offset_nats, slope : of the logistic curve over the log odds of what the parts say.
+    offset_nats, slope : of the logistic curve over the log odds of what the parts say; maximum likelihood over 637
+        events of seeds 1 to 5, calibration error .033.
     """
 
     time_sigma_us: int = 60_000
-    offset_nats: float = 0.0
-    slope: float = 1.0
+    offset_nats: float = 0.2
+    slope: float = 0.86
 
 
 USUAL = ConfidenceSettings()
