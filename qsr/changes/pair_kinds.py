@@ -191,16 +191,17 @@ class OneVehicle:
         self, now: ObjectsNow, pairs: LongArray, distance_m: FloatArray, is_near: BoolArray
     ) -> tuple[LongArray, FloatArray, BoolArray]:
         """Take such pairs out of those of a frame, (2, pairs) and (pairs,), as `near_in_time` gives them."""
+        knows_noise = not np.isnan(now.sigma_m).all()  # else nobody knows what noise explains
+        if not knows_noise and now.has_moved.all():
+            return pairs, distance_m, is_near
         kept: BoolArray = np.asarray(now.has_moved.take(pairs).all(axis=0))
-        if np.isnan(now.sigma_m).all():  # nobody knows what noise explains
-            return _picked(pairs, distance_m, is_near, kept)
         touching = (distance_m < self._settings.widest_m).nonzero()[0]  # the others are apart, however they lie
-        if now.returned is None and (len(touching) or self._since_us or self._until_us):
+        if knows_noise and now.returned is None and (len(touching) or self._since_us or self._until_us):
             touching = touching[now.is_measured(pairs.take(touching, axis=1))]
             self._note(now, pairs, touching[self._overlaps(now, pairs.take(touching, axis=1))])
         if self._until_us:
             kept &= ~np.isin(_keys(now, pairs), list(self._until_us))
-        return _picked(pairs, distance_m, is_near, kept)
+        return (pairs, distance_m, is_near) if kept.all() else (pairs[:, kept], distance_m[kept], is_near[kept])
 
     def _overlaps(self, now: ObjectsNow, pairs: LongArray) -> BoolArray:
         ends = now.table.take(pairs, axis=1)
@@ -221,12 +222,6 @@ class OneVehicle:
         self._until_us = {key: us for key, us in self._until_us.items() if us > t_us}
         doubled = [key for key in keys if t_us - since_us[key] >= settings.place_dwell_us]
         self._until_us |= dict.fromkeys(doubled, t_us + settings.double_us)
-
-
-def _picked(
-    pairs: LongArray, distance_m: FloatArray, is_near: BoolArray, kept: BoolArray
-) -> tuple[LongArray, FloatArray, BoolArray]:
-    return (pairs, distance_m, is_near) if kept.all() else (pairs[:, kept], distance_m[kept], is_near[kept])
 
 
 def _keys(now: ObjectsNow, pairs: LongArray) -> LongArray:

@@ -176,9 +176,11 @@ class PairObserver:
             at_us = max(self._moment(relation, column, now_true=new), int(self._changed_us[row, column]) + 1)
             self._changed_us[row, column] = at_us
             confidence = self._confidence(relation, column, now_true=new) if knows_noise else 1.0
-            for name, pair in zip((relation.of_ab, relation.of_ba), self._arguments(column), strict=True):
-                if name:
-                    changes.append(RelationChange(name, pair, at_us, t_us, not new, new, confidence=confidence))
+            pair, converse = self._arguments(column)
+            if relation.of_ab:
+                changes.append(RelationChange(relation.of_ab, pair, at_us, t_us, not new, new, (), confidence))
+            if relation.of_ba:
+                changes.append(RelationChange(relation.of_ba, converse, at_us, t_us, not new, new, (), confidence))
         for column in fresh.tolist():
             args, values = self._arguments(column), holds[:, column].tolist()
             changes += [
