@@ -136,6 +136,7 @@ class Anchorer:
         t_us = observations.t_us
         if self._last_t_us is not None and t_us <= self._last_t_us:
             raise AnchoringError(f"anchorer: expected a frame after {self._last_t_us} us, got one at {t_us!r} us")
+        elapsed_us = 0 if self._last_t_us is None else t_us - self._last_t_us
         self._last_t_us = t_us
         observations, joined = self._join(observations)
         changes = joined + self._match(observations)
@@ -144,7 +145,7 @@ class Anchorer:
             self._bodies.tell_classes(columns, observations.classes)
         frame = self.roads.frame(self._bodies, observations, columns)
         changes += self._progress(frame)
-        self._accept(frame)
+        self._accept(frame, elapsed_us)
         merged, relinked = self._relink(frame)
         ended, endings = self._end(frame)
         cars = self._cars(frame)
@@ -252,7 +253,7 @@ class Anchorer:
             bodies.go_back(column, snapshot=OLD)
         self.roads.predict_again(bodies, frame, column)
 
-    def _accept(self, frame: Frame) -> None:
+    def _accept(self, frame: Frame, elapsed_us: int) -> None:
         """Take over what was seen."""
         bodies, seen = self._bodies, frame.is_seen.nonzero()[0]
         self._outline.widen(frame.state[X : Y + 1, frame.is_seen & bodies.is_established])
@@ -260,6 +261,8 @@ class Anchorer:
         self._returned = set(
             bodies.accept(frame.t_us, seen, state=frame.state[:, seen], road=frame.places[0, seen], clipped=clipped)
         )
+        bodies.note_motion(seen, frame.sigma_m[seen])
+        bodies.note_seen(frame.is_seen, elapsed_us)
         bodies.take_snapshots(frame.t_us)
         whole = seen[~clipped]
         bodies.measure_sizes(frame.t_us, whole, frame.length_m[whole], frame.width_m[whole])
@@ -416,6 +419,9 @@ class Anchorer:
             linked=frame.is_seen[columns],
             vision_ids=tuple([chain.vision_id for chain in chains]),
             positions=frame.positions(columns),
+            sigma_m=bodies.sigma_m[columns],
+            has_moved=bodies.has_moved[columns],
+            confidence=bodies.confidence(columns),
             hidden={bodies.chains[column].car_id: int(bodies.unseen_us[column]) for column in hidden},
         )
 

@@ -1,5 +1,6 @@
 """What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, NamedTuple
@@ -35,6 +36,8 @@ class Observations:
     clipped : (n,) True where the object touches the edge of the view, so that its size and centre are wrong.
     classes : n words of `CLASS_NAMES` that the tracker gives, "unknown" where it gives none; or nothing at all.
     sensors : n names of the sensors whose tracks these are; nothing if there is but one.
+    sigma_m : (n,) standard deviation of each coordinate of the centre; nan, or nothing at all, where the tracker does
+        not say. Of a tracker that says it a car must have moved before anything is said of it and another one.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class Observations:
     clipped: BoolArray
     classes: tuple[str, ...] = ()
     sensors: tuple[str, ...] = ()
+    sigma_m: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def take(self, rows: list[int]) -> "Observations":
         """Lay out some of the vision objects."""
@@ -65,6 +69,8 @@ class Observations:
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
         count = len(self.ids)
+        if not len(self.sigma_m):
+            object.__setattr__(self, "sigma_m", np.full(count, np.nan))
         where = f"observations at {self.t_us} us"
         if len(set(self.ids)) != count:
             raise AnchoringError(f"{where}: expected different ids, got {self.ids!r}")
@@ -73,7 +79,7 @@ class Observations:
         for array in (self.centre_m, self.velocity_mps):
             if array.shape != (count, 2):
                 raise AnchoringError(f"{where}: points must have shape {(count, 2)!r}, got {array.shape!r}")
-        rows = (self.heading_rad, self.length_m, self.width_m, self.observed, self.clipped)
+        rows = (self.heading_rad, self.length_m, self.width_m, self.observed, self.clipped, self.sigma_m)
         for row in rows:
             if row.shape != (count,):
                 raise AnchoringError(f"{where}: every array must have {count} entries, got {row.shape!r}")
@@ -100,6 +106,12 @@ class Cars:
     linked : (n,) True where a vision object was seen in this frame; else the car is predicted.
     vision_ids : the vision object behind each car, "" where there is none.
     positions : where the centres are on the road network; all -1 and nan without a network.
+    sigma_m : (n,) standard deviation of each coordinate of the centre; nan where the tracker does not say.
+    confidence : (n,) 0 to 1, how sure it is that each is one vehicle: by how long it is known, how much of the last
+        moments it was seen, and its size in units of its noise; 1 if the tracker does not say how sure its positions
+        are. Which vehicle it is, is another question: see `LinkChange.confidence`.
+    has_moved : (n,) False of a car that stands where it was seen first, as a ghost does; True if the tracker does not
+        say how sure its positions are.
     hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that are
         still expected in the view; and the first frame in which each was not seen.
     """
@@ -116,6 +128,9 @@ class Cars:
     linked: BoolArray
     vision_ids: tuple[str, ...]
     positions: RoadPositions
+    sigma_m: FloatArray
+    has_moved: BoolArray
+    confidence: FloatArray
     hidden: Mapping[str, int] = field(default_factory=dict)
 
     def earlier(
@@ -143,12 +158,15 @@ class Cars:
             linked=np.full(len(rows), linked),
             vision_ids=tuple([self.vision_ids[k] if linked else "" for k in rows]),
             positions=positions,
+            sigma_m=self.sigma_m[rows],
+            has_moved=self.has_moved[rows],
+            confidence=self.confidence[rows],
         )
 
     def without_any(self) -> "Cars":
         """Make what is said of the same time when nothing is known of any car."""
         pairs, ones, falses = np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_)
-        return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0))
+        return Cars(self.t_us, (), pairs, ones, pairs, ones, ones, ones, (), falses, (), nowhere(0), ones, falses, ones)
 
 
 class LinkChange(NamedTuple):
@@ -186,6 +204,17 @@ class LinkChange(NamedTuple):
     runner_up: str = ""
     hidden_us: int | None = None
     failed: tuple[str, ...] = ()
+
+    @property
+    def confidence(self) -> float:
+        """How probable the link is, 0 to 1, by its margin over all else that may be; 1 if nothing else may.
+
+        Examples
+        --------
+        >>> LinkChange(0, "reestablished", "world", "v2", "w1", "", margin_nats=3.0).confidence
+        0.9525741268224334
+        """
+        return 1.0 if self.margin_nats is None else 1.0 / (1.0 + math.exp(-self.margin_nats))
 
 
 # What is next best to a lost object that was found again may be that it is a new one.

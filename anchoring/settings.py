@@ -67,6 +67,11 @@ class AnchoringSettings:
     trial_us : how long a link is a hypothesis that nothing else may take the place of: the longest that the usual
         maintain conditions take to find fault with it from its first moment on (off the road, no vehicle's size or
         speed); jumps and exchanged tracks show sooner.
+    moved_lengths, moved_sigmas : a vision object has moved when it is so many of its lengths, and standard deviations
+        of its place, from where it began: what stands may be a ghost, which a growing box shifts by half its length.
+    grown_us, recent_us, coarse_lengths : a car is surer the longer it is known, the more of the last moments it was
+        seen, and the longer it is in units of its noise (which grows with the size of a pixel on the ground): one less
+        the exponentials of these. By reason; what they are worth together is fitted (docs/evaluation.md).
     settle_us : how long nothing is said after a lost view: as long as it takes a vision object to become a car at all.
     name_back_us : how far the name of a car is dated back to rows of its vision object; what took longer to become a
         car has done something else before, such as parking.
@@ -136,6 +141,11 @@ class AnchoringSettings:
     leaving_mps: float = 1.0
     lateral_s: float = 0.5
     trial_us: int = 2_000_000
+    moved_lengths: float = 0.5
+    moved_sigmas: float = 3.0
+    grown_us: int = 500_000
+    recent_us: int = 2_000_000
+    coarse_lengths: float = 2.0
     settle_us: int = 400_000
     name_back_us: int = 2_000_000
     return_mps: float = 70.0

@@ -22,6 +22,8 @@ class Change(Protocol):
     def old(self) -> bool | str | None: ...  # noqa: D102
     @property
     def new(self) -> bool | str | None: ...  # noqa: D102
+    @property
+    def confidence(self) -> float: ...  # noqa: D102
 
 
 _Change = TypeVar("_Change", bound=Change)
@@ -79,7 +81,8 @@ class RecognitionUnit:
 
 def event_of(change: Change, hypotheses: tuple[str, ...] = ()) -> Event:
     """Make the event that a change of a relation is to chronicles."""
-    return Event(change.name, change.args, change.t_us, value_text(change.old), value_text(change.new), hypotheses)
+    old, new = value_text(change.old), value_text(change.new)
+    return Event(change.name, change.args, change.t_us, old, new, hypotheses, change.confidence)
 
 
 def value_text(value: bool | str | None) -> str:

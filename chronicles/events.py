@@ -1,6 +1,6 @@
 """What goes into a recogniser and what comes out of it?"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from chronicles.errors import ChronicleError
@@ -17,7 +17,8 @@ class Event:
 
     Without `old` and `new` it is a message. With them it is a change of the attribute `name[args]`, whose value is
     `old` before `t_us` and `new` from `t_us` on; values are texts such as "true", "false", "unknown".
-    `hypotheses` are labels of the assumptions it rests on, such as identities of the things.
+    `hypotheses` are labels of the assumptions it rests on, such as identities of the things. `confidence` is how
+    probable it is, as whoever gives it knows: 1 if nothing is said. It makes no other event of it.
 
     Raises
     ------
@@ -32,6 +33,7 @@ class Event:
     old: str | None = None
     new: str | None = None
     hypotheses: tuple[str, ...] = ()
+    confidence: float = field(default=1.0, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         # Every executor computes with these, some in 64 bits: refused here, they are the same everywhere.
@@ -39,6 +41,8 @@ class Event:
             raise ChronicleError(f"event {self.name!r}: expected t_us, a whole number of us, got {self.t_us!r}")
         if type(self.args) is not tuple:
             raise ChronicleError(f"event {self.name!r}: expected a tuple of texts as args, got {self.args!r}")
+        if not 0 <= self.confidence <= 1:
+            raise ChronicleError(f"event {self.name!r}: expected a confidence of 0 to 1, got {self.confidence!r}")
         if self.new is None and self.old is not None:
             raise ChronicleError(f"event {self.name!r}: expected a new value with the old one {self.old!r}, got none")
 
@@ -64,6 +68,8 @@ class Occurrence:
     hypotheses : those of all matched events and of the changes that its holds rest on, sorted.
     status : "tentative" while one of the hypotheses is open, then "confirmed" or "retracted"; "recognised" if none was
         open from the start.
+    confidence : how often what is as sure as this is right, 0 to 1; 1 if none of its events says how sure it is.
+    floor : below this confidence the chronicle does not tell it.
     """
 
     chronicle: str
@@ -78,6 +84,8 @@ class Occurrence:
     recognised_us: int
     hypotheses: tuple[str, ...]
     status: Status = "recognised"
+    confidence: float = 1.0
+    floor: float = 0.0
 
     @property
     def key(self) -> OccurrenceKey:

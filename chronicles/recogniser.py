@@ -79,7 +79,7 @@ class Recogniser:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
         self._setup: dict[str, Any] = {
-            "format": 2,
+            "format": 3,
             "chronicles": [[plan.name, plan.version] for plan in chronicles.plans],
             "lateness_us": lateness_us,
             "executor": executor,

@@ -38,6 +38,12 @@ class Cars(Protocol):
     @property
     def positions(self) -> RoadPositions: ...  # noqa: D102
     @property
+    def has_moved(self) -> BoolArray: ...  # noqa: D102
+    @property
+    def sigma_m(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def confidence(self) -> FloatArray: ...  # noqa: D102
+    @property
     def hidden(self) -> Mapping[str, int]: ...  # noqa: D102
 
 
@@ -120,4 +126,7 @@ def _footprints(cars: Cars) -> Footprints:
         junction=positions.junction,
         lane=positions.lane,
         observed=cars.linked,
+        has_moved=cars.has_moved,
+        sigma_m=cars.sigma_m,
+        confidence=cars.confidence,
     )

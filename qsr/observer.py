@@ -1,5 +1,6 @@
 """Which relations have changed among all objects and places, frame by frame?"""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
@@ -144,7 +145,7 @@ class RelationObserver:
         self._turns = ()
         for then, returned in self._hidden_time.moments(filled):
             found = self._update(then, self._measure(then), returned)
-            changes += [RelationChange(one.name, one.args, one.t_us, t_us, one.old, one.new) for one in found]
+            changes += [replace(one, decided_us=t_us) for one in found]
         footprints = self._hidden_time.complete(footprints, hidden)
         quantities, gone = self._measure(footprints), dict[str, Gone]()
         if footprints.ids != self._ids:
@@ -154,6 +155,8 @@ class RelationObserver:
         doubt = self._hidden_time.doubt(footprints, hidden, self._order.tolist())
         if doubt is not None:
             changes += self._doubt(doubt, t_us)
+        if changes and not np.isnan(footprints.sigma_m).all():
+            changes = _as_sure_as_objects(changes, footprints)
         changes.sort(key=rank)
         return changes
 
@@ -179,6 +182,8 @@ class RelationObserver:
             ids,
             self._serials,
             table,
+            footprints.has_moved[order],
+            footprints.sigma_m[order],
             observed=None if footprints.observed.all() and not returned else table[OBSERVED] > 0,
             returned=np.array([one in returned for one in ids]) if returned else None,
             routes=None if self._graph is None else Routes.of(self._graph, footprints, order),
@@ -228,6 +233,20 @@ class RelationObserver:
         for relation, quantity in zip(self._objects, quantities, strict=True):
             changes += relation.tracker.keep(columns, quantity.take(order), self._sorted_ids, t_us)
         return changes
+
+
+def _as_sure_as_objects(changes: Sequence[RelationChange], footprints: Footprints) -> list[RelationChange]:
+    """Say of every change how sure it is, by itself so far, with all objects that it is about.
+
+    What is said first of young objects is left as it is: how long they are seen afterwards tells more of them.
+    """
+    sure = dict(zip(footprints.ids, footprints.confidence.tolist(), strict=True))
+    return [
+        one
+        if one.old is None
+        else replace(one, confidence=round(one.confidence * math.prod([sure.get(name, 1.0) for name in one.args]), 3))
+        for one in changes
+    ]
 
 
 def _stated(turn: Turn, t_us: int) -> RelationChange:

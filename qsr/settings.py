@@ -37,6 +37,9 @@ class RelationSettings:
         above 10 km/h: 2.1 m/s and 0.7 m/s to both sides.
     place_dwell_us : a car is on another road, or in another lane or junction, when it has been there for this long; so
         with its direction against road and lane. By reason: it takes the place of the margin of a distance.
+    double_us : two symbols whose bodies were in each other, deeper than the margin of positions, ``sigma_factor`` times
+        their noise, and for longer than ``place_dwell_us``, are one vehicle for so long after (where the noise is
+        known). By reason: two names of one vehicle come apart for moments; two vehicles are never so near.
     far_along : on one road, but this many times as far along it as in the plane (or as the near radius), two cars are
         on a ring or a hairpin, where free space is meant; and on a ring of several roads a car is behind another one if
         the way back is this many times as long as the way there. By reason.
@@ -79,6 +82,7 @@ class RelationSettings:
     moving_mps: float = 2.0
     moving_margin_mps: float = 0.7
     place_dwell_us: int = 200_000
+    double_us: int = 2_000_000
     far_along: float = 2.0
     widest_m: float = 2.6
     following_s: float = 3.0

@@ -14,7 +14,7 @@ from msgspec import Struct
 if TYPE_CHECKING:
     from gis.lens import Lens
 
-EventStatus = Literal["recognised", "tentative", "confirmed", "retracted"]
+EventStatus = Literal["recognised", "tentative", "confirmed", "retracted", "doubtful"]
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
 InputKind = Literal["video", "trajectory", "detections"]
 StartFrom = Literal["option", "site", "video", "unknown"]
@@ -58,6 +58,7 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     hypotheses : identity hypotheses it rests on; `tentative` until all of them are validated.
     recognised_us : media time at which it was recognised; of a newer state, at which that was decided.
     revises : identifier of the event of which this is the newer state; None for an event told the first time.
+    confidence : how often what is as sure as this is right, 0 to 1; 1 where nothing says how sure it is.
     """
 
     type: str
@@ -67,6 +68,7 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     roles: dict[str, str]
     recognised_us: int
     status: EventStatus = "recognised"
+    confidence: float = 1.0
     hypotheses: tuple[str, ...] = ()
     sub_events: tuple[SubEvent, ...] = ()
     place: Place | None = None
@@ -82,6 +84,9 @@ class EventRecord(Struct, frozen=True, kw_only=True):
     seq : grows with every row ever written to this log; never used twice.
     start, end : the interval on the UTC calendar, RFC 3339 with six decimals.
     status : `recognised` if it rests on nothing open, else `tentative`; its newer state is `confirmed` or `retracted`.
+        `doubtful` if it is less sure than its chronicle, or who processed it, asks for.
+    confidence : how often what is as sure as this is right, 0 to 1, in thousandths; 1 where nothing says how sure it
+        is.
     revises : identifier of the event of which this is the newer state; null for an event told the first time.
     """
 
@@ -97,6 +102,7 @@ class EventRecord(Struct, frozen=True, kw_only=True):
     end_us: int
     roles: dict[str, str]
     status: EventStatus
+    confidence: float = 1.0
     hypotheses: tuple[str, ...]
     sub_events: tuple[SubEvent, ...]
     place: Place | None
@@ -193,6 +199,7 @@ class LinkRecord(Struct, frozen=True):
     margin_nats : by how much the link was likelier than all else, at worst by then; None if nothing else might be.
     runner_up : what else: another world object, another vision object, or `new`.
     hidden_us : since when a car that is found again was not seen.
+    confidence : how probable the link is, by its margin; 1 if nothing else might be.
     """
 
     t_us: int
@@ -206,6 +213,7 @@ class LinkRecord(Struct, frozen=True):
     margin_nats: float | None = None
     runner_up: str = ""
     hidden_us: int | None = None
+    confidence: float = 1.0
 
 
 class RelationRecord(Struct, frozen=True):
@@ -217,6 +225,7 @@ class RelationRecord(Struct, frozen=True):
     decided_us : the frame at which hysteresis confirmed it.
     old, new : the values as chronicles write them: `true`, `false`, `unknown`, or a word such as `left`.
     hypotheses : labels of the links that it rests on and that were on trial then.
+    confidence : how probable it is that it really changed, 0 to 1, in thousandths; 1 where nothing says how sure it is.
     """
 
     t_us: int
@@ -226,6 +235,7 @@ class RelationRecord(Struct, frozen=True):
     old: str
     new: str
     hypotheses: tuple[str, ...] = ()
+    confidence: float = 1.0
 
 
 class HypothesisRecord(Struct, frozen=True):

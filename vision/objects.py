@@ -67,6 +67,7 @@ class VisionObjects:
     observed : (n,) False where no detection was assigned in this frame and the position is predicted.
     clipped : (n,) True where the object reaches over the edge of the view: centre and length are then guesses.
     classes : none: what a detector takes an object for is not carried along its track.
+    sigma_m : (n,) standard deviation of each coordinate of the centre, as tracking knows it.
     is_lost : True where nothing can be said about any object: a moving camera does not know where it looks, or the
         picture is another one than the road that is known.
     why_lost : which guard said so, and by what; may be empty.
@@ -86,6 +87,7 @@ class VisionObjects:
     pixel_from_ground: FloatArray | None = None
     why_lost: str = ""
     classes: tuple[()] = field(default=(), repr=False)
+    sigma_m: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def lost(cls, t_us: int, why: str = "") -> VisionObjects:

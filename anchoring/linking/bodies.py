@@ -5,6 +5,7 @@ taken twice a second: what a body was like a moment ago tells whether its vision
 and is what the body goes back to then.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,6 +52,12 @@ class Bodies:
     codes : (n,) the fluents of the last frame, -1 for a body that is new.
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
+    sigma_m : (n,) standard deviation of each coordinate where it was seen last; nan if the tracker does not say.
+    has_moved : (n,) whether it was ever seen so far from where its vision object began that it did not only stand
+        there; True if the tracker does not say how sure it is.
+    born_us : (n,) when it was seen first, by its first vision object.
+    seen_share, sure_share : (n,) of the last moments, how much each was seen, which fades out; and what that was when
+        it was seen last.
     told_classes : (n,) the class that the tracker gave last, `UNKNOWN_CLASS` if none: it goes before that of the size.
     is_established : (n,) True for a world object, linked or lost; False for a vision object that may become one.
     waits : (n,) True if a condition of a link wants to see the next state even if it is like the last.
@@ -71,6 +78,11 @@ class Bodies:
     was_whole: BoolArray = _column(np.bool_)
     length_m: FloatArray = _column(np.float64)
     width_m: FloatArray = _column(np.float64)
+    sigma_m: FloatArray = _column(np.float64, new=np.nan)
+    has_moved: BoolArray = _column(np.bool_)
+    born_us: LongArray = _column(np.int64)
+    seen_share: FloatArray = _column(np.float64, new=1.0)
+    sure_share: FloatArray = _column(np.float64, new=1.0)
     classes: IntArray = _column(np.int32, new=UNKNOWN_CLASS)
     told_classes: IntArray = _column(np.int32, new=UNKNOWN_CLASS)
     is_established: BoolArray = _column(np.bool_)
@@ -110,7 +122,7 @@ class Bodies:
         self._samples_m = np.concatenate([self._samples_m, np.zeros((*self._samples_m.shape[:2], count))], axis=-1)
         new = slice(len(self) - count, None)
         self.states[..., new] = state
-        self.states_us[:, new] = self.linked_us[new] = self.seen_us[new] = t_us
+        self.states_us[:, new] = self.linked_us[new] = self.seen_us[new] = self.born_us[new] = t_us
         self.states_us[START, new] = -1
         self.length_m[new], self.width_m[new] = size_m
 
@@ -144,6 +156,28 @@ class Bodies:
         self.states[START, VX : HEADING + 1, young] = self.states[NOW, VX : HEADING + 1, young]
         return returned
 
+    def note_motion(self, columns: LongArray, sigma_m: FloatArray) -> None:
+        """Keep how sure the places of bodies, (k,), just accepted are, and who has come away from where it began."""
+        settings = self._settings
+        self.sigma_m[columns] = sigma_m
+        shift_m = self.states[NOW, X : Y + 1][:, columns] - self.states[START, X : Y + 1][:, columns]
+        least_m = np.fmax(settings.moved_lengths * self.length_m[columns], settings.moved_sigmas * sigma_m)
+        self.has_moved[columns] |= np.isnan(sigma_m) | (np.hypot(*shift_m) > least_m)
+
+    def note_seen(self, is_seen: BoolArray, elapsed_us: int) -> None:
+        """Keep how much of the last moments all bodies, (n,), were seen."""
+        self.seen_share += (is_seen - self.seen_share) * -math.expm1(-elapsed_us / self._settings.recent_us)
+        self.sure_share[is_seen] = self.seen_share[is_seen]
+
+    def confidence(self, columns: LongArray) -> FloatArray:
+        """Say how sure it is, (k,), that each is one vehicle, by what was seen of it up to its last sight."""
+        settings, sigma_m = self._settings, self.sigma_m[columns]
+        age_us = self.states_us[NOW, columns] - self.born_us[columns]
+        lengths = self.length_m[columns] / np.maximum(sigma_m, 1e-6)
+        grown, fine = -np.expm1(-age_us / settings.grown_us), -np.expm1(-lengths / settings.coarse_lengths)
+        confidence: FloatArray = np.where(np.isnan(sigma_m), 1.0, self.sure_share[columns] * grown * fine)
+        return confidence
+
     def take_snapshots(self, t_us: int) -> None:
         """Let the snapshots grow older, twice a second."""
         if t_us - self._snapshot_us < self._settings.snapshot_us:
@@ -164,6 +198,8 @@ class Bodies:
             array[: OLD + 1, ..., target] = array[NOW][..., source]
             array[START][..., target] = array[START][..., source]
         self.is_returned[target] = self.waits[target] = True
+        self.has_moved[target] |= self.has_moved[source]
+        self.sigma_m[target] = self.sigma_m[source]
         self.unseen_us[target] = -1
         self.linked_us[target] = self.seen_us[target] = t_us
 

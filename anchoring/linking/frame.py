@@ -27,6 +27,7 @@ class Frame:
     expected_m : (2, n) where each body was expected from its last state.
     state : (8, n) rows as in `Bodies.states`.
     clipped, length_m, width_m : (n,) as observed; of unseen bodies, what is known of them.
+    sigma_m : (n,) as observed; nan of unseen bodies.
     places : (3, n) int32 road, lane and junction, -1 for none.
     """
 
@@ -37,6 +38,7 @@ class Frame:
     clipped: BoolArray
     length_m: FloatArray
     width_m: FloatArray
+    sigma_m: FloatArray
     places: IntArray
 
     def looks(self, columns: LongArray) -> Looks:
@@ -103,6 +105,7 @@ class RoadMap:
             clipped=bodies.was_clipped[NOW].copy(),
             length_m=bodies.length_m.copy(),
             width_m=bodies.width_m.copy(),
+            sigma_m=np.full(len(bodies), np.nan),
             places=np.full((3, len(bodies)), -1, dtype=np.int32),
         )
         seen = observations.observed
@@ -114,6 +117,7 @@ class RoadMap:
         frame.clipped[columns] = observations.clipped[seen]
         frame.length_m[columns] = observations.length_m[seen]
         frame.width_m[columns] = observations.width_m[seen]
+        frame.sigma_m[columns] = observations.sigma_m[seen]
         _turn(state, np.where(frame.is_seen, 0.0, turn_rad))
         self._locate(frame, slice(None))
         return frame

@@ -104,6 +104,7 @@ class Assembly:
             memory_us=max(map(self._after_us, starts), default=0),
             selection=self._selection(header),
             settling_us=self._settling_us,
+            floor=max((one.least for one in chronicle.of(model.ConfidenceStatement)), default=0.0),
         )
 
     def _check_counts(self) -> None:

@@ -79,9 +79,10 @@ def _resolve(chronicle: model.Chronicle, symbols: Symbols, reporter: Reporter) -
     asserts = [(one, resolver.cells(one.pattern)) for one in chronicle.of(model.AssertStatement)]
     emits = [(one, resolver.cells(one.pattern)) for one in chronicle.actions if not isinstance(one, model.Report)]
     selections = chronicle.of(model.SelectStatement)
-    for second in selections[1:]:
-        message = f"expected one select in chronicle {chronicle.name!r}, got another one than in line"
-        reporter.error("C0203", f"{message} {selections[0].span.line}", second.span, "keep one of them")
+    for word, found in (("select", selections), ("confidence", chronicle.of(model.ConfidenceStatement))):
+        for second in found[1:]:
+            message = f"expected one {word} in chronicle {chronicle.name!r}, got another one than in line"
+            reporter.error("C0203", f"{message} {found[0].span.line}", second.span, "keep one of them")
     return Resolved(chronicle, events, counts, holds, asserts, emits, selections[0] if selections else None)
 
 

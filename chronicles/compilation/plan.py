@@ -166,6 +166,7 @@ class Plan:
     so two instances can be the same set of events. `tail_us` bounds how long after its first event an instance is
     concluded, `memory_us` how far an obligation then looks back. `settling_us` is how long an instance waits after its
     end: 1 where the order of results matters (a selection, an `assert` action), so that simultaneous events are in.
+    What is less sure than `floor` is not told.
     """
 
     name: str
@@ -188,6 +189,7 @@ class Plan:
     memory_us: int
     selection: Selection = Selection()
     settling_us: int = 0
+    floor: float = 0.0
 
     @property
     def tests(self) -> tuple[EventTest, ...]:

@@ -194,7 +194,7 @@ class AttributeHistory:
         old = self.value_throughout(event.name, event.args, event.t_us, event.t_us + 1)
         if old == event.new:
             return None
-        change = Event(event.name, event.args, event.t_us, old, event.new, event.hypotheses)
+        change = Event(event.name, event.args, event.t_us, old, event.new, event.hypotheses, event.confidence)
         self.has_labels |= bool(event.hypotheses)
         self._own(event.name, event.args).assign(event.t_us, event.new, event.hypotheses)
         self._assigned.append(change)

@@ -6,9 +6,9 @@ is known. A record is ``(t_us, sequence number, event)``.
 
 Partial instances must fit into memory by the million, and most of what an event says follows from the pattern that it
 fits and from the values that the instance has anyway. So a held event is only its sequence number, or, where the
-pattern leaves something open or the event rests on hypotheses, ``(sequence number, args, old, new, hypotheses)``. It is
-built again when its instance is complete, unless it is one of the latest: those are still at hand in a list, at their
-sequence number modulo its length.
+pattern leaves something open or the event rests on hypotheses or is not sure,
+``(sequence number, args, old, new, hypotheses, confidence)``. It is built again when its instance is complete, unless
+it is one of the latest: those are still at hand in a list, at their sequence number modulo its length.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from chronicles.events import Event
 
 Instance = list[Any]
 Record = tuple[int, int, Event]
-Held = int | tuple[int, tuple[str, ...], str | None, str | None, tuple[str, ...]]
+Held = int | tuple[int, tuple[str, ...], str | None, str | None, tuple[str, ...], float]
 
 
 class Layout:
@@ -68,8 +68,7 @@ def record_builder(test: EventTest, recent: list[Record]) -> Callable[..., Recor
         if latest[1] == sequence:
             return latest
         if not isinstance(held, int):
-            _, args, old, new, hypotheses = held
-            return t_us, sequence, Event(name, args, t_us, old, new, hypotheses)
+            return t_us, sequence, Event(name, held[1], t_us, *held[2:])
         fields = dict(test.constants)
         fields |= {field: value for (field, _), value in zip(test.variables, values, strict=True)}
         texts = tuple(fields[field] for field in range(len(fields)))

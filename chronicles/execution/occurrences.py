@@ -14,6 +14,7 @@ from typing import Any  # states are plain nested data
 from chronicles.compilation.plan import Anchor, Emission, Plan, ReportPart
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
 from chronicles.execution.conclusions import Solution
+from chronicles.execution.confidence import calibrated, confidence_of
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout, Record
 
@@ -64,6 +65,8 @@ class OccurrenceBuilder:
         sub_events = tuple([(name, t_us) for t_us, name in points])
         first_us = records[0][0] if plan.start is None else _time(instance, plan.start)
         last_us = records[-1][0] if plan.end is None else _time(instance, plan.end)
+        times_us = instance[1 : 1 + len(plan.positions)]
+        confidence = confidence_of(events, times_us, plan.distance_us)
         occurrence = Occurrence(
             chronicle=plan.name,
             version=plan.version,
@@ -73,10 +76,12 @@ class OccurrenceBuilder:
             end_us=max(first_us, last_us),
             sub_events=sub_events,
             events=events,
-            emitted=tuple([_emitted(one, instance, values, hypotheses) for one in plan.emissions]),
+            emitted=tuple([_emitted(one, instance, values, hypotheses, confidence) for one in plan.emissions]),
             reports=tuple(["".join([_text(part, values) for part in parts]) for parts in plan.reports]),
             recognised_us=clock_us,
             hypotheses=hypotheses,
+            confidence=calibrated(confidence),
+            floor=plan.floor,
         )
         sequence = tuple([record[1] for record in records])
         anchor = instance[self._layout.records + plan.selection.anchor][1] if plan.selection.anchor >= 0 else -1
@@ -266,11 +271,13 @@ def _text(part: ReportPart, values: Values) -> str:
     return part.constant if part.slot < 0 else values[part.slot]
 
 
-def _emitted(one: Emission, instance: Instance, values: Values, hypotheses: tuple[str, ...]) -> Event:
+def _emitted(
+    one: Emission, instance: Instance, values: Values, hypotheses: tuple[str, ...], confidence: float
+) -> Event:
     arguments = tuple([_text(filling, values) for filling in one.arguments])
     t_us = _time(instance, one.time)
     if one.change is None:
-        return Event(one.name, arguments, t_us, hypotheses=hypotheses)
+        return Event(one.name, arguments, t_us, hypotheses=hypotheses, confidence=confidence)
     old, new = (_text(filling, values) for filling in one.change)
     # An assert has no old value yet, see `OccurrenceBuilder.is_new`.
-    return Event(one.name, arguments, t_us, old, new, hypotheses)
+    return Event(one.name, arguments, t_us, old, new, hypotheses, confidence)

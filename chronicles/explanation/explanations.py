@@ -279,8 +279,9 @@ class NearMiss(ExplainedInstance):
 class WhyNot:
     """Near misses of a chronicle, the nearest first.
 
-    `roles`, `start_us` and `end_us` repeat the question; `recognised` counts the occurrences that fit it;
-    `is_complete` is false if the search was cut short, so that there may be nearer ones.
+    `roles`, `start_us` and `end_us` repeat the question; `recognised` counts the occurrences that fit it and are told;
+    `doubtful` lists the confidences of those that are not told, since they are below the `floor`; `is_complete` is
+    false if the search was cut short, so that there may be nearer ones.
     """
 
     chronicle: str
@@ -291,3 +292,5 @@ class WhyNot:
     recognised: int
     near_misses: tuple[NearMiss, ...]
     is_complete: bool
+    floor: float = 0.0
+    doubtful: tuple[float, ...] = ()

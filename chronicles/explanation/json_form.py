@@ -69,6 +69,8 @@ def to_json(explanation: Explanation | WhyNot) -> Json:
         "start_us": explanation.start_us,
         "end_us": explanation.end_us,
         "recognised": explanation.recognised,
+        "floor": explanation.floor,
+        "doubtful": list(explanation.doubtful),
         "is_complete": explanation.is_complete,
         "near_misses": _plain(explanation.near_misses),
     }

@@ -82,6 +82,8 @@ def _why_not(one: WhyNot) -> list[str]:
     order = ", the nearest first" if count else ""
     often = {0: "not recognised", 1: "recognised once"}.get(one.recognised, f"recognised {one.recognised} times")
     lines = [f"{one.chronicle}{asked}{_window(one)}: {often}; {misses}{order}"]
+    floor = f"below the floor of {one.floor:g}"
+    lines += [f"not told: one that is sure to {confidence:.2f}, {floor}" for confidence in one.doubtful]
     for number, miss in enumerate(one.near_misses, 1):
         lines += ["", *_near_miss(number, miss)]
     if not one.is_complete:

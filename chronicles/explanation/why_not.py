@@ -49,6 +49,7 @@ def why_not(
     end_us: int | None = None,
     until_us: int | None = None,
     limit: int = 5,
+    floor: float | None = None,
 ) -> WhyNot:
     """Give the instances of a chronicle that came closest to being recognised.
 
@@ -61,6 +62,7 @@ def why_not(
     start_us, end_us : asks for the instances that overlap [start_us, end_us); None is open. All events count.
     until_us : the time up to which the events are complete; the latest event's time if not given.
     limit : how many near misses are wanted at most.
+    floor : below this confidence an occurrence was not told; that of the chronicle if not given.
 
     Returns
     -------
@@ -90,6 +92,8 @@ def why_not(
     assignments = WindowedSearch(case.plan, case.log, fixed, asked)
     search = CandidateSearch(case, assignments, recognised=recognised, wanted=limit)
     nearest = search.nearest()[:limit]
+    within = [one for one in recognised if asked.asks_for(event.t_us for event in one.events)]
+    least = case.plan.floor if floor is None else floor
     everything = AssignmentSearch(case.plan, case.log, fixed, WHOLE_LOG)
     reader = MissingEventReader(case, chronicles, everything, asked.bounds)
     return WhyNot(
@@ -98,9 +102,11 @@ def why_not(
         roles=tuple(roles.items()),
         start_us=start_us,
         end_us=end_us,
-        recognised=sum(asked.asks_for(event.t_us for event in one.events) for one in recognised),
+        recognised=sum(one.confidence >= least for one in within),
         near_misses=tuple(_near_miss(case, one, reader) for one in nearest),
         is_complete=search.is_complete,
+        floor=least,
+        doubtful=tuple(one.confidence for one in within if one.confidence < least),
     )
 
 

@@ -217,8 +217,16 @@ class SelectStatement(Node):
     anchor: TimePoint | None
 
 
+@dataclass(frozen=True, slots=True)
+class ConfidenceStatement(Node):
+    """`confidence >= 0.8`: what is less sure is not told."""
+
+    least: float
+
+
 TimeConstraint = Comparison | Range
-Statement = EventStatement | Obligation | TimeConstraint | Equality | Allowance | Membership | SelectStatement
+Told = SelectStatement | ConfidenceStatement
+Statement = EventStatement | Obligation | TimeConstraint | Equality | Allowance | Membership | Told
 
 
 @dataclass(frozen=True, slots=True)

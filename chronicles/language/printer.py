@@ -213,6 +213,7 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.Allowance: lambda one: f"allow ?{one.left.name} == ?{one.right.name}",
     model.Membership: _member,
     model.SelectStatement: _select,
+    model.ConfidenceStatement: lambda one: f"confidence >= {one.least:.6g}",
     model.Emit: _emit,
     model.Report: lambda one: f"report {_quoted(one.text)}",
     model.AssertAction: lambda one: f"assert({print_pattern(one.pattern)}, {_time(one.time)})",

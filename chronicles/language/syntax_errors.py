@@ -13,7 +13,7 @@ from dyknow.language.words import Word
 
 DECLARATION_WORDS = ("timeunit", "constant", "domain", "attribute", "message", "chronicle", "example")
 WORDS_WITH_PARENTHESIS = ("event", "noevent", "occurs", "hold", "assert")
-STATEMENT_WORDS = (*WORDS_WITH_PARENTHESIS, "allow", "select", "when")
+STATEMENT_WORDS = (*WORDS_WITH_PARENTHESIS, "allow", "select", "confidence", "when")
 ACTION_WORDS = ("emit", "report", "assert")
 EXAMPLE_WORDS = ("expect", "until")
 INFINITIES = frozenset({"inf", "infinity", "infinite"})  # what other tools write for oo, in lower case

@@ -255,6 +255,15 @@ class TreeBuilder:
         self._reporter.error("C0107", f"expected all, first(t1) or non_overlapping, got {came!r}", place, hint)
         return model.SelectStatement("all", None, span=span)
 
+    def floor(self, parts: Parts, span: Span) -> model.ConfidenceStatement:
+        """Build `confidence >= 0.8`; a number that is no probability counts as 0."""
+        least = float(parts[-1].text)
+        if least > 1:
+            message = f"expected a confidence of 0 to 1, got {parts[-1].text}"
+            self._reporter.error("C0110", message, self._span(parts[-1]), "write 0.8 for 80 %")
+            least = 0.0
+        return model.ConfidenceStatement(least, span=span)
+
     # ---- actions
 
     def report(self, parts: Parts, span: Span) -> model.Report:

@@ -33,6 +33,8 @@ class RelationChange:
     old, new : values before and after: a truth value, or a word of relations that have more than two values. None where
         unknown: the object, or the pair, was not or is no longer looked at.
     absent : those because of whom nothing is known for the time being; empty for what is known to have changed.
+    confidence : how probable it is that it really changed, 0 to 1, in thousandths: 1 if nothing says how sure the
+        positions are. What becomes unknown is as sure as its objects are, and of what was unknown nothing is said.
     """
 
     name: str
@@ -42,6 +44,7 @@ class RelationChange:
     old: Value
     new: Value
     absent: tuple[str, ...] = ()
+    confidence: float = 1.0
 
 
 def rearranged(array: NDArray[Cell], columns: LongArray, fresh: IntArray | int = 0) -> NDArray[Cell]:
@@ -109,6 +112,11 @@ class SwitchBank:
         self._fresh: LongArray | None = None
         self.is_on: BoolArray = np.zeros((rows, 0), dtype=np.bool_)
         self.since_us: LongArray = np.zeros((rows, 0), dtype=np.int64)
+
+    def clearance(self, column: int) -> FloatArray:
+        """Say how far each quantity of a column is from its threshold, (rows,), in its margins."""
+        clearance: FloatArray = self._last_values[:, column] / np.maximum(self._margins[:, 0], 1e-9)
+        return clearance
 
     def keep(self, columns: LongArray) -> None:
         """Rearrange the columns: new column k is old column ``columns[k]``, or a fresh one where that is -1."""

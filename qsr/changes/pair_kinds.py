@@ -2,6 +2,10 @@
 
 Cars that are near each other, cars that are near in time (at their speed), and cars that drive towards each other. A
 pair of which one is not seen in a frame neither comes in nor goes with that frame.
+
+Of some pairs nothing is said, since what would be told is a tracker's mistake. Bodies cannot be in each other: who
+overlaps for longer, and deeper than noise explains, is one vehicle under two names, or in two pieces. And what never
+moved may be a shadow, a mark on the road, or a car burned into the background.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -13,6 +17,7 @@ from qsr.changes.crossings import RelationChange
 from qsr.changes.pair_observer import Doubt, Gone, PairObserver
 from qsr.measuring.conflicts import oncoming_values
 from qsr.measuring.footprints import HALF_LENGTH, BoolArray, FloatArray, LongArray, X, Y
+from qsr.measuring.free_space import FreeSpace
 from qsr.measuring.pairs import NearPairs, NearSet, facing_pairs, near_in_time, pairs_within
 from qsr.measuring.road_relations import switch_margins, switch_values
 from qsr.measuring.routes import Routes
@@ -37,6 +42,7 @@ class ObjectsNow:
     ids : n names.
     serials : (n,) a number per object, rising, and never used for another object.
     table : (13, n) as made by `qsr.measuring.footprints.object_table`.
+    has_moved, sigma_m : (n,) as in `qsr.measuring.footprints.Footprints`.
     observed : (n,) which objects are seen in this frame; None if all are.
     returned : (n,) of a frame that is looked at again, those of whom it is known only now where they were. None of one
         that comes for the first time.
@@ -48,6 +54,8 @@ class ObjectsNow:
     ids: Sequence[str]
     serials: LongArray
     table: FloatArray
+    has_moved: BoolArray
+    sigma_m: FloatArray
     observed: BoolArray | None
     returned: BoolArray | None = None
     routes: Routes | None = None
@@ -63,11 +71,11 @@ class ObjectsNow:
 
         Examples
         --------
-        >>> pairs, table = np.array([[0, 1, 0], [1, 2, 2]]), np.zeros((13, 3))
-        >>> ObjectsNow(0, "abc", np.arange(3), table, np.array([True, True, False])).is_measured(pairs).tolist()
+        >>> pairs, three = np.array([[0, 1, 0], [1, 2, 2]]), (np.zeros((13, 3)), np.ones(3, np.bool_), np.zeros(3))
+        >>> ObjectsNow(0, "abc", np.arange(3), *three, np.array([True, True, False])).is_measured(pairs).tolist()
         [True, False, False]
         >>> seen, returned = np.ones(3, np.bool_), np.array([False, False, True])
-        >>> ObjectsNow(0, "abc", np.arange(3), table, seen, returned).is_measured(pairs).tolist()
+        >>> ObjectsNow(0, "abc", np.arange(3), *three, seen, returned).is_measured(pairs).tolist()
         [False, True, True]
         """
         if self.observed is None:
@@ -89,6 +97,7 @@ class NearCars:
     def __init__(self, settings: RelationSettings, names: Collection[str]) -> None:
         near, in_time = asked_for(NEAR_RELATIONS, names), asked_for(NEAR_IN_TIME_RELATIONS, names)
         self._settings = settings
+        self._one_vehicle = OneVehicle(settings)
         self._near_rows, self._rows = _rows_used(near), _rows_used((*near, *in_time))
         margins = switch_margins(settings)
         self._near = _Kept(near, margins[: self._near_rows], settings) if near else None
@@ -100,6 +109,7 @@ class NearCars:
             return [] if self._near is None else self._update_near(self._near, now)
         settings = self._settings
         pairs, distance_m, is_near = near_in_time(now.table, settings)
+        pairs, distance_m, is_near = self._one_vehicle.leave_out(now, pairs, distance_m, is_near)
         in_time = self._in_time.find(now, pairs, is_near)
         values = self._values(now, in_time.columns, self._rows)
         changes = self._in_time.update(now, in_time, values)
@@ -114,7 +124,8 @@ class NearCars:
     def _update_near(self, kept: "_Kept", now: ObjectsNow) -> list[RelationChange]:
         settings, table = self._settings, now.table
         pairs, distance_m = pairs_within(table[X : Y + 1].T, table[HALF_LENGTH], settings.leave_radius_m)
-        near = kept.find(now, pairs, distance_m <= settings.enter_radius_m)
+        pairs, _, is_near = self._one_vehicle.leave_out(now, pairs, distance_m, distance_m <= settings.enter_radius_m)
+        near = kept.find(now, pairs, is_near)
         return kept.update(now, near, self._values(now, near.columns, self._near_rows))
 
     def doubt(self, t_us: int, doubt: Doubt) -> list[RelationChange]:
@@ -147,6 +158,9 @@ class FacingCars:
         if self._kept is None:
             return []
         pairs, distance_m = facing_pairs(now.table, self._settings, now.routes)
+        if not now.has_moved.all():
+            kept = now.has_moved.take(pairs).all(axis=0)
+            pairs, distance_m = pairs[:, kept], distance_m[kept]
         facing = self._kept.find(now, pairs, distance_m <= self._settings.oncoming_enter_m)
         route_m = None if now.routes is None else now.routes.facing_m(facing.columns)
         ends = now.table.take(facing.columns, axis=1)
@@ -157,6 +171,64 @@ class FacingCars:
         return [] if self._kept is None else self._kept.relations.doubt(t_us, doubt)
 
 
+class OneVehicle:
+    """Keep which pairs are no two vehicles that drive.
+
+    Parameters
+    ----------
+    settings : thresholds.
+    """
+
+    __slots__ = ("_settings", "_since_us", "_until_us")
+
+    def __init__(self, settings: RelationSettings) -> None:
+        self._settings = settings
+        # Both by the key of a pair, as in `NearSet`.
+        self._since_us: dict[int, int] = {}  # from which frame on it overlaps
+        self._until_us: dict[int, int] = {}  # up to when it counts as one vehicle
+
+    def leave_out(
+        self, now: ObjectsNow, pairs: LongArray, distance_m: FloatArray, is_near: BoolArray
+    ) -> tuple[LongArray, FloatArray, BoolArray]:
+        """Take such pairs out of those of a frame, (2, pairs) and (pairs,), as `near_in_time` gives them."""
+        knows_noise = not np.isnan(now.sigma_m).all()  # else nobody knows what noise explains
+        if not knows_noise and now.has_moved.all():
+            return pairs, distance_m, is_near
+        kept: BoolArray = np.asarray(now.has_moved.take(pairs).all(axis=0))
+        touching = (distance_m < self._settings.widest_m).nonzero()[0]  # the others are apart, however they lie
+        if knows_noise and now.returned is None and (len(touching) or self._since_us or self._until_us):
+            touching = touching[now.is_measured(pairs.take(touching, axis=1))]
+            self._note(now, pairs, touching[self._overlaps(now, pairs.take(touching, axis=1))])
+        if self._until_us:
+            kept &= ~np.isin(_keys(now, pairs), list(self._until_us))
+        return (pairs, distance_m, is_near) if kept.all() else (pairs[:, kept], distance_m[kept], is_near[kept])
+
+    def _overlaps(self, now: ObjectsNow, pairs: LongArray) -> BoolArray:
+        ends = now.table.take(pairs, axis=1)
+        noise_m = self._settings.sigma_factor * np.hypot(*now.sigma_m.take(pairs))
+        overlaps: BoolArray = FreeSpace.of(ends).depth_m(ends) > np.maximum(noise_m, self._settings.margin_m)
+        return overlaps
+
+    def _note(self, now: ObjectsNow, pairs: LongArray, overlapping: LongArray) -> None:
+        t_us, settings = now.t_us, self._settings
+        keys = _keys(now, pairs.take(overlapping, axis=1)).tolist()
+        since_us = {key: self._since_us.get(key, t_us) for key in keys}
+        if now.observed is not None and self._since_us.keys() - since_us.keys():
+            # Those of which one is not seen now may overlap still.
+            unseen, first_us = set(now.serials[~now.observed].tolist()), t_us - settings.double_us
+            old = ((key, us) for key, us in self._since_us.items() if us >= first_us)
+            since_us |= {key: us for key, us in old if not unseen.isdisjoint((key >> 31, key & (2**31 - 1)))}
+        self._since_us = since_us
+        self._until_us = {key: us for key, us in self._until_us.items() if us > t_us}
+        doubled = [key for key in keys if t_us - since_us[key] >= settings.place_dwell_us]
+        self._until_us |= dict.fromkeys(doubled, t_us + settings.double_us)
+
+
+def _keys(now: ObjectsNow, pairs: LongArray) -> LongArray:
+    keys: LongArray = (now.serials.take(pairs[0]) << 31) | now.serials.take(pairs[1])
+    return keys
+
+
 class _Kept:
     """Keep the pairs of one kind, and their relations."""
 
@@ -164,7 +236,7 @@ class _Kept:
 
     def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, settings: RelationSettings) -> None:
         self._near = NearSet()
-        self.relations = PairObserver(relations, margins, backdate_us=settings.backdate_us)
+        self.relations = PairObserver(relations, margins, margin_m=settings.margin_m, backdate_us=settings.backdate_us)
 
     def find(self, now: ObjectsNow, pairs: LongArray, is_near: BoolArray) -> NearPairs:
         """Find the pairs of a frame: those that are near, and of those that are not measured all that there were."""
@@ -180,7 +252,9 @@ class _Kept:
 
     def update(self, now: ObjectsNow, pairs: NearPairs, values: FloatArray) -> list[RelationChange]:
         held = None if now.observed is None else ~now.is_measured(pairs.columns)
-        return self.relations.update(now.t_us, ids=now.ids, pairs=pairs, values=values, held=held, gone=now.gone)
+        return self.relations.update(
+            now.t_us, ids=now.ids, sigma_m=now.sigma_m, pairs=pairs, values=values, held=held, gone=now.gone
+        )
 
 
 def _rows_used(relations: Sequence[PairRelation]) -> int:

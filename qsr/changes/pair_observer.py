@@ -4,6 +4,7 @@ Of each pair (a, b), a is the elder object. Everything is measured once per pair
 made only for the few values that change.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -63,6 +64,7 @@ class PairObserver:
     ----------
     relations : that are given out.
     margins : (switches,) as for `qsr.changes.crossings.SwitchBank`.
+    margin_m : the one of positions; all margins are taken to be as many standard deviations of their quantities.
     backdate_us : a change is dated back at most this far.
     """
 
@@ -74,12 +76,18 @@ class PairObserver:
         "_holds",
         "_ids",
         "_is_told",
+        "_margin_m",
         "_names",
         "_relations",
+        "_sigma_m",
     )
 
-    def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, *, backdate_us: int) -> None:
+    def __init__(
+        self, relations: Sequence[PairRelation], margins: FloatArray, *, margin_m: float, backdate_us: int
+    ) -> None:
         self._relations = relations
+        self._margin_m = margin_m
+        self._sigma_m: FloatArray = np.zeros(0)
         # Row, name, and which order of the arguments it is for.
         self._names = [
             (row, name, order)
@@ -100,6 +108,7 @@ class PairObserver:
         t_us: int,
         *,
         ids: Sequence[str],
+        sigma_m: FloatArray,
         pairs: NearPairs,
         values: FloatArray,
         held: BoolArray | None,
@@ -111,6 +120,7 @@ class PairObserver:
         ----------
         t_us : later than the last frame.
         ids : n names, not to be changed afterwards.
+        sigma_m : (n,) noise of each centre; nan where it is not known.
         pairs : which pairs are looked at now.
         values : (switches, pairs) the quantity of every switch of every pair; kept.
         held : (pairs,) True where nothing was measured, whatever the values: the relations stay as they are. None if
@@ -121,7 +131,7 @@ class PairObserver:
         for column in pairs.ended.tolist():
             changes += self._ended(column, t_us, gone)
         fresh = self._rearrange(pairs, t_us)
-        self._ids, self._columns = ids, pairs.columns
+        self._ids, self._columns, self._sigma_m = ids, pairs.columns, sigma_m
         turned = self._bank.update(t_us, values, held)
         if len(fresh) or turned.any():
             changes += self._decide(t_us, fresh)
@@ -159,16 +169,18 @@ class PairObserver:
         changed[:, fresh] = False
         self._holds = holds
         changes = []
+        knows_noise = bool((self._sigma_m > 0).any())
         for row, column in np.argwhere(changed).tolist():
             relation, new = self._relations[row], bool(holds[row, column])
             # Two values of one relation never share a moment, however far they are dated back.
             at_us = max(self._moment(relation, column, now_true=new), int(self._changed_us[row, column]) + 1)
             self._changed_us[row, column] = at_us
+            confidence = self._confidence(relation, column, now_true=new) if knows_noise else 1.0
             pair, converse = self._arguments(column)
             if relation.of_ab:
-                changes.append(RelationChange(relation.of_ab, pair, at_us, t_us, not new, new))
+                changes.append(RelationChange(relation.of_ab, pair, at_us, t_us, not new, new, (), confidence))
             if relation.of_ba:
-                changes.append(RelationChange(relation.of_ba, converse, at_us, t_us, not new, new))
+                changes.append(RelationChange(relation.of_ba, converse, at_us, t_us, not new, new, (), confidence))
         for column in fresh.tolist():
             args, values = self._arguments(column), holds[:, column].tolist()
             changes += [
@@ -184,6 +196,19 @@ class PairObserver:
         gone = [switch for switch in relation.switches if not is_on[switch]]
         gone += [switch for switch in relation.but_not if is_on[switch]]
         return int(since_us[gone].min())
+
+    def _confidence(self, relation: PairRelation, column: int, *, now_true: bool) -> float:
+        """Say how probable it is that noise did not make a change: all switches are right, or one that is off is."""
+        sigma_m = float(np.hypot(*self._sigma_m[self._columns[:, column]]))
+        if not sigma_m > 0:  # not known, or exact
+            return 1.0
+        clear, is_on = self._bank.clearance(column), self._bank.is_on[:, column]
+        right = [clear[one] for one in relation.switches if is_on[one] == now_true]
+        right += [-clear[one] for one in relation.but_not if is_on[one] != now_true]
+        if not now_true:
+            right = [-one for one in right]
+        margins = float(min(right) if now_true else max(right))
+        return 0.5 * math.erfc(-margins * self._margin_m / sigma_m / math.sqrt(2.0))
 
     def _ended(self, column: int, t_us: int, gone: Mapping[str, Gone]) -> list[RelationChange]:
         """Tell unknown what concerns objects that are gone, or too far apart."""

@@ -31,6 +31,10 @@ class Footprints:
     junction : (n,) int32, index of the junction under the centre; -1 for none.
     lane : (n,) int32, index of the lane under the centre; -1 for none, and everywhere if left out.
     observed : (n,) bool, whether the object was seen in this frame, else it is only predicted; True if left out.
+    has_moved : (n,) bool, False of what has stood since it was seen first: it may be no vehicle, and takes part in no
+        pair; True if left out.
+    sigma_m : (n,) standard deviation of each coordinate of the centre; nan where that is not known, or if left out.
+    confidence : (n,) how sure it is that the object is one vehicle; 1 if left out.
 
     Raises
     ------
@@ -52,6 +56,9 @@ class Footprints:
     junction: IntArray
     lane: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     observed: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    has_moved: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    sigma_m: FloatArray = field(default_factory=lambda: np.zeros(0))
+    confidence: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def select(self, rows: Sequence[int]) -> "Footprints":
         """Keep some of the objects.
@@ -72,10 +79,10 @@ class Footprints:
     def __post_init__(self) -> None:
         """Check the sizes once, at the border."""
         count = len(self.ids)
-        if not len(self.lane):
-            object.__setattr__(self, "lane", np.full(count, -1, dtype=np.int32))
-        if not len(self.observed):
-            object.__setattr__(self, "observed", np.ones(count, dtype=np.bool_))
+        usual = {"observed": np.True_, "has_moved": np.True_, "sigma_m": np.nan, "confidence": 1.0}
+        for name, value in ({"lane": np.int32(-1)} | usual).items():
+            if not len(getattr(self, name)):
+                object.__setattr__(self, name, np.full(count, value))
         if len(set(self.ids)) != count:
             raise QsrError(f"footprints at {self.t_us} us: expected different ids, got {self.ids!r}")
         if self.centre_m.shape != (count, 2):
@@ -84,7 +91,7 @@ class Footprints:
             )
         rows = (self.heading_rad, self.speed_mps, self.length_m, self.width_m)
         places = (self.road, self.along_m, self.across_m, self.tangent_rad, self.junction, self.lane)
-        for row in (*rows, *places, self.observed):
+        for row in (*rows, *places, self.observed, self.has_moved, self.sigma_m, self.confidence):
             if row.shape != (count,):
                 raise QsrError(
                     f"footprints at {self.t_us} us: every array must have {count} entries, got {row.shape!r}"

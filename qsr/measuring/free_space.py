@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from qsr.measuring.footprints import COS, HALF_LENGTH, HALF_WIDTH, SIN, FloatArray, X, Y
+from qsr.measuring.footprints import COS, HALF_LENGTH, HALF_PATH, HALF_WIDTH, SIN, FloatArray, X, Y
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +77,15 @@ class FreeSpace:
         forward = length + other_length * self.turn_cos + other_width * self.turn_sin
         aside = width + other_length * self.turn_sin + other_width * self.turn_cos
         return forward, aside
+
+    def depth_m(self, ends: FloatArray) -> FloatArray:
+        """Measure how far one body would have to be pushed until the two are apart, (pairs,); below 0 where they are.
+
+        Bodies count as no wider than their paths: tracks often begin too wide.
+        """
+        forward, aside = self.reach(ends, HALF_PATH)
+        depth_m: FloatArray = np.minimum(forward - np.abs(self.ahead), aside - np.abs(self.left)).min(axis=0)
+        return depth_m
 
     def apart_m(self, ends: FloatArray) -> FloatArray:
         """Measure between the bodies, (pairs,); 0 where they overlap.

@@ -35,9 +35,14 @@ class ChronicleList(Struct, frozen=True):
 
 
 class EventExplanation(Struct, frozen=True):
-    """Why an event was recognised; `explanation` is an `Explanation` of kind `why`, `identities` goes by role."""
+    """Why an event was recognised; `explanation` is an `Explanation` of kind `why`, `identities` goes by role.
+
+    `weakest` names the event that makes it no surer; empty where all are sure.
+    """
 
     event: str
+    confidence: float
+    weakest: str
     explanation: dict[str, Any]
     identities: dict[str, list[IdentityLink]]
 

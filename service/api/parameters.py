@@ -62,6 +62,10 @@ EVENT_PARAMETERS: Mapping[str, Parameter] = {
     "source": Parameter("Name of the input.", _TEXT, is_repeatable=True),
     "run": Parameter("Identifier of a run.", _TEXT, is_repeatable=True),
     "status": Parameter("What is known of the event.", _TEXT | {"enum": _words(EventStatus)}, is_repeatable=True),
+    "min_confidence": Parameter(
+        "How sure an event is at least; takes the place of the floors of chronicles.",
+        {"type": "number", "minimum": 0, "maximum": 1},
+    ),
     "order": Parameter("Earliest or latest start first.", _TEXT | {"enum": _words(Order), "default": "start"}),
     "limit": Parameter("Events on a page.", _number(DEFAULT_LIMIT, MAX_LIMIT)),
     "cursor": Parameter("`next_cursor` of the page before, with the same filters.", _TEXT),
@@ -105,6 +109,7 @@ def read_question(pairs: Pairs) -> EventQuestion:
         sources=_all(values, "source"),
         runs=_all(values, "run"),
         statuses=tuple(_check_word("status", text, get_args(EventStatus)) for text in values.get("status", ())),
+        min_confidence=_share(values, "min_confidence"),
         order=_one_word(values, "order", get_args(Order), "start"),
     )
     return EventQuestion(wanted, _limit(values, DEFAULT_LIMIT, MAX_LIMIT), values.get("cursor", [None])[0])
@@ -196,6 +201,15 @@ def _all(values: Mapping[str, list[str]], name: str) -> tuple[str, ...]:
 
 def _time(values: Mapping[str, list[str]], name: str) -> TimePoint | None:
     return parse_time(values[name][0], parameter=name) if name in values else None
+
+
+def _share(values: Mapping[str, list[str]], name: str) -> float | None:
+    if name not in values:
+        return None
+    text = values[name][0]
+    if not (text.isascii() and text.replace(".", "", 1).isdigit() and len(text) <= 20 and float(text) <= 1):
+        raise QueryError(f"{name}: expected 0 to 1, got {text!r}", parameter=name)
+    return float(text)
 
 
 def _one_word(values: Mapping[str, list[str]], name: str, words: tuple[_Word, ...], default: _Word) -> _Word:

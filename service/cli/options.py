@@ -24,6 +24,14 @@ ChronicleFiles = Annotated[
     typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: those of the run, or the library."),
 ]
 Texts = Annotated[list[str] | None, typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input.")]
+MinConfidence = Annotated[
+    float | None,
+    typer.Option(
+        min=0.0,
+        max=1.0,
+        help="How sure an event is at least, 0 to 1, instead of what its chronicle asks for; 0 tells all.",
+    ),
+]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same files to the byte.")]
 ScenarioOptions = Annotated[
     list[str] | None, typer.Option("--option", help="Option of the scenario, NAME=VALUE; may come several times.")

@@ -17,7 +17,7 @@ from service.records import EventRecord
 ROLE_PREFIX = "role."
 COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
-    "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
+    "confidence", "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
 )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from chronicles.events import Occurrence
 from chronicles.explanation.explanations import Explanation, WhyNot
 from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
+from chronicles.explanation.sentences import of_event, seconds
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
 from service.errors import FilterError, NotInLogError, QueryError
@@ -51,13 +52,23 @@ class EventExplanation:
         """Return it as plain data, for JSON."""
         return {
             "event": self.event.id,
+            "confidence": self.event.confidence,
+            "weakest": self.weakest,
             "explanation": to_json(self.explanation),
             "identities": {role: [asdict(one) for one in links] for role, links in self.identities.items()},
         }
 
+    @property
+    def weakest(self) -> str:
+        """Name the event that is least sure, and how sure it is by itself; empty if all are sure."""
+        one = min(self.explanation.events, key=lambda matched: matched.event.confidence).event
+        sure = f", sure to {one.confidence:.2f}"
+        return "" if one.confidence == 1 else f"{of_event(one)} at {seconds(one.t_us)}{sure} by itself"
+
     def render(self) -> str:
         """Write it for people, every line ended by a newline."""
-        lines = ["", "identities"]
+        weakest = f"; weakest: {self.weakest}" if self.weakest else ""
+        lines = ["", f"sure to {self.event.confidence:.2f}{weakest}", "", "identities"]
         for role, links in self.identities.items():
             lines.append(f"  {role} {self.event.roles[role]}")
             lines += [f"    {_link_line(one)}" for one in links]
@@ -149,6 +160,7 @@ class Explainer:
             end_us=question.end_us,
             until_us=stored.until_us,
             limit=question.limit,
+            floor=float(run.settings["min_confidence"]) if "min_confidence" in run.settings else None,
         )
 
     def _check_covered(self, question: AbsenceQuestion, run: RunRecord) -> None:
@@ -221,7 +233,7 @@ def _occurrence(event: EventRecord) -> Occurrence:
         reports=(),
         recognised_us=event.recognised_us,
         hypotheses=event.hypotheses,
-        status=event.status,
+        status="recognised" if event.status == "doubtful" else event.status,
     )
 
 

@@ -42,7 +42,7 @@ _Condition = ColumnElement[bool]
 class EventFilter(Struct, frozen=True, kw_only=True):
     """What to ask for; an empty field does not restrict.
 
-    Only the newest state of each event is found, and of those retracted only when `statuses` asks for them.
+    Only the newest state of each event is found, and of those retracted or doubtful only what `statuses` asks for.
 
     Attributes
     ----------
@@ -50,6 +50,8 @@ class EventFilter(Struct, frozen=True, kw_only=True):
     match : how an event must lie to the window: overlap it, start in it, end in it, or lie inside it.
     actors : objects that take part in any role.
     roles : role names with the objects that may fill them.
+    min_confidence : the least; it takes the place of the floors of chronicles, so doubtful events that are as sure are
+        found too.
     order : by start, earliest (`start`) or latest (`-start`) first.
     """
 
@@ -63,6 +65,7 @@ class EventFilter(Struct, frozen=True, kw_only=True):
     sources: tuple[str, ...] = ()
     runs: tuple[str, ...] = ()
     statuses: tuple[EventStatus, ...] = ()
+    min_confidence: float | None = None
     order: Order = "start"
 
     def named(self) -> dict[str, tuple[str, ...]]:
@@ -171,6 +174,9 @@ def check_filter(wanted: EventFilter) -> None:
             raise QueryError(
                 f"{parameter}: expected at most {MAX_VALUES} values, got {len(values)}", parameter=parameter
             )
+    if wanted.min_confidence is not None and not 0 <= wanted.min_confidence <= 1:
+        parameter, came = "min_confidence", wanted.min_confidence
+        raise QueryError(f"{parameter}: expected 0 to 1, got {came!r}", parameter=parameter)
     start, end = wanted.from_, wanted.to
     if start and end and start.clock == end.clock and start.us >= end.us:
         raise FilterError(f"from: expected a time before 'to' ({end.us} us), got {start.us} us", parameter="from")
@@ -210,7 +216,10 @@ class _Plan:
 
 def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
     conditions = [*_one_of(events.c.road, wanted.roads), *_one_of(events.c.source, wanted.sources)]
-    conditions += _one_of(events.c.status, wanted.statuses) or [events.c.status != "retracted"]
+    hidden = ("retracted",) if wanted.min_confidence is not None else ("retracted", "doubtful")
+    conditions += _one_of(events.c.status, wanted.statuses) or [events.c.status.not_in(hidden)]
+    if wanted.min_confidence is not None:
+        conditions.append(events.c.confidence >= wanted.min_confidence)
     conditions.append(~exists().where(revisions.c.revised == events.c.id))
     if wanted.runs:
         numbers = connection.scalars(select(runs.c.run_no).where(runs.c.id.in_(wanted.runs))).all()

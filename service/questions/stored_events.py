@@ -43,7 +43,7 @@ def stored_events(log: EventLog, run_id: str, *, believed: Collection[str] = ())
     """
     refuted = {one.label for one in log.hypotheses(run_id) if one.verdict == "refuted"}.difference(believed)
     changes = (
-        (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new))
+        (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence))
         for one in log.relations(run_id)
         if refuted.isdisjoint(one.hypotheses)
     )

@@ -56,6 +56,7 @@ class RunRequest:
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
     start_utc_us : UTC time of media time zero, before what site file and video say.
     final : events are told when nothing can take them back any more.
+    min_confidence : how sure events must be, instead of what chronicles ask for; what is less sure is kept as doubtful.
     again : also a run that the log has, finished.
     """
 
@@ -70,6 +71,7 @@ class RunRequest:
     detector: str | None = None
     start_utc_us: int | None = None
     final: bool = False
+    min_confidence: float | None = None
     again: bool = False
 
 
@@ -178,7 +180,9 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     with open_log(request.log_url, "w") as log:
         if not request.again and log.has_finished(record.id):
             return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
-        done = _run(source, pipeline, recorded, record, chronicles.merged, log=log, on_progress=on_progress)
+        done = _run(
+            source, pipeline, recorded, record, chronicles.merged, log=log, request=request, on_progress=on_progress
+        )
     notes = feed.vision.notes() if feed.vision else ()
     return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
 
@@ -191,11 +195,18 @@ def _run(
     chronicles: ChronicleSet,
     *,
     log: EventLog,
+    request: RunRequest,
     on_progress: Callable[[Progress], None],
 ) -> RunSummary:
     with Interrupts() as interrupts:
         writer = log.begin_run(record)
-        recorder = Recorder(writer, source.network, UnfitCounter(chronicles), history_us=HISTORY_US)
+        recorder = Recorder(
+            writer,
+            source.network,
+            UnfitCounter(chronicles),
+            history_us=HISTORY_US,
+            min_confidence=request.min_confidence,
+        )
         recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)
         try:
@@ -294,6 +305,7 @@ def _run_record(
         *((linkage,) if linkage else ()),
         *((f"start {start_utc_us}",) if start_from == "option" else ()),
         *(("final",) if request.final else ()),
+        *(() if request.min_confidence is None else (f"min_confidence {request.min_confidence!r}",)),
     )
     return RunRecord(
         id=hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest(),
@@ -312,7 +324,7 @@ def _run_record(
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         linkage=linkage,
-        settings={"events": "final"} if request.final else {},
+        settings=_settings(request),
         warnings=(
             *source.warnings,
             *chronicles.doubts,
@@ -322,6 +334,14 @@ def _run_record(
         ),
         software=software,
     )
+
+
+def _settings(request: RunRequest) -> dict[str, str]:
+    """Tell in words what differs from the defaults."""
+    settings = {"events": "final"} if request.final else {}
+    if request.min_confidence is not None:
+        settings["min_confidence"] = f"{request.min_confidence:g}"
+    return settings
 
 
 def _input_file(source: Input) -> InputFile:

@@ -24,6 +24,7 @@ from service.errors import InputError
 from service.records import (
     ChronicleRef,
     EventDraft,
+    EventStatus,
     HypothesisRecord,
     LinkRecord,
     Place,
@@ -73,14 +74,23 @@ class Recorder:
 
     Attributes
     ----------
-    events : number of events that stand so far; a retracted one does not.
+    events : number of events that stand so far; a retracted or a doubtful one does not.
     records_cars, records_events : whether there is a stream of them; without one, they are not known.
     unfit : counts the relation changes that chronicles cannot take.
     lost_views : from when to when a camera's view was lost, and why; the end is None where it was not found again.
     """
 
-    def __init__(self, writer: RunWriter, network: RoadNetwork | None, unfit: UnfitCounter, *, history_us: int) -> None:
+    def __init__(
+        self,
+        writer: RunWriter,
+        network: RoadNetwork | None,
+        unfit: UnfitCounter,
+        *,
+        history_us: int,
+        min_confidence: float | None = None,
+    ) -> None:
         self.unfit = unfit
+        self._min_confidence = min_confidence
         self.events = 0
         self.records_cars = self.records_events = False
         self.lost_views: list[tuple[int, int | None, str]] = []
@@ -88,7 +98,8 @@ class Recorder:
         self._rows = CarRows(network)
         self._history = CarHistory(history_us)
         self._history_us = history_us
-        self._told: dict[OccurrenceKey, tuple[int, list[str]]] = {}  # when, and the identifiers of the events written
+        # When, the identifiers of the events written, and how many of them stand.
+        self._told: dict[OccurrenceKey, tuple[int, list[str], int]] = {}
 
     def attach(self, streams: Mapping[str, DeclaredStream]) -> None:
         """Subscribe to the streams that are to be recorded; see `recorded_streams`."""
@@ -143,7 +154,8 @@ class Recorder:
         self._history.remember(cars)
         for one in (*sample.value.former, cars):
             self._writer.append_states(self._rows.of(one))
-        self._writer.append(msgspec.convert(change._asdict(), LinkRecord) for change in sample.value.link_changes)
+        links = (change._asdict() | {"confidence": round(change.confidence, 3)} for change in sample.value.link_changes)
+        self._writer.append(msgspec.convert(link, LinkRecord) for link in links)
 
     def _record_relations(self, sample: Sample[FrameRelations]) -> None:
         frame = sample.value
@@ -179,14 +191,19 @@ class Recorder:
     def _record_occurrence(self, sample: Sample[Occurrence]) -> None:
         """Write an occurrence, or its newer state beside the one that was written before."""
         occurrence, now_us = sample.value, sample.available_us
-        _, told = self._told.pop(occurrence.key, (now_us, []))
+        _, told, stood = self._told.pop(occurrence.key, (now_us, [], 0))
         drafts = self._drafts(occurrence, told, now_us)
         event_ids = self._writer.append_events(drafts)
+        standing = sum(draft.status not in ("retracted", "doubtful") for draft in drafts)
         if occurrence.status != "retracted":
-            self._told[occurrence.key] = now_us, event_ids
-            self.events += len(drafts)
-        self.events -= len(told)
+            self._told[occurrence.key] = now_us, event_ids, standing
+        self.events += standing - stood
         self._forget_before(sample.available_us - self._history_us)
+
+    def _is_doubtful(self, occurrence: Occurrence) -> bool:
+        """Say whether it is less sure than is asked for, by who processes or by its chronicle."""
+        least = occurrence.floor if self._min_confidence is None else self._min_confidence
+        return occurrence.confidence < least
 
     def _forget_before(self, t_us: int) -> None:
         """Forget what was written so long ago that nothing can revise it: hypotheses are decided within seconds."""
@@ -205,7 +222,8 @@ class Recorder:
                 end_us=occurrence.end_us,
                 roles=dict(occurrence.roles),
                 recognised_us=occurrence.recognised_us if revised is None else now_us,
-                status=occurrence.status,
+                status=_status(occurrence, is_doubtful=self._is_doubtful(occurrence)),
+                confidence=round(occurrence.confidence, 3),
                 revises=revised,
                 hypotheses=tuple(occurrence.hypotheses),
                 sub_events=tuple(SubEvent(label, t_us) for label, t_us in occurrence.sub_events),
@@ -282,4 +300,9 @@ def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenOb
 
 def _relation_record(change: RelationChange, hypotheses: tuple[str, ...]) -> RelationRecord:
     old, new = value_text(change.old), value_text(change.new)
-    return RelationRecord(change.t_us, change.decided_us, change.name, change.args, old, new, hypotheses)
+    times_us = change.t_us, change.decided_us
+    return RelationRecord(*times_us, change.name, change.args, old, new, hypotheses, change.confidence)
+
+
+def _status(occurrence: Occurrence, *, is_doubtful: bool) -> EventStatus:
+    return "doubtful" if is_doubtful and occurrence.status != "retracted" else occurrence.status

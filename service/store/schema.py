@@ -40,7 +40,7 @@ from sqlalchemy import (
 
 from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, SeenObject, ViewRecord
 
-SCHEMA_VERSION = 4  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 5  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 
 metadata = MetaData()
@@ -113,6 +113,7 @@ events = Table(
     Column("start_utc_us", BigInteger, nullable=False),
     Column("road", Text, nullable=False),
     Column("status", Text, nullable=False),
+    Column("confidence", Float, nullable=False),
     Column("body", Text, nullable=False),  # EventRecord as JSON
     Index("events_by_start", "start_us", "seq"),
     Index("events_by_type", "type", "start_us", "seq"),

@@ -12,6 +12,7 @@ from anchoring.anchorer import Anchorer
 from anchoring.errors import AnchoringError
 from anchoring.hypotheses.conditions import Verdict
 from anchoring.hypotheses.language import default_linkage
+from anchoring.observations import Observations
 from anchoring.settings import AnchoringSettings
 from tests.anchoring.support import BEND_RADIUS_M, Seen, bend, observations, run, straight_road
 
@@ -476,3 +477,31 @@ def test_settings_refuse_what_cannot_be_meant() -> None:
         AnchoringSettings(jump_m=-1.0)
     with pytest.raises(AnchoringError, match=r"survive_us must be at least predict_us \(1000000\), got 5"):
         AnchoringSettings(survive_us=5)
+
+
+def seen_surely(t_us: int, seen: Mapping[str, Seen]) -> Observations:
+    return replace(observations(t_us, seen), sigma_m=np.full(len(seen), 0.1))
+
+
+def test_car_has_moved_once_it_was_half_its_length_away_from_where_it_began() -> None:
+    anchorer, moved = Anchorer(None), []
+    for number in range(40):
+        x_m = max(0, number - 10) * 0.4
+        cars, _ = anchorer.observe(seen_surely(number * FRAME_US, {"v": Seen(x_m, speed_mps=5.0 if x_m else 0.0)}))
+        moved.append(cars.has_moved.tolist())
+    assert moved[10] == moved[15] == [False]
+    assert moved[16] == [True]  # 2.4 m of 4.5 m
+
+
+def test_car_of_which_the_tracker_does_not_say_how_sure_it_is_counts_as_moved() -> None:
+    cars, _ = run(Anchorer(None), [(number * FRAME_US, {"v": Seen(0.0, speed_mps=0.0)}) for number in range(12)])
+    assert cars[-1].has_moved.tolist() == [True]
+
+
+def test_car_that_moved_has_moved_whatever_is_linked_to_it_later() -> None:
+    anchorer = Anchorer(straight_road())
+    for number in range(70):
+        x_m, name = 0.8 * min(number, 45), "v1" if number < 30 else "v2"
+        seen = {} if 30 <= number < 44 else {name: Seen(x_m, -1.75, 10.0 if number < 45 else 0.0)}
+        cars, _ = anchorer.observe(seen_surely(number * FRAME_US, seen))
+    assert (cars.ids, cars.vision_ids, cars.has_moved.tolist()) == (("car1",), ("v2",), [True])

@@ -309,6 +309,28 @@ def returned(settings: AnchoringSettings) -> Told:
     return (len(cars.ids), *anchorer.refused.values())
 
 
+def moved(settings: AnchoringSettings) -> Told:
+    """Count the frames until two cars that creep have moved: one whose place is well known, and one whose is not."""
+    anchorer, standing = Anchorer(straight_road(), settings), [0, 0]
+    for number in range(60):
+        x_m = 3.0 * number * FRAME_US * 1e-6
+        seen = observations(number * FRAME_US, {"v": Seen(x_m, -1.75, 3.0), "w": Seen(x_m + 40.0, -1.75, 3.0)})
+        cars, _ = anchorer.observe(replace(seen, sigma_m=np.array([0.1, 1.0])))
+        for row, has_moved in enumerate(cars.has_moved.tolist()):
+            standing[row] += not has_moved
+    return tuple(standing)
+
+
+def sure(settings: AnchoringSettings) -> Told:
+    """Tell in thousandths how sure a car is that is missed in each third frame after some, at a badly known place."""
+    anchorer, told = Anchorer(straight_road(), settings), list[int]()
+    for number in range(40):
+        car = Seen(10.0 * number * FRAME_US * 1e-6, -1.75, 10.0, observed=number < 15 or number % 3 > 0)
+        cars, _ = anchorer.observe(replace(observations(number * FRAME_US, {"v": car}), sigma_m=np.array([1.0])))
+        told += np.rint(1000 * cars.confidence).astype(int).tolist()
+    return tuple(told)
+
+
 def believed(settings: AnchoringSettings) -> Told:
     """List the margins, in tenths of a nat, of links by evidence that are validated."""
     trials = Trials(settings)
@@ -370,7 +392,8 @@ WEIGHED = {
 def outcome(name: str) -> Callable[[AnchoringSettings], Told]:
     """Choose what is told to show what a number does."""
     special = {"settle_us": given_after_a_lost_view, "name_back_us": given_back, "return_mps": returned}
-    special["decided_nats"] = believed
+    special |= {"decided_nats": believed, "moved_lengths": moved, "moved_sigmas": moved}
+    special |= dict.fromkeys(("grown_us", "recent_us", "coarse_lengths"), sure)
     if name in special:
         return special[name]
     if name in WEIGHED:

@@ -28,6 +28,8 @@ class Body:
     junction: int
     lane: int
     observed: bool
+    has_moved: bool
+    sigma: float
 
 
 @dataclass
@@ -83,6 +85,22 @@ def box_distance(body: Body, other: Body) -> float:
     gap_x = max(x + min(xs) - body.length / 2, -(x + max(xs)) - body.length / 2, 0.0)
     gap_y = max(y + min(ys) - body.width / 2, -(y + max(ys)) - body.width / 2, 0.0)
     return math.hypot(gap_x, gap_y)
+
+
+def depth(a: Body, b: Body) -> float:
+    """How far one body would have to be pushed out of the other: the least overlap of their shadows on four lines."""
+    overlaps = []
+    for angle in (one.heading + quarter for one in (a, b) for quarter in (0.0, math.pi / 2)):
+        spans = []
+        for one in (a, b):
+            delta = one.heading - angle
+            at = one.x * math.cos(angle) + one.y * math.sin(angle)
+            box = corners(one.length, min(one.width, RelationSettings().widest_m))
+            reach = max(x * math.cos(delta) - y * math.sin(delta) for x, y in box)
+            spans.append((at - reach, at + reach))
+        (low, high), (other_low, other_high) = spans
+        overlaps.append((high - low + other_high - other_low) / 2 - abs(low + high - other_low - other_high) / 2)
+    return min(overlaps)
 
 
 def contact_time(apart: tuple[float, float], rate: tuple[float, float], reach: tuple[float, float]) -> float:
@@ -319,6 +337,8 @@ class Oracle:
         self.appeared = 0
         self.known: set[str] = set()
         self.unseen_us: dict[str, int] = {}
+        self.in_each_other_us: dict[frozenset[str], int] = {}
+        self.one_vehicle_us: dict[frozenset[str], int] = {}
 
     def observe(self, frame: Footprints) -> list[RelationChange]:
         bodies = {
@@ -329,6 +349,7 @@ class Oracle:
             if name not in self.seniority:
                 self.appeared += 1
                 self.seniority[name] = self.appeared
+        self.find_doubles(frame.t_us, bodies)
         changes += self.observe_pairs(frame.t_us, bodies, self.pairs, is_near, NEAR)
         changes += self.observe_pairs(frame.t_us, bodies, self.pairs_in_time, is_near_in_time, NEAR_IN_TIME)
         changes += self.observe_facing(frame.t_us, bodies)
@@ -346,6 +367,27 @@ class Oracle:
         unseen = [name for name, body in bodies.items() if not body.observed]
         self.unseen_us = {name: self.unseen_us.get(name, frame.t_us) for name in unseen}
         return changes
+
+    def find_doubles(self, t_us: int, bodies: dict[str, Body]) -> None:
+        settings = self.settings
+        for pair in [frozenset((a, b)) for a in bodies for b in bodies if a < b]:
+            a, b = (bodies[name] for name in pair)
+            if not (a.observed and b.observed):
+                if self.in_each_other_us.get(pair, t_us) < t_us - settings.double_us:
+                    del self.in_each_other_us[pair]
+            elif math.isnan(a.sigma + b.sigma):
+                continue
+            elif depth(a, b) <= max(settings.margin_m, settings.sigma_factor * math.hypot(a.sigma, b.sigma)):
+                self.in_each_other_us.pop(pair, None)
+            elif t_us - self.in_each_other_us.setdefault(pair, t_us) >= settings.place_dwell_us:
+                self.one_vehicle_us[pair] = t_us + settings.double_us
+        for past in (self.in_each_other_us, self.one_vehicle_us):
+            for pair in [pair for pair in past if not pair <= set(bodies)]:
+                del past[pair]
+
+    def are_two_vehicles(self, t_us: int, bodies: dict[str, Body], pair: tuple[str, str]) -> bool:
+        moved = all(bodies[name].has_moved for name in pair)
+        return moved and self.one_vehicle_us.get(frozenset(pair), t_us) <= t_us
 
     def lost_us(self, t_us: int, bodies: dict[str, Body], *names: str) -> int:
         """When the first of some that are gone was not seen any more."""
@@ -405,7 +447,8 @@ class Oracle:
             a, b = (bodies[name] for name in pair)
             if not (a.observed and b.observed):
                 continue
-            if is_close_enough(a, b, settings, was_near=pair in pairs):
+            is_near_enough = is_close_enough(a, b, settings, was_near=pair in pairs)
+            if is_near_enough and self.are_two_vehicles(t_us, bodies, pair):
                 measured[pair] = quantities(a, b, settings, self.graph)
             elif pair in pairs:
                 changes += self.end_pair(t_us, pair, pairs, t_us)
@@ -440,6 +483,8 @@ class Oracle:
             if not (a.observed and b.observed):
                 if pair in self.facing:
                     looked_at[pair] = None
+            elif not (a.has_moved and b.has_moved):
+                pass
             elif ahead is not None and abs(ahead + (a.length + b.length) / 2) - (a.length + b.length) / 2 <= limit:
                 looked_at[pair] = meeting_quantity(a, b, ahead, settings)
         for pair in [pair for pair in self.facing if pair not in looked_at]:
@@ -541,6 +586,8 @@ def bodies_of(frame: Footprints) -> dict[str, Body]:
             junction=int(frame.junction[k]),
             lane=int(frame.lane[k]),
             observed=bool(frame.observed[k]),
+            has_moved=bool(frame.has_moved[k]),
+            sigma=float(frame.sigma_m[k]),
         )
         for k, name in enumerate(frame.ids)
     }

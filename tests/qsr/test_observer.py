@@ -3,6 +3,7 @@
 import itertools
 from collections import Counter, defaultdict
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -37,6 +38,12 @@ def passing(closing_mps: float, *, seconds: float, sigma_m: float, rng: np.rando
     return frames
 
 
+def known_noise(frame: Footprints) -> Footprints:
+    """Let a tracker say how sure it is, and two cars stand for the first two seconds."""
+    has_moved = np.array([name[-1] != "3" or frame.t_us > 2_000_000 for name in frame.ids], np.bool_)
+    return replace(frame, sigma_m=np.full(len(frame.ids), 0.1), has_moved=has_moved)
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_observer_equals_the_slow_version_on_random_traffic(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -52,7 +59,9 @@ def test_observer_equals_the_slow_version_on_random_traffic(seed: int) -> None:
     fast = RelationObserver(("r0", "r1"), ("j0",), settings, lanes=LANES)
     slow = Oracle(["r0", "r1"], ["j0"], settings, LANES)
     seen: Counter[tuple[str, bool | str | None]] = Counter()
-    for frame in random_traffic(rng, frames=60, count=70 if seed == 0 else 14, noise_m=float(rng.choice([0.0, 0.3]))):
+    count, noise_m = 70 if seed == 0 else 14, float(rng.choice([0.0, 0.3]))
+    for shown in random_traffic(rng, frames=60, count=count, noise_m=noise_m):
+        frame = known_noise(shown) if seed % 2 else shown
         got = {(c.name, c.args): c for c in fast.observe(frame)}
         expected = {(c.name, c.args): c for c in slow.observe(frame)}
         assert got.keys() == expected.keys()
@@ -307,3 +316,25 @@ def test_settings_refuse_what_cannot_be_meant() -> None:
         RelationSettings(close_m=-1.0)
     with pytest.raises(QsrError, match=r"leave_radius_m must be at least enter_radius_m \(40.0\), got 30.0"):
         RelationSettings(leave_radius_m=30.0)
+
+
+def least_confidence(sigma_m: float, confidence: float = 1.0) -> float:
+    """Say how sure the less sure change of `beside` in a pass is."""
+    frames = passing(closing_mps=5.0, seconds=4.0, sigma_m=0.0, rng=np.random.default_rng(0))
+    noise = {"sigma_m": np.full(2, sigma_m), "confidence": np.array([confidence, 1.0])}
+    changes = run([replace(frame, **noise) for frame in frames])
+    return min(one.confidence for one in changes if one.name == "beside" and one.old is not None)
+
+
+def test_change_is_less_sure_the_noisier_the_places_and_the_less_sure_the_cars_are() -> None:
+    clear, fair, poor = least_confidence(0.1), least_confidence(0.5), least_confidence(2.0)
+    assert 0.5 < poor < fair < clear
+    assert clear > 0.99
+    assert least_confidence(0.1, 0.9) == pytest.approx(0.9 * clear, abs=0.001)
+    assert least_confidence(float("nan")) == 1.0
+
+
+def test_what_is_first_said_of_a_car_is_sure() -> None:
+    frame = footprints(0, ("a", "b"), [[0.0, 0.0], [10.0, 3.0]], straight_road=True)
+    unsure = replace(frame, sigma_m=np.ones(2), confidence=np.full(2, 0.5))
+    assert {change.confidence for change in run([unsure])} == {1.0}

@@ -46,6 +46,12 @@ def wide() -> Iterator[Footprints]:
         yield replace(frame, across_m=np.array([0.0, 3.5]), width_m=np.full(2, 4.0))
 
 
+def doubled() -> Iterator[Footprints]:
+    """Let a tracker that says how sure it is see a car drive through another one: the two are one vehicle."""
+    for frame in nearing(speed_mps=15.0):
+        yield replace(frame, sigma_m=np.full(2, 0.1))
+
+
 def aside() -> Iterator[Footprints]:
     """Let a car drive 70 m behind another one at 30 m/s, and go off to the side."""
     for number in range(40):
@@ -71,6 +77,7 @@ SCENES: Mapping[str, Sequence[Footprints]] = {
     "noisy contact": [*nearing(speed_mps=5.0, noise_m=0.3)],
     "noisy and fast": [*nearing(speed_mps=15.0, noise_m=2.5)],
     "wide": [*wide()],
+    "doubled": [*doubled()],
     "aside": [*aside()],
     "facing": [*facing()],
     "traffic": [*traffic()],

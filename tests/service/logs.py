@@ -162,6 +162,7 @@ def event_of_row(row: Mapping[str, str]) -> EventRecord:
         "roles": roles,
         "place": place,
         "revises": row["revises"] or None,
+        "confidence": float(row["confidence"]),
         "hypotheses": msgspec.json.decode(row["hypotheses"], type=tuple[str, ...]),
         "sub_events": msgspec.json.decode(row["sub_events"], type=tuple[SubEvent, ...]),
         **{column: int(row[column]) for column in ("seq", "start_us", "end_us", "recognised_us")},

@@ -183,7 +183,11 @@ def test_a_wrong_method_is_a_problem(client: Client) -> None:
         ("limit=²", "limit", "limit: expected 1 to 1000, got '²'"),
         ("match=near", "match", "match: expected overlap or start or end or inside, got 'near'"),
         ("order=end", "order", "order: expected start or -start, got 'end'"),
-        ("status=maybe", "status", "status: expected recognised or tentative or confirmed or retracted, got 'maybe'"),
+        (
+            "status=maybe",
+            "status",
+            "status: expected recognised or tentative or confirmed or retracted or doubtful, got 'maybe'",
+        ),
         ("limit=1&limit=2", "limit", "limit: expected one value, got ['1', '2']"),
         ("&".join(["actor=car1"] * 51), "actor", "actor: expected at most 50 values, got 51"),
     ],
@@ -297,7 +301,7 @@ def test_openapi_parameters_are_the_ones_accepted(client: Client) -> None:
     document = client.get("/openapi.json").json()
     parameters = document["paths"]["/api/v1/events"]["get"]["parameters"]
     words = {one["name"]: one["schema"].get("default", "car7") for one in parameters if one["name"] != "roles"}
-    words |= {"from": "1s", "to": "2s", "status": "recognised"}
+    words |= {"from": "1s", "to": "2s", "status": "recognised", "min_confidence": "0.5"}
     for name in set(words) - {"cursor"}:
         assert client.get("/api/v1/events", params={name: words[name]}).status_code == 200, name
 

@@ -67,8 +67,8 @@ def test_events_are_shown_as_a_table(log: str, capsys: pytest.CaptureFixture[str
     assert app.run(["events", log, "--type", "overtake", "--from", "5s", "--to", "00:15"]) == 0
     shown = capsys.readouterr()
     assert shown.out.splitlines() == [
-        "start      end        type      roles                          road   status      source    id",
-        "00:10.000  00:13.000  overtake  overtaker=car7 overtaken=car3  road1  recognised  demo.mp4  r1-2",
+        "start      end        type      roles                          road   status      sure  source    id",
+        "00:10.000  00:13.000  overtake  overtaker=car7 overtaken=car3  road1  recognised  1.00  demo.mp4  r1-2",
     ]
     assert shown.err == ""
 

@@ -336,4 +336,5 @@ class Tracker:
             width_m=np.where(is_seen_whole, boxes.width_m, tracks.width_m[shown]),
             observed=tracks.is_observed[shown],
             clipped=tracks.is_clipped[shown],
+            sigma_m=np.sqrt((tracks.covariance[shown, 0, 0] + tracks.covariance[shown, 1, 1]) / 2),
         )

@@ -26,8 +26,8 @@ def to_plain(value: Any) -> dict[str, Any]:  # Any: nested data
     Examples
     --------
     >>> honk = Event("honk", ("car1",), 5)
-    >>> to_plain([honk, (1, honk)])
-    {'events': [['honk', ['car1'], 5, None, None, []]], 'value': ['list', ['event', 0], ['tuple', 1, ['event', 0]]]}
+    >>> to_plain([honk, (1, honk)])["events"], to_plain([honk, (1, honk)])["value"]
+    ([['honk', ['car1'], 5, None, None, [], 1.0]], ['list', ['event', 0], ['tuple', 1, ['event', 0]]])
     """
     writer = _Writer()
     plain = writer.write(value)
@@ -48,8 +48,8 @@ def from_plain(plain: dict[str, Any]) -> Any:  # Any: nested data
     {('a', 1): [None, {'b'}]}
     """
     events = [
-        Event(name, tuple(args), t_us, old, new, tuple(hypotheses))
-        for name, args, t_us, old, new, hypotheses in plain["events"]
+        Event(name, tuple(args), t_us, old, new, tuple(hypotheses), confidence)
+        for name, args, t_us, old, new, hypotheses, confidence in plain["events"]
     ]
     return _read(plain["value"], events)
 
@@ -82,7 +82,8 @@ class _Writer:
         number = self._number_of.get(id(event))
         if number is None:
             number = self._number_of[id(event)] = len(self.events)
-            self.events.append([event.name, list(event.args), event.t_us, event.old, event.new, list(event.hypotheses)])
+            values = [event.t_us, event.old, event.new, list(event.hypotheses), event.confidence]
+            self.events.append([event.name, list(event.args), *values])
         return number
 
 

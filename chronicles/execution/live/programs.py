@@ -19,7 +19,7 @@ from chronicles.compilation.steps import Step, known_slots, members
 from chronicles.execution.event_tests import Code, field_text, fit_code, tuple_text
 from chronicles.execution.instances import Record, says_everything
 
-_HELD_WHOLE = "(sequence, args, event.old, event.new, event.hypotheses)"  # as `instances.Held` has it
+_HELD_WHOLE = "(sequence, args, event.old, event.new, event.hypotheses, event.confidence)"  # as `instances.Held` has it
 
 
 # ---- events
@@ -32,7 +32,7 @@ def read_code(test: EventTest) -> Code:
     if says_everything(test):
         # Where `old` or `new` is missing the row has UNKNOWN, from which it cannot be told afterwards.
         is_plain = "event.old and event.new" if test.is_change else "event.old is None"
-        held = f"sequence if {is_plain} and not event.hypotheses else {held}"
+        held = f"sequence if {is_plain} and not event.hypotheses and event.confidence == 1 else {held}"
     lines.append(f"return {tuple_text(['t_us', held, *(field_text(test, field) for field, _ in test.variables)])}")
     return Code("read(record)", ["t_us, sequence, event = record", *lines], names)
 

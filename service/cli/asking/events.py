@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli.options import AsJson, read_roles
+from service.cli.options import AsJson, MinConfidence, read_roles
 from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ class Status(StrEnum):
     tentative = "tentative"
     confirmed = "confirmed"
     retracted = "retracted"
+    doubtful = "doubtful"
 
 
 Logs = Annotated[list[str] | None, typer.Argument(metavar="LOG...", help="Event logs: sqlite:///PATH or PATH.db.")]
@@ -54,8 +55,9 @@ def events(
     sources: Annotated[Texts, typer.Option("--source", help="Name of the input.")] = None,
     runs: Annotated[Texts, typer.Option("--run", help="Identifier of a run.")] = None,
     statuses: Annotated[
-        list[Status] | None, typer.Option("--status", help="Status; without it, all but retracted events.")
+        list[Status] | None, typer.Option("--status", help="Status; without it, all but retracted and doubtful events.")
     ] = None,
+    min_confidence: MinConfidence = None,
     limit: Annotated[
         int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
     ] = None,
@@ -78,6 +80,7 @@ def events(
         sources=tuple(sources or ()),
         runs=tuple(runs or ()),
         statuses=tuple(one.value for one in statuses or ()),
+        min_confidence=min_confidence,
         order=order,
     )
     count = _print_events([*(logs or ()), *(more_logs or ())], wanted, "json" if as_json else output, limit)
@@ -137,7 +140,7 @@ def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) 
     from service.questions.queries import decode_event
 
     found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
-    titles = ["start", "end", "type", "roles", "road", "status", "source", "id"]
+    titles = ["start", "end", "type", "roles", "road", "status", "sure", "source", "id"]
     print(format_table(titles, [_row(event) for event in found[:limit]]), end="")
     if len(found) > limit:
         print(f"the first {limit} of more; --limit N shows others, --format jsonl all", file=sys.stderr)
@@ -149,4 +152,5 @@ def _row(event: "EventRecord") -> list[str]:
 
     road = event.place.road if event.place else ""
     start, end = format_media(event.start_us), format_media(event.end_us)
-    return [start, end, event.type, shown_roles(event.roles.items()), road, event.status, event.source, event.id]
+    sure = f"{event.confidence:.2f}"
+    return [start, end, event.type, shown_roles(event.roles.items()), road, event.status, sure, event.source, event.id]

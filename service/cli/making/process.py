@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.options import MinConfidence
 from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ def process(
     final: Annotated[
         bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
     ] = False,
+    min_confidence: MinConfidence = None,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
@@ -72,6 +74,7 @@ def process(
         detector=looks,
         start_utc_us=None if start_utc is None else parse_utc_us(start_utc, parameter="--start-utc"),
         final=final,
+        min_confidence=min_confidence,
         again=again,
     )
     if as_json:

@@ -1,8 +1,9 @@
 """What did somebody else's tracker see? Trajectory files, read as the objects of one time after another.
 
 A CSV file with the columns ``t_us`` (or ``t_s``), ``id, x_m, y_m, heading_rad, speed_mps, length_m, width_m``, and
-``class`` and ``sensor`` if there are such. Other column names are mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time
-from column ``t`` and x from column ``x``. Rows may come in any order. A file is read once, so that it may be a pipe.
+``class``, ``sensor`` and ``sigma_m`` (standard deviation of x and of y) if there are such. Other column names are
+mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time from column ``t`` and x from column ``x``. Rows may come in any
+order. A file is read once, so that it may be a pipe.
 """
 
 import hashlib
@@ -40,9 +41,11 @@ _RANGES = {
     "width_m": (0.01, 50.0),
 }
 _NUMBERS = tuple(_RANGES)
+_SIGMA_RANGE = (0.0, 100.0)
+_OPTIONAL = ("class", "sensor", "sigma_m")
 _TIMES = {"t_us": 1, "t_s": 1_000_000}
 _UNKNOWN = CLASS_NAMES[UNKNOWN_CLASS]
-KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, "class", "sensor")
+KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, *_OPTIONAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +75,7 @@ class Trajectories:
     t_us : (n,) int64. ids : n identifiers. values : (n, 6) x_m, y_m, heading_rad, speed_mps, length_m, width_m.
     classes : n words of `CLASS_NAMES`, or none if the file has no column of them.
     sensors : n names of sensors, or none if the file has no column of them.
+    sigma_m : (n,) how sure each position is, or none if the file has no column of it.
     warnings : columns that were not looked at, and classes that are no words of ours.
     size_bytes, digest : of the file.
     """
@@ -84,6 +88,7 @@ class Trajectories:
     size_bytes: int = 0
     digest: str = ""
     sensors: tuple[str, ...] = ()
+    sigma_m: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def times_us(self) -> NDArray[np.int64]:
@@ -112,6 +117,7 @@ class Trajectories:
             clipped=np.zeros(n, dtype=np.bool_),
             classes=self.classes[rows],
             sensors=self.sensors[rows],
+            sigma_m=self.sigma_m[rows],
         )
 
 
@@ -149,6 +155,7 @@ def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajecto
     values: list[list[float]] = []
     classes: list[str] = []
     sensors: list[str] = []
+    sigmas: list[float] = []
     for where, fields in rows:
         t_us = _within(where, time_column, fields[places[time_column]], (0.0, MAX_MEDIA_US / _TIMES[time_column]))
         key = round(t_us * _TIMES[time_column]), read_name(where, "id", fields[places["id"]])
@@ -161,6 +168,8 @@ def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajecto
             classes.append(fields[places["class"]].casefold() or _UNKNOWN)
         if "sensor" in places:
             sensors.append(read_name(where, "sensor", fields[places["sensor"]]))
+        if "sigma_m" in places:
+            sigmas.append(_within(where, "sigma_m", fields[places["sigma_m"]], _SIGMA_RANGE))
     if not keys:
         raise InputError(f"{name}: expected at least one row of objects, got none")
     t_us_of, ids = np.array([t_us for t_us, _ in keys], dtype=np.int64), np.array([one for _, one in keys])
@@ -172,6 +181,7 @@ def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajecto
         tuple(word if word in CLASS_NAMES else _UNKNOWN for word in (classes[row] for row in order)) if classes else (),
         (*_unread(name, header, places), *_strange(name, classes)),
         sensors=tuple(sensors[row] for row in order) if sensors else (),
+        sigma_m=np.array(sigmas)[order] if sigmas else np.zeros(0),
     )
 
 
@@ -183,7 +193,7 @@ def _places(name: str, header: Sequence[str], columns: Mapping[str, str]) -> tup
     theirs = {one: columns.get(one, one) for one in KNOWN_COLUMNS if columns.get(one, one) in header}
     refuse_twice(name, header, theirs.values())
     times = [one for one in _TIMES if one in theirs]
-    missing = [one for one in ("id", *_NUMBERS, *sorted({"class", "sensor"} & set(columns))) if one not in theirs]
+    missing = [one for one in ("id", *_NUMBERS, *sorted(set(_OPTIONAL) & set(columns))) if one not in theirs]
     if not times or missing:
         wanted = ", ".join([*([] if times else ["t_us or t_s"]), *missing])
         came = ", ".join(header) or "an empty file"

@@ -39,6 +39,7 @@ def test_only_what_lies_in_an_older_body_is_not_separate() -> None:
             clipped=~is_seen,
             length_m=length_m,
             width_m=width_m,
+            sigma_m=np.full(count, np.nan),
             places=np.full((3, count), -1, np.int32),
         )
         found = _separate(frame, established).tolist()

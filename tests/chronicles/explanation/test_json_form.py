@@ -68,4 +68,5 @@ def test_message_has_no_old_and_new_value() -> None:
     chronicles = load("chronicle one[](t1) { event(a[], t1) }")
     events = [Event("a", (), 5)]
     [matched] = to_json(why(chronicles, recognise(chronicles, events)[0], events))["events"]
-    assert matched["event"] == {"name": "a", "args": [], "t_us": 5, "old": None, "new": None, "hypotheses": []}
+    words = {"name": "a", "args": [], "t_us": 5, "old": None, "new": None, "hypotheses": [], "confidence": 1.0}
+    assert matched["event"] == words

@@ -16,7 +16,7 @@ chronicle all_of_it[?a, ?b](t0, t1, t2x) {
   when recognized { emit event(m[?a], t1 + 1s); emit m[?b] emit m[?b] at t3 report "?a was # here" assert(q[]:on, t1) }
 }
 chronicle bare {
-  select all select first(t1); select non_overlapping
+  select all select first(t1); select non_overlapping  confidence >= 0.75
 }
 example "empty" {
 }

@@ -27,6 +27,16 @@ EXAMPLES = {
     "a selection with a needless time point": Case(
         "C0107", body("<<select all(t1)>>"), "got 'all(t1)'", "the others take none", body("select all")
     ),
+    "a confidence in percent": Case(
+        "C0110", body("confidence >= <<80>>"), "0 to 1, got 80", "write 0.8 for 80 %", body("confidence >= 0.8")
+    ),
+    "two confidences": Case(
+        "C0203",
+        body("confidence >= 0.5 <<confidence >= 0.8>>"),
+        "expected one confidence in chronicle 'one'",
+        "keep one of them",
+        body("confidence >= 0.8"),
+    ),
     "a selection by no event": Case(
         "C0408",
         body("t2 = t1 + 1s select first(<<t2>>)"),

@@ -48,6 +48,9 @@ def cars_at(t_us: int, *names: str) -> Cars:
         linked=np.ones(n, np.bool_),
         vision_ids=("v1",) * n,
         positions=positions,
+        sigma_m=np.full(n, np.nan),
+        has_moved=np.ones(n, np.bool_),
+        confidence=np.ones(n),
     )
 
 

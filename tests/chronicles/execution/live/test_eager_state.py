@@ -27,7 +27,7 @@ def is_plain(data: object) -> bool:
         return all(is_plain(one) for item in data.items() for one in item)
     if type(data) in {list, tuple}:
         return all(map(is_plain, data))
-    return data is None or type(data) in {int, str}
+    return data is None or type(data) in {int, str, float}
 
 
 def test_restored_store_goes_on_as_if_it_had_not_stopped() -> None:
