@@ -23,6 +23,7 @@ from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
 from service.questions.stored_events import StoredEvents, check_watched, stored_events
+from service.questions.thresholds import with_settings
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
 from service.texts.chronicle_files import chronicles_of, load_chronicle_files
@@ -140,7 +141,7 @@ class Explainer:
         stored = stored_events(self._log, run.id)
         self._check_covered(question, run)
         self._check_occur(question, run, stored)
-        return why_not(
+        found = why_not(
             chronicles,
             name,
             stored.events,
@@ -150,6 +151,7 @@ class Explainer:
             until_us=stored.until_us,
             limit=question.limit,
         )
+        return with_settings(self._log, run, found)
 
     def _check_covered(self, question: AbsenceQuestion, run: RunRecord) -> None:
         """Refuse a window in which nothing was filmed: that explains all that is absent."""
