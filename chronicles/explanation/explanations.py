@@ -237,11 +237,15 @@ class SameValue:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Something that kept an instance from being recognised, and when."""
+    """Something that kept an instance from being recognised, and when.
+
+    `because` is what whoever made the events knows of why they were not others; "" for nothing.
+    """
 
     kind: FailureKind
     t_us: int | None
     subject: MissingEvent | SameValue | ConstraintReading | ObligationReading | None
+    because: str = ""
 
 
 @dataclass(frozen=True, slots=True)

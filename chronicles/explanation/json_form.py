@@ -132,7 +132,8 @@ def _role(one: RoleValue) -> Json:
 
 
 def _failure(one: Failure) -> Json:
-    return {"kind": one.kind, "t_us": one.t_us, "sentence": sentences.of_failure(one)}
+    said = {"kind": one.kind, "t_us": one.t_us, "sentence": sentences.of_failure(one)}
+    return {**said, "because": one.because} if one.because else said
 
 
 _FORMS: dict[type, Callable[[Any], Json]] = {

@@ -99,6 +99,7 @@ def _near_miss(number: int, miss: NearMiss) -> list[str]:
         lines.append(f"{'also' if index else 'first'}: {sentences.of_failure(failure)}")
         if isinstance(failure.subject, ConstraintReading | HoldReading | CountReading):
             lines.append(f"  (line {failure.subject.line}: {failure.subject.text})")
+        lines += [f"  because {failure.because}"] * bool(failure.because)
     unasked = sum(one.outcome == "not asked" for one in miss.obligations)
     if unasked:
         lines.append(f"{unasked} of these could not be asked, because they hang on what is missing")

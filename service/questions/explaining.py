@@ -24,6 +24,7 @@ from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
 from service.questions.stored_events import StoredEvents, check_watched, stored_events
+from service.questions.thresholds import with_settings
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
 from service.texts.chronicle_files import chronicles_of, load_chronicle_files
@@ -151,7 +152,7 @@ class Explainer:
         stored = stored_events(self._log, run.id)
         self._check_covered(question, run)
         self._check_occur(question, run, stored)
-        return why_not(
+        found = why_not(
             chronicles,
             name,
             stored.events,
@@ -162,6 +163,7 @@ class Explainer:
             limit=question.limit,
             floor=float(run.settings["min_confidence"]) if "min_confidence" in run.settings else None,
         )
+        return with_settings(self._log, run, found)
 
     def _check_covered(self, question: AbsenceQuestion, run: RunRecord) -> None:
         """Refuse a window in which nothing was filmed: that explains all that is absent."""

@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 from anchoring.settings import AnchoringSettings
@@ -19,6 +19,7 @@ from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
 from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
+from qsr.settings import RelationSettings
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import InputFile, RunRecord, RunStatus, SourceText, StartFrom, software_version
 from service.runs.inputs.input_kind import Input, content_digest
@@ -324,7 +325,7 @@ def _run_record(
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         linkage=linkage,
-        settings=_settings(request),
+        settings=_settings(request) | (_changed_relations(site.relations) if site else {}),
         warnings=(
             *source.warnings,
             *chronicles.doubts,
@@ -342,6 +343,12 @@ def _settings(request: RunRequest) -> dict[str, str]:
     if request.min_confidence is not None:
         settings["min_confidence"] = f"{request.min_confidence:g}"
     return settings
+
+
+def _changed_relations(settings: RelationSettings) -> dict[str, str]:
+    """Give the thresholds that are not the shipped ones: who asks why a relation was false is told them."""
+    values = [(one, getattr(settings, one.name)) for one in fields(settings)]
+    return {f"relations.{one.name}": repr(value) for one, value in values if value != one.default}
 
 
 def _input_file(source: Input) -> InputFile:

@@ -30,3 +30,8 @@ class RoadSettings:
     # Smaller blobs are noise, and emptier ones (of the rectangle around them) are several things, or leaves.
     scale_least_area_px: int = 30
     scale_least_fill: float = 0.4
+    # What is shorter than this part of the length that long and short things share equally is no vehicle: that may be
+    # the length of a lorry, of 16 m. So far apart (in logarithms) do two lengths support each other: cars differ by
+    # less. Scales of uav and vertical scenes (docs/moving_camera.md) hold from .12 to .25.
+    scale_least_part: float = 0.25
+    scale_alike: float = 0.2

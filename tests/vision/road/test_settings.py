@@ -77,14 +77,25 @@ def scale(settings: RoadSettings) -> object:
     return found
 
 
+def specks(settings: RoadSettings) -> object:
+    """Estimate a scale where specks outnumber cars that are about five times as long."""
+    pictures = [np.full((160, 320), 100, np.uint8) for _ in range(9)]
+    for i, picture in enumerate(pictures):
+        for k in range(4):
+            cv2.rectangle(picture, (15 + 30 * i, 15 + 30 * k), (22 + 30 * i, 22 + 30 * k), (180,), -1)
+        cv2.rectangle(picture, (10 + 30 * i, 130), (49 + 30 * i, 148), (200,), -1)
+    return estimate_scale(pictures, VisionSettings(road=settings))
+
+
 NOTICED_IN = {
     footprints: ("steep_sine", "least_length_m", "least_width_m"),
     view_edge: ("edge_cells",),
     usual_colour: ("plain_levels", "plain_around_widths", "least_plain_widths2"),
     scale: (
         *("scale_difference_levels", "scale_least_pictures", "scale_least_blobs"),
-        *("scale_least_area_px", "scale_least_fill"),
+        *("scale_least_area_px", "scale_least_fill", "scale_alike"),
     ),
+    specks: ("scale_least_part",),
 }
 
 
