@@ -41,7 +41,7 @@ class StandingVehicles:
         self._colour = colour
         self._settings = settings
         self._car_cells = colour.car_cells
-        self._inner = _shrunk(cells.road.astype(np.uint8), margin_cells)
+        self._inner = _shrunk(cells.ground.astype(np.uint8), margin_cells)
         self._borders = np.zeros(cells.grid.shape, np.bool_) if borders is None else borders
         # Places end before the sides of the road, `beyond` from them; where the view ends is no side.
         self._beyond = round(settings.beyond_widths * self._car_cells)

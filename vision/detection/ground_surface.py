@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from vision.detection.blobs import Cells, measure, principal_heading
-from vision.detection.lanes import LaneField, LaneStrip
+from vision.detection.lanes import LaneField, LaneStrip, upright
 from vision.detection.shadow import measure_shadows
 from vision.detection.surface import Appearances, Footprints, edge_of
 from vision.errors import VisionError
@@ -50,7 +50,7 @@ class MapSurface:
         -------
         (n,).
         """
-        return self.raster.grid.look_up(self.raster.road, points_m)
+        return self.raster.grid.look_up(self.raster.ground, points_m)
 
     def appearances(self, footprints: Boxes) -> Appearances:
         """Predict what is seen of boxes on the ground.
@@ -148,21 +148,41 @@ class GroundSurface(MapSurface):
         image_size_px: tuple[int, int],
         settings: VisionSettings,
     ) -> None:
-        low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m)
+        parallax = Parallax(view, settings)
+        reach_m = parallax.reach_m()
+        around_m = float(np.hypot(*reach_m.T).max())
+        low_m, high_m = _road_in_view(view, polygons_m, margin_m=settings.road_margin_m + around_m)
         grid = Grid.between(low_m, high_m, side=cell_size(view, polygons_m, settings), is_north_up=True)
-        road = painted_road(grid, polygons_m, margin_m=settings.road_margin_m)
+        ground = painted_road(grid, polygons_m, margin_m=settings.road_margin_m)
+        road = _leant_over(ground, reach_m / grid.side)
         in_view = np.zeros(grid.shape, np.bool_)
         for area in cover(road):
             in_view[area.slices] = view.sees(grid.centres(area))
         edge = edge_of(road & in_view, road & ~in_view, settings.road.edge_cells, is_bounded=False)
         raster = RoadRaster(
-            grid, road=road & in_view, view_edge=edge, to_pixels=view.to_pixels, image_size_px=image_size_px
+            grid,
+            road=road & in_view,
+            view_edge=edge,
+            to_pixels=view.to_pixels,
+            image_size_px=image_size_px,
+            ground=ground & in_view,
         )
-        super().__init__(raster, Parallax(view, settings), settings)
+        super().__init__(raster, parallax, settings)
 
     def lane_field(self, lanes: Sequence[LaneStrip]) -> LaneField:
         """Lay lanes on the map."""
-        return LaneField(self.raster.grid, lanes, self._settings.detection)
+        lean = upright if self._parallax.is_steep else self._parallax.lean
+        return LaneField(self.raster.grid, lanes, self._settings.detection, lean)
+
+
+def _leant_over(ground: BoolArray, reach_cells: FloatArray) -> BoolArray:
+    """Mark the ground and what may be seen of vehicles beyond it: `reach_cells` (k, 2) east and north, about."""
+    most = int(np.ceil(np.abs(reach_cells).max()))
+    disc = np.zeros((2 * most + 1,) * 2, np.uint8)
+    # Rows go south. A kernel of `dilate` says from where a cell is reached, which is the other way.
+    tips = np.concatenate([[[0.0, 0.0]], reach_cells]) * [-1.0, 1.0] + most
+    cv2.fillConvexPoly(disc, cv2.convexHull(np.rint(tips).astype(np.int32)), (1,))
+    return np.asarray(cv2.dilate(ground.astype(np.uint8), disc) > 0)
 
 
 def _road_in_view(

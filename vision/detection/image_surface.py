@@ -61,7 +61,6 @@ class ImageSurface:
         side = max(1.0, np.floor(settings.car_width_m / self._settings.image_car_cells / coarse.typical_scale()))
         grid = Grid.between(low, high, side=side, is_north_up=False)
         watched = _Watched(grid, view, polygons_m, settings)
-        self._ground = watched.ground
         self.metres_per_cell = side * watched.median_scale()
         self.raster = RoadRaster(
             grid,
@@ -69,6 +68,7 @@ class ImageSurface:
             view_edge=watched.view_edge(settings.road.edge_cells),
             to_pixels=lambda points: points,
             image_size_px=image_size_px,
+            ground=watched.ground,
         )
 
     def lane_field(self, lanes: Sequence[LaneStrip]) -> ImageLanes:
@@ -95,7 +95,7 @@ class ImageSurface:
         -------
         (n,).
         """
-        return self.raster.grid.look_up(self._ground, self._view.to_pixels(points_m))
+        return self.raster.grid.look_up(self.raster.ground, self._view.to_pixels(points_m))
 
     def appearances(self, footprints: Boxes) -> Appearances:
         """Predict what is seen of boxes on the ground: upright image boxes around vehicles of usual height.

@@ -14,6 +14,7 @@ import numpy as np
 from vision.detection.blobs import Cells
 from vision.detection.lane_bodies import is_shadow, part_bodies, turned
 from vision.detection.settings import DetectionSettings
+from vision.detection.solids import part_solids
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.grid import Grid
 from vision.video.frames import ByteArray
@@ -32,6 +33,15 @@ class LaneStrip:
     width_m: float
 
 
+Lean = Callable[[FloatArray], FloatArray]
+"""Tells for (n, 2) ground points how far a metre of height shifts what is seen: (n, 2) metres."""
+
+
+def upright(points_m: FloatArray) -> FloatArray:
+    """Say that nothing leans: the view of a camera straight above, (n, 2)."""
+    return np.zeros_like(points_m)
+
+
 class LaneField:
     """The lanes on a raster of ground.
 
@@ -40,10 +50,13 @@ class LaneField:
     grid : of ground.
     lanes : may be none.
     settings : what a vehicle fills of a lane.
+    lean : how far vehicles lean where, seen slantwise.
     """
 
-    def __init__(self, grid: Grid, lanes: Sequence[LaneStrip], settings: DetectionSettings) -> None:
-        self._grid, self._settings = grid, settings
+    def __init__(
+        self, grid: Grid, lanes: Sequence[LaneStrip], settings: DetectionSettings, lean: Lean = upright
+    ) -> None:
+        self._grid, self._settings, self._lean = grid, settings, lean
         self._lane = np.zeros(grid.shape, np.int32)
         self._heading_rad = np.zeros(grid.shape, np.float32)
         self._numbers = len(lanes) + 1  # of lanes, with 0 for none
@@ -101,7 +114,8 @@ class LaneField:
         least = self._settings.part_area_m2 / self._grid.side**2
         counts = np.bincount(cells.group * self._numbers + lane, minlength=cells.count * self._numbers)
         is_large = counts.reshape(cells.count, self._numbers)[:, 1:] >= least
-        is_open = is_large.sum(axis=1) > 1
+        # Leaning bodies touch even in one lane.
+        is_open = is_large.sum(axis=1) > (self._lean is upright)
         for group in np.flatnonzero(is_open if is_whole is None else is_open & ~is_whole):
             rows = slice(cells.starts[group], cells.starts[group] + cells.sizes[group])
             result[rows] = self._parted(cells.points[rows], lane[rows], heading_rad[rows], light, cells.points)
@@ -116,6 +130,12 @@ class LaneField:
         all_points_m: FloatArray,
     ) -> IntArray:
         """Number the vehicles in one group; all 0 if it is one. `all_points_m` are those of all groups."""
+        (lean,) = self._lean(points_m.mean(axis=0)[None])
+        if lean.any():
+            is_shade = is_shadow(light(points_m), light(all_points_m), self._settings)
+            return part_solids(
+                points_m, lane, heading_rad, is_shade, lean, side=self._grid.side, settings=self._settings
+            )
         numbers, is_long = self._filled(points_m, lane, heading_rad)
         if is_long:
             is_shade = is_shadow(light(points_m), light(all_points_m), self._settings)

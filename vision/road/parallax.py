@@ -6,12 +6,29 @@ The near end still stands where the car stands, so a footprint is what remains w
 Where the smear is longer than a car, the car's own length cannot be seen, and a usual car is assumed.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from vision.objects import FloatArray
+from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What vehicles of one kind usually measure, and by how much their length differs; metres."""
+
+    length_m: float
+    differs_m: float
+    width_m: float
+    height_m: float
+
+
+# Cars, vans, trucks and buses, motorcycles, as they are on European roads.
+TRUCK = Kind(10.5, 2.0, 2.5, 3.2)
+KINDS = (Kind(4.5, 0.5, 1.8, 1.5), Kind(5.7, 0.6, 2.0, 2.3), TRUCK, Kind(2.1, 0.3, 0.8, 1.5))
 
 
 class Parallax:
@@ -21,6 +38,10 @@ class Parallax:
     ----------
     view : of the camera.
     settings : height and size of a usual vehicle.
+
+    Attributes
+    ----------
+    is_steep : whether the camera looks straight down all over the view: nothing leans.
     """
 
     def __init__(self, view: GroundView, settings: VisionSettings) -> None:
@@ -28,8 +49,12 @@ class Parallax:
         self._settings = settings
         low, high = view.extent()
         corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 2)
-        middle = (low + high)[None] / 2
-        self._is_steep = not np.any(view.sight(np.concatenate([corners, middle])).smear_m(1.0) > 0)
+        self._places_m = np.concatenate([corners, (low + high)[None] / 2])
+        self.is_steep = not np.any(self.lean(self._places_m))
+
+    def reach_m(self) -> FloatArray:
+        """List how far trucks lean, at some places all over the view: (k, 2)."""
+        return TRUCK.height_m * self.lean(self._places_m)
 
     def footprints(self, seen: Boxes) -> Boxes:
         """Cut the smear off boxes around what is seen.
@@ -42,14 +67,19 @@ class Parallax:
         -------
         Boxes on the ground; the side towards the camera stays where it is.
         """
-        if self._is_steep or len(seen) == 0:
+        if self.is_steep or len(seen) == 0:
             return seen
         # The middle of what is seen lies half the smear behind the footprint's middle.
-        shift_m = self._smear(seen.centre_m) / 2
-        along, across = _turn(self._smear(seen.centre_m - shift_m), seen.heading_rad)
         usual, least = self._settings, self._settings.road
-        length_m = _cut(seen.length_m, np.abs(along), usual.usual_length_m, least.least_length_m)
-        width_m = _cut(seen.width_m, np.abs(across), usual.usual_width_m, least.least_width_m)
+        shift_m = usual.usual_height_m * self.lean(seen.centre_m) / 2
+        lean = self.lean(seen.centre_m - shift_m)
+        along, across = _turn(lean, seen.heading_rad)
+        height_m = self._heights_m(seen.length_m - usual.usual_height_m * np.abs(along))
+        # Where a car's smear is longer than the car, what is seen says nothing of its size.
+        hidden = np.abs([along, across]) > usual.usual_length_m / usual.usual_height_m
+        along, across = height_m * along, height_m * across
+        length_m = _cut(seen.length_m, np.abs(along), usual.usual_length_m, least.least_length_m, hidden[0])
+        width_m = _cut(seen.width_m, np.abs(across), usual.usual_width_m, least.least_width_m, hidden[1])
         ahead = axis(seen.heading_rad) * (np.sign(along) * (seen.length_m - length_m) / 2)[:, None]
         left = axis(seen.heading_rad + np.pi / 2) * (np.sign(across) * (seen.width_m - width_m) / 2)[:, None]
         return Boxes(seen.centre_m - ahead - left, seen.heading_rad, length_m, width_m)
@@ -65,9 +95,9 @@ class Parallax:
         -------
         Boxes with their smear.
         """
-        if self._is_steep or len(footprints) == 0:
+        if self.is_steep or len(footprints) == 0:
             return footprints
-        smear_m = self._smear(footprints.centre_m)
+        smear_m = self._heights_m(footprints.length_m)[:, None] * self.lean(footprints.centre_m)
         along, across = _turn(smear_m, footprints.heading_rad)
         return Boxes(
             footprints.centre_m + smear_m / 2,
@@ -76,14 +106,30 @@ class Parallax:
             footprints.width_m + np.abs(across),
         )
 
-    def _smear(self, points_m: FloatArray) -> FloatArray:
+    def _heights_m(self, length_m: FloatArray) -> FloatArray:
+        """Say how high footprints usually are, (n,), from cars over vans to trucks by their length."""
+        car, van, truck = KINDS[:3]
+        lengths_m = (car.length_m + car.differs_m, van.length_m, truck.length_m - truck.differs_m)
+        return np.asarray(np.interp(length_m, lengths_m, (car.height_m, van.height_m, truck.height_m)), np.float64)
+
+    def lean(self, points_m: FloatArray) -> FloatArray:
+        """Measure how far a metre of height shifts what is seen.
+
+        Parameters
+        ----------
+        points_m : (n, 2) on the ground.
+
+        Returns
+        -------
+        (n, 2) metres, away from the camera.
+        """
         sight = self._view.sight(points_m)
-        return sight.away * sight.smear_m(self._settings.usual_height_m)[:, None]
+        return sight.away * sight.smear_m(1.0)[:, None]
 
 
-def _cut(seen_m: FloatArray, smear_m: FloatArray, usual_m: float, least_m: float) -> FloatArray:
-    """Take smears off lengths; one that is longer than what is usual hides how long that is."""
-    return np.minimum(np.where(smear_m > usual_m, usual_m, np.maximum(seen_m - smear_m, least_m)), seen_m)
+def _cut(seen_m: FloatArray, smear_m: FloatArray, usual_m: float, least_m: float, is_hidden: BoolArray) -> FloatArray:
+    """Take smears off lengths; of what is hidden by them the usual length is assumed."""
+    return np.minimum(np.where(is_hidden, usual_m, np.maximum(seen_m - smear_m, least_m)), seen_m)
 
 
 def _turn(vector_m: FloatArray, heading_rad: FloatArray) -> tuple[FloatArray, FloatArray]:

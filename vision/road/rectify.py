@@ -69,26 +69,33 @@ class RoadCells:
     grid : where the cells are.
     road : (rows, columns) True on cells that are road and in view; at least one.
     view_edge : (rows, columns) True on road cells next to road that is out of view.
+    ground : (rows, columns) the part of `road` on which vehicles stand; the rest is what they lean over. None for all.
 
     Attributes
     ----------
-    grid, road, view_edge : as given; where the camera moves, `road` and `view_edge` change from frame to frame.
+    grid, road, view_edge, ground : as given; where the camera moves, `road` and `view_edge` change from frame to frame.
     strips : rectangles that hold all of the road.
     packed_size : number of packed cells.
     """
 
-    def __init__(self, grid: Grid, *, road: BoolArray, view_edge: BoolArray) -> None:
+    def __init__(self, grid: Grid, *, road: BoolArray, view_edge: BoolArray, ground: BoolArray | None = None) -> None:
         if not road.any():
             raise VisionError("road raster: expected road in view, got none; is the homography for another frame?")
         self.grid = grid
         self.road = road
         self.view_edge = view_edge
+        self._ground = ground
         self.strips: list[Strip] = []
         start = 0
         for area in cover(road):
             self.strips.append(Strip(area, slice(start, start + area.size)))
             start += area.size
         self.packed_size = start
+
+    @property
+    def ground(self) -> BoolArray:
+        """The cells on which vehicles stand."""
+        return self.road if self._ground is None else self._ground
 
     def pack(self, cells: NDArray[NumberT]) -> NDArray[NumberT]:
         """Keep the cells of the strips.
@@ -176,7 +183,7 @@ class RoadRaster(RoadCells):
 
     Parameters
     ----------
-    grid, road, view_edge : see `RoadCells`.
+    grid, road, view_edge, ground : see `RoadCells`.
     to_pixels : projects (..., 2) positions on the grid's plane to (..., 2) pixels.
     image_size_px : (width, height) of the frames.
     """
@@ -189,8 +196,9 @@ class RoadRaster(RoadCells):
         view_edge: BoolArray,
         to_pixels: Callable[[FloatArray], FloatArray],
         image_size_px: tuple[int, int],
+        ground: BoolArray | None = None,
     ) -> None:
-        super().__init__(grid, road=road, view_edge=view_edge)
+        super().__init__(grid, road=road, view_edge=view_edge, ground=ground)
         self._image_size_px = image_size_px
         pixels = [to_pixels(grid.centres(strip.area)) for strip in self.strips]
         # The image positions of the cells of each strip, in the luma plane and in those of chroma.

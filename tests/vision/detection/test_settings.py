@@ -24,6 +24,7 @@ from vision.detection.image_surface import ImageSurface
 from vision.detection.lanes import LaneField, LaneStrip, borders_of
 from vision.detection.settings import DetectionSettings
 from vision.detection.shadow import Sun, measure_shadows, without_shadow
+from vision.detection.solids import cut_rows
 from vision.detection.split import assign_cells
 from vision.detection.surface import Appearances
 from vision.road.boxes import Boxes, distance_to_boxes
@@ -283,6 +284,22 @@ def in_its_shadow(settings: VisionSettings) -> Outcome:
         yield field.parts(van, light)
 
 
+def leaning(settings: VisionSettings) -> Outcome:
+    """Rows of a lane seen slantwise: queues and trucks of all lengths, with seams, shadows and round corners."""
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        seen_m = np.concatenate(
+            [
+                np.full(int(rows), wide_m)
+                for rows, wide_m in zip(rng.integers(1, 30, 7), rng.choice([0.0, 0.9, 1.5, 2.1, 2.7], 7), strict=True)
+            ]
+        )
+        width_m = np.where(rng.random(len(seen_m)) < 0.2, 0.3, seen_m)
+        lean = float(rng.uniform(0.2, 1.5)), float(rng.uniform(0.0, 1.2))
+        found = cut_rows(width_m, seen_m, lean, side=SIDE, settings=settings.detection)
+        yield np.array([(start, end, kind.height_m) for start, end, kind in found])
+
+
 def standing_from_the_start(settings: VisionSettings) -> Outcome:
     """What stands in the first frame and may be a pair."""
     for width_m in (4.0, 7.0):
@@ -354,6 +371,8 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
         two_vehicles_m part_width_m shadow_share light_percent border_inside_m border_outside_m body_width_m
         solid_length_m window_m long_vehicle_m own_shadow_m own_reach_m""",
     in_its_shadow: "even_percent",
+    leaning: """
+        width_differs_m waist_cost waist_reach_m shade_cost nobody_cost cut_cost longest_m upright_lean""",
     standing_from_the_start: "pair_width_m",
     in_the_sun: """
         body_share body_length_m long_shadow_factor shadow_memory shadow_measurements own_measurements own_factor
