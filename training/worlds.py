@@ -70,7 +70,7 @@ def render(kind: str, seed: int, count: int, *, is_plain: bool = False) -> Itera
     path = (_path_above if kind == "above" else _path_low)(plan.view, network, states[0], rng)
     weather = str(rng.choice(["sunny", "sunny", "clouds", "overcast"]))
     hung = ("trees", "bridge", "gantry") if kind == "above" and rng.random() < 0.25 else ()
-    world = plan_world(plan, network, path, rng, weather=weather, occluders=hung)  
+    world = plan_world(plan, network, path, rng, weather=weather, occluders=hung)
     world = replace(world, sun=replace(world.sun, shadow_slope=float(rng.uniform(0.15, 1.8))))
     seen = path.views[0]
     ground = GroundPicture(world, path, rng).seen(seen)
