@@ -1,13 +1,14 @@
 # Two commands do everything on a fresh machine with Python 3.11+ (with venv) and make:
 #   make demo    a synthetic road, its video, and the overtakes recognised in it
 #   make test    the whole test suite
+# One makes what is committed already: `make detector` renders worlds and trains the networks on them (hours of a core).
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out/demo
 TEST_ARGS ?=
 
-.PHONY: demo test test-slow check bench serve clean
+.PHONY: demo test test-slow check bench detector serve clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -39,6 +40,12 @@ check: $(VENV)/installed-dev
 bench: $(VENV)/installed-dev
 	$(BIN)/python -m benchmarks
 	$(BIN)/python -m benchmarks.check_executors --cases 10000
+
+# What is rendered or trained already is kept; out/detector has the weights, their recipes stand in vision/networks/weights.
+detector: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[train]'
+	$(BIN)/python -m training above out/detector
+	$(BIN)/python -m training low out/detector
 
 serve: $(VENV)/installed
 	$(BIN)/dyknow serve sqlite:///$(OUT)/log.db

@@ -19,6 +19,8 @@ MAY_IMPORT = {
     "data_gen": {"gis"},
     "service": {*PACKAGES, LANGUAGE},
 }
+NOT_SHIPPED = {"training", "benchmarks", "tests"}
+"""Beside the packages, for who makes them; `training` alone may import torch and onnx."""
 SERVICE_ONLY = {"alembic", "fastapi", "starlette", "uvicorn", "sqlalchemy", "typer", "rich"}
 CLOCKS_AND_STORES = {"time", "sqlite3", "socket"}
 FORBIDDEN_FILE_NAMES = {"utils", "helpers", "common", "misc"}
@@ -86,6 +88,16 @@ def test_http_sql_and_command_line_live_in_service() -> None:
 
 def test_engines_read_no_clock_and_open_no_store() -> None:
     assert not offenders(lambda path: package_of(path) != "service" and roots(path) & CLOCKS_AND_STORES)
+
+
+def test_packages_stand_without_what_is_not_shipped() -> None:
+    assert not offenders(lambda path: roots(path) & (NOT_SHIPPED | {"torch", "onnx"}))
+
+
+def test_training_needs_no_part_of_the_service() -> None:
+    files = sorted((ROOT / "training").glob("*.py"))
+    assert files
+    assert not [path.name for path in files if roots(path) & (set(PACKAGES) - {"gis", "vision", "data_gen"})]
 
 
 def test_no_file_imports_its_own_package_root() -> None:

@@ -1,0 +1,1 @@
+"""How are the project's own networks made? Worlds rendered, a network trained on them, its weights scored."""
