@@ -1,7 +1,7 @@
 """Which vehicles does a trained network see? Pictures into its input, its numbers back to boxes in the picture.
 
-The network is the user's own: no weights come with the package. The picture is scaled into the input with its shape
-kept (letterbox); large pictures may be cut into tiles, so that vehicles far away keep enough pixels.
+The network is one of the two that come along (`weights/`) or the user's own. The picture is scaled into the input with
+its shape kept (letterbox); large pictures may be cut into tiles, so that vehicles far away keep enough pixels.
 """
 
 from __future__ import annotations
