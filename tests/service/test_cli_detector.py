@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from service.cli.app import run
-from service.runs.inputs.detectors import detectors_folder
+from service.runs.inputs.detectors import SHIPPED_DETECTORS, detectors_folder
 from tests.service.runs.inputs.test_detectors import (
     FRAMES,
     NORTH_M,
@@ -73,9 +73,15 @@ def test_installed_network_is_found_by_its_name(
     assert record.detector.endswith(", cpu)")
 
 
+def shipped(name: str) -> list[str]:
+    """The row of a network that comes along."""
+    digest = sha256((SHIPPED_DETECTORS / f"{name}.onnx").read_bytes()).hexdigest()
+    classes = "0=car 1=van 2=truck 3=bus 4=motorcycle"
+    source = "the DyKnow project, trained on its own rendered worlds (make detector)"
+    return [name, "rows-oriented", classes, "1280 x 736", "Apache-2.0", source, digest]
+
+
 def test_installed_networks_are_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["detector", "list"]) == 0
-    assert "no detector is installed; dyknow detector add FILE" in capsys.readouterr().err
     weights = fetched(tmp_path)
     assert run(["detector", "add", str(weights), "--name", "b"]) == 0
     fetched(tmp_path, RECIPE[: RECIPE.index("licence")] + "input_size_px = [256, 64]\n")
@@ -83,15 +89,17 @@ def test_installed_networks_are_listed(tmp_path: Path, capsys: pytest.CaptureFix
     assert "note: licence: none stated\nnote: source: not stated\n" in capsys.readouterr().err
     assert run(["detector", "list"]) == 0
     digest = sha256(weights.read_bytes()).hexdigest()
-    assert [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()][1:] == [
+    assert [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()][1:-1] == [
         ["a", "yolo", "0=car", "256 x 64", "none stated", "not stated", digest],
+        shipped("above"),
         ["b", "yolo", "0=car", "as the weights", "CC0 1.0", "made by a test", digest],
     ]
     assert run(["detector", "list", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)["detectors"]
-    assert [(one["name"], one["input_size_px"], one["classes"]) for one in listed] == [
-        ("a", [256, 64], {"0": "car"}),
-        ("b", None, {"0": "car"}),
+    assert [one["name"] for one in listed] == ["a", "above", "b", "low"]
+    assert [(one["input_size_px"], one["classes"]) for one in listed[::2]] == [
+        ([256, 64], {"0": "car"}),
+        (None, {"0": "car"}),
     ]
 
 
@@ -104,7 +112,7 @@ def test_recipe_spoilt_since_does_not_hide_the_others(
     capsys.readouterr()
     assert run(["detector", "list", "--json"]) == 0
     said = capsys.readouterr()
-    assert [one["name"] for one in json.loads(said.out)["detectors"]] == ["b"]
+    assert [one["name"] for one in json.loads(said.out)["detectors"]] == ["above", "b", "low"]
     assert f"warning: {folder / 'a.toml'}: layout: expected one of" in said.err
 
 
@@ -191,10 +199,13 @@ def test_name_that_is_not_installed_is_told_with_those_that_are(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = "process", make_video(tmp_path / "video.mp4"), "--log", tmp_path / "log.db", "--detector", "onnx:trafic"
-    assert "--detector: expected an installed detector (none is), got 'trafic'" in refusal(capsys, *words)
+    assert "--detector: expected an installed detector (above, low), got 'trafic'" in refusal(capsys, *words)
     assert run(["detector", "add", str(fetched(tmp_path))]) == 0
     said = refusal(capsys, *words)
-    assert "expected an installed detector (traffic), got 'trafic'; dyknow detector add FILE installs one" in said
+    assert (
+        "expected an installed detector (above, low, traffic), got 'trafic'; dyknow detector add FILE installs one"
+        in said
+    )
     assert not (tmp_path / "log.db").exists()
 
 

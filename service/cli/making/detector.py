@@ -63,11 +63,9 @@ def list_installed(as_json: AsJson = False) -> None:
             tell("warning", [str(error)])
     if as_json:
         print_json({"folder": str(folder), "detectors": records})
-    elif records:
+    else:
         rows = [[_cell(value) for value in record.values()] for record in records]
         print(format_table(list(records[0]), rows), end="")
-    else:
-        tell("note", [f"{folder}: no detector is installed; dyknow detector add FILE installs one"])
 
 
 def _cell(value: object) -> str:

@@ -159,9 +159,8 @@ def _installed(name: str, where: str) -> Path:
     known = named_detectors()
     if name in known:
         return known[name]
-    words = ", ".join(known) or "none is"
     fix = "dyknow detector add FILE installs one, and a file is asked for with its suffix"
-    raise InputError(f"{where}: expected an installed detector ({words}), got {name!r}; {fix}")
+    raise InputError(f"{where}: expected an installed detector ({', '.join(known)}), got {name!r}; {fix}")
 
 
 def named_detectors() -> dict[str, Path]:
