@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -85,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     lines = [f"| {' | '.join(TITLES)} |", f"|{'---|' * len(TITLES)}"]
     everything: list[Measured] = []
     for scenario in options.only or SCENARIOS:
-        scenes = [_measure(scenario, seed, options.seconds, options.folder) for seed in options.seeds]
+        scenes = [_measure(scenario, seed, options) for seed in options.seeds]
         lines.append(_row(scenario, pooled(scenes)))
         everything += scenes
         print(f"{scenario}: done", flush=True)
@@ -98,17 +99,19 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seconds", type=int, default=60)
     parser.add_argument("--only", nargs="+", choices=tuple(SCENARIOS), help="scenarios; default: all")
     parser.add_argument("--folder", type=Path, default=Path("out/evaluation"))
+    parser.add_argument("--detector", default="motion", help="as of dyknow process")
     return parser.parse_args(arguments)
 
 
-def _measure(scenario: str, seed: int, seconds: int, folder: Path) -> Measured:
-    chosen = SCENARIOS[scenario]
+def _measure(scenario: str, seed: int, options: argparse.Namespace) -> Measured:
+    chosen, seconds = SCENARIOS[scenario], options.seconds
     told = ",".join(f"{name}={value}" for name, value in chosen.items())
-    scene = folder / f"{scenario}-mast-{told}-s{seed}-{seconds}"
+    scene = options.folder / f"{scenario}-mast-{told}-s{seed}-{seconds}"
     if not (scene / "site.toml").exists():  # written last, so a scene that was cut short is made anew
         generate(scenario, seed=seed, duration_us=seconds * 1_000_000, out_dir=scene, camera="mast", options=chosen)
-    log = scene / "mast.db"
-    run = process(RunRequest(scene / "video.mp4", scene / "site.toml", str(log), again=True)).run
+    log = scene / f"{re.sub(r'[^a-z]+', '-', options.detector)}.db"
+    request = RunRequest(scene / "video.mp4", scene / "site.toml", str(log), again=True, detector=options.detector)
+    run = process(request).run
     return measure_log(str(log), scene, run=run, seconds=seconds)
 
 
