@@ -82,6 +82,12 @@ class BoxEye(Eye[InstantT]):
         assert self._view is not None, "the scale of a view is known once it was looked at"
         return self._view.metres_per_pixel(points_m)
 
+    def are_told_apart(self, points_m: FloatArray) -> BoolArray:
+        """Tell at which places, (n,), of the view looked at last a foot says more than the length of a car."""
+        assert self._view is not None, "a view is known once it was looked at"
+        rows = self._settings.detection.foot_noise_cells * self._view.sight(points_m).along_m
+        return np.asarray(rows <= self._settings.usual_length_m)
+
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view."""
         is_on_road = self._on_road(points_m)

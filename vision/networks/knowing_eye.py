@@ -23,6 +23,9 @@ from vision.settings import VisionSettings
 from vision.tracking.association import assign
 from vision.video.frame import Frame
 
+# Of two boxes around one vehicle, the middle of one lies in this inner part of the other, along and across.
+INNER_SHARE = 0.6
+
 
 @dataclass(frozen=True, slots=True)
 class PreparedFrame(Frame):
@@ -161,7 +164,7 @@ class KnowingEye(Eye[Frame]):
         if picture.found is None:
             return replace(channel, detections=self._between(moved))
         known = self._boxes.look(picture.found, expected).detections
-        known = known.select(self.holds(known.boxes.centre_m))
+        known = known.select(self._boxes.are_told_apart(known.boxes.centre_m))
         return replace(channel, detections=self._joined(moved, known, expected))
 
     def judge(self, boxes: Boxes) -> VerdictArray:
@@ -258,8 +261,12 @@ def _rest(count: int, taken: IntArray) -> IntArray:
 
 
 def _overlap(ones: Boxes, others: Boxes) -> BoolArray:
-    """Tell for all pairs, (n, m), whether the middle of either lies in the other."""
+    """Tell for all pairs, (n, m), whether the middle of either lies well inside the other: neighbours only touch."""
     if len(ones) == 0 or len(others) == 0:
         return np.zeros((len(ones), len(others)), np.bool_)
-    is_inside = distance_to_boxes(ones.centre_m, others) < 0
-    return np.asarray(is_inside | (distance_to_boxes(others.centre_m, ones) < 0).T)
+    is_inside = distance_to_boxes(ones.centre_m, _inner(others)) < 0
+    return np.asarray(is_inside | (distance_to_boxes(others.centre_m, _inner(ones)) < 0).T)
+
+
+def _inner(boxes: Boxes) -> Boxes:
+    return replace(boxes, length_m=INNER_SHARE * boxes.length_m, width_m=INNER_SHARE * boxes.width_m)
