@@ -78,8 +78,8 @@ def fuse(first: Channel, second: Channel, settings: DetectionSettings) -> Detect
     -------
     One row for each vehicle that either sees; the weight says how probable it is.
     """
-    rows, columns = matches(first.detections, second.detections, settings)
-    both = merged(first.detections.select(rows), second.detections.select(columns), (first.bias_m, second.bias_m))
+    rows, columns = assign(_costs(first.detections, second.detections, settings))
+    both = _merged(first.detections.select(rows), second.detections.select(columns), (first.bias_m, second.bias_m))
     alone = [
         _alone(one, other, np.delete(np.arange(len(one.detections)), taken), settings.lone_trust)
         for one, other, taken in ((first, second, rows), (second, first, columns))
@@ -95,21 +95,6 @@ def _whole(lone: Detections, others: Detections, reach_m: float) -> Detections:
     areas_m2 = [one.boxes.length_m * one.boxes.width_m for one in (lone, others)]
     is_larger = areas_m2[1] > areas_m2[0][:, None]
     return lone.select((lone.owner >= 0) | ~(is_near & is_larger).any(axis=1))
-
-
-def matches(one: Detections, other: Detections, settings: DetectionSettings) -> tuple[IntArray, IntArray]:
-    """Find out which detections of two cameras, or looks, are of one vehicle.
-
-    Parameters
-    ----------
-    one, other : of the same moment; owners are rows of the same tracks.
-    settings : gate.
-
-    Returns
-    -------
-    Rows of the one and of the other, pair by pair.
-    """
-    return assign(_costs(one, other, settings))
 
 
 def _costs(one: Detections, other: Detections, settings: DetectionSettings) -> FloatArray:
@@ -129,18 +114,8 @@ def _costs(one: Detections, other: Detections, settings: DetectionSettings) -> F
     return np.where(is_possible, np.where(is_owned, 0.0, gate) + squared, np.inf)
 
 
-def merged(one: Detections, other: Detections, bias_m: tuple[float, float]) -> Detections:
-    """Fuse pairs: places by covariance, sizes by the same weights; what the view cuts gives way to what is whole.
-
-    Parameters
-    ----------
-    one, other : n each, pair by pair.
-    bias_m : how far the boxes of either lie beside vehicles.
-
-    Returns
-    -------
-    n, of full weight.
-    """
+def _merged(one: Detections, other: Detections, bias_m: tuple[float, float]) -> Detections:
+    """Fuse pairs: places by covariance, sizes by the same weights; what the view cuts gives way to what is whole."""
     noises = [
         np.where((mine.cut != 0)[:, None, None] & (theirs.cut == 0)[:, None, None], 1e4, 1.0) * mine.noise
         for mine, theirs in ((one, other), (other, one))

@@ -1,10 +1,10 @@
 """Which vehicles does an eye see that knows what a vehicle looks like? Motion at every frame, a network now and then.
 
 The network says what is a vehicle: it looks a few times a second, and soon where something new moves. Motion says
-where exactly and when. At a look both are matched on the ground: what both see is one measurement, what the network
-alone sees stands or has the colour of the road, and what motion alone sees is doubted, the more the more reliably the
-network has seen vehicles of that size so far. Between looks a standing vehicle is still where it was seen twice, as
-long as nothing moves there. The first background leaves out what the looks of the start-up had boxes around.
+where exactly and when. At a look both are matched in the picture: what both see is where motion has it, what the
+network alone sees stands or has the colour of the road, and what motion alone sees is doubted, the more the more
+reliably the network has seen vehicles of that size so far. Between looks a standing vehicle is still where it was seen
+twice, as long as nothing moves there. The first background leaves out what the looks of the start-up had boxes around.
 """
 
 from dataclasses import dataclass, replace
@@ -49,14 +49,14 @@ class _Picture:
     found: FoundBoxes | None
 
 
-class Sizes:
+class RatesBySize:
     """How reliably the network sees vehicles, by how large they are in the picture.
 
     Far away it misses more, so its silence says less. A size is an octave of metres per pixel.
 
     Parameters
     ----------
-    settings : of detection, for the memory of a rate.
+    settings : constants, for the memory of a rate.
     """
 
     def __init__(self, settings: VisionSettings) -> None:
@@ -97,7 +97,7 @@ class KnowingEye(Eye[Frame]):
         self._boxes = boxes
         self._settings = settings
         self._limits = settings.networks
-        self._rates = Sizes(settings)
+        self._rates = RatesBySize(settings)
         self._first_us: int | None = None
         self._next_us = 0
         self._looked_us = 0
