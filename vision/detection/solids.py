@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from vision.detection.lane_bodies import NOBODY, turned
 from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
-from vision.road.parallax import KINDS, TRUCK, Kind
+from vision.road.kinds import KINDS, TRUCK, Kind
 
 
 @dataclass(frozen=True, slots=True)

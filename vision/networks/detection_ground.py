@@ -13,6 +13,7 @@ across and along the picture is taken.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from operator import attrgetter
 
@@ -24,11 +25,12 @@ from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.settings import UsualSize
 from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import Boxes, axis, distance_to_boxes
+from vision.road.kinds import heights_m
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
 # The place is found by Newton's method; it starts within a vehicle's length of it.
-STEPS = 5
+STEPS = 8
 CLOSE_M = 0.02
 LONGEST_STEP_M = 20.0
 DERIVATIVE_STEP_M = 0.5
@@ -72,7 +74,9 @@ def image_detections(
     out = _outward(boxes, image_size_px, settings.networks.cut_px)
     is_cut = np.asarray(out.any(axis=1))
     projection = _most_fitting(boxes, start_m, is_cut, view, settings)
-    heading, is_lent = _lent(start_m, expected, settings, view)
+    heading, is_lent = _lent(
+        lambda tracks: _seen_distance_m(boxes.centre_px, tracks, view), len(boxes), expected, settings
+    )
     is_clear = is_lent.copy()
     is_free = ~is_lent
     if is_free.any():
@@ -115,7 +119,7 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
         np.where(np.isfinite(boxes.length_m), boxes.length_m, usual[:, 0]),
         np.where(np.isfinite(boxes.width_m), boxes.width_m, usual[:, 1]),
     )
-    lent, is_lent = _lent(footprint.centre_m, expected, settings)
+    lent, is_lent = _lent(lambda tracks: distance_to_boxes(footprint.centre_m, tracks), len(boxes), expected, settings)
     heading = np.where(has_heading, _front_as(lent, footprint.heading_rad), lent)
     heading = np.where(is_lent, heading, footprint.heading_rad)
     footprint = Boxes(footprint.centre_m, heading, footprint.length_m, footprint.width_m)
@@ -212,12 +216,15 @@ class _Projection:
         axes = np.stack([axis(boxes.angle_rad), axis(boxes.angle_rad + np.pi / 2)], axis=1)  # (n, 2, 2) in the picture
         usual, variance = self.usual, self.spread**2
         edge_px = np.hypot(settings.edge_noise_px, settings.edge_noise_share * boxes.size_px)
-        centre_m = start_m
+        centre_m, lengths = start_m, usual
         for _ in range(STEPS):
             derivative, raised = _derivative(view, centre_m), _raised(view, centre_m)
             reach = np.stack([axis(heading), axis(heading + np.pi / 2), raised], axis=2)  # (n, 2, 3) metres
-            lengths, left, misfit = _sizes(np.abs(axes @ derivative @ reach), boxes.size_px, usual, variance, edge_px)
-            seen_px = _middle(view, centre_m, reach, lengths, axes)
+            gain = np.abs(axes @ derivative @ reach)
+            seen_px, extent_px = _box_around(_corners_px(view, centre_m, heading, lengths), axes)
+            # What a long vehicle covers is no linear function of its length, so the rest of it counts as measured.
+            measured_px = boxes.size_px - extent_px + np.einsum("nij,nj->ni", gain, lengths)
+            lengths, left, misfit = _sizes(gain, measured_px, usual, variance, edge_px)
             step_m = np.linalg.solve(derivative, (boxes.centre_px - seen_px)[:, :, None])[:, :, 0]
             length_m = np.hypot(step_m[:, 0], step_m[:, 1])
             centre_m = centre_m + step_m / np.maximum(length_m / LONGEST_STEP_M, 1.0)[:, None]
@@ -264,34 +271,45 @@ def _sizes(
     return usual + (gain_left @ weighted)[:, :, 0], left, misfit
 
 
-def _middle(
-    view: GroundView, centre_m: FloatArray, reach: FloatArray, lengths: FloatArray, axes: FloatArray
-) -> FloatArray:
-    """Predict the middles (n, 2) of the boxes that vehicles have in the picture."""
-    along, across, up = (reach * lengths[:, None]).transpose(2, 0, 1)
-    corners = [centre_m + (i * along + j * across) / 2 + k * up for i in (-1, 1) for j in (-1, 1) for k in (0, 1)]
-    places = np.einsum("nij,cnj->cni", axes, view.to_pixels(np.stack(corners)))
-    return np.asarray(np.einsum("nij,ni->nj", axes, (places.min(axis=0) + places.max(axis=0)) / 2))
+def _corners_px(view: GroundView, centre_m: FloatArray, heading: FloatArray, lengths: FloatArray) -> FloatArray:
+    return view.corners_px(Boxes(centre_m, heading, lengths[:, 0], lengths[:, 1]), lengths[:, 2])
+
+
+def _box_around(corners_px: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Put boxes along `axes`, (n, 2, 2), around corners (n, k, 2): their middles and extents, (n, 2) each."""
+    places = np.einsum("nij,ncj->cni", axes, corners_px)
+    low, high = places.min(axis=0), places.max(axis=0)
+    return np.asarray(np.einsum("nij,ni->nj", axes, (low + high) / 2)), high - low
 
 
 def _lent(
-    points_m: FloatArray, expected: Expected, settings: VisionSettings, view: GroundView | None = None
+    distance_m: Callable[[Boxes], FloatArray], count: int, expected: Expected, settings: VisionSettings
 ) -> tuple[FloatArray, BoolArray]:
-    """Give places the direction of the track that they lie on, where there is one; seen by a camera, of its middle."""
-    heading, is_lent = np.zeros(len(points_m)), np.zeros(len(points_m), np.bool_)
+    """Give `count` boxes the direction of the track that they lie on, where there is one: (n,) and whether there is.
+
+    `distance_m` says how far from each of k tracks they lie, (n, k).
+    """
+    heading, is_lent = np.zeros(count), np.zeros(count, np.bool_)
     for tracks in (expected.tentative, expected.known):
         if len(tracks) == 0:
             continue
-        middle_m = tracks.centre_m
-        if view is not None:
-            middle_m = middle_m + _raised(view, middle_m) * settings.usual_height_m / 2
-        seen = Boxes(middle_m, tracks.heading_rad, tracks.length_m, tracks.width_m)
-        distance_m = distance_to_boxes(points_m, seen)
-        nearest = np.argmin(distance_m, axis=1)
-        is_near = distance_m[np.arange(len(points_m)), nearest] <= settings.detection.lend_reach_m
+        away_m = distance_m(tracks)
+        nearest = np.argmin(away_m, axis=1)
+        is_near = away_m[np.arange(count), nearest] <= settings.detection.lend_reach_m
         heading[is_near] = tracks.heading_rad[nearest[is_near]]
         is_lent |= is_near
     return heading, is_lent
+
+
+def _seen_distance_m(points_px: FloatArray, tracks: Boxes, view: GroundView) -> FloatArray:
+    """Measure how far from the middles of tracks, seen as bodies with a height, pixels (n, 2) lie on the ground."""
+    middle_px = view.corners_px(tracks, heights_m(tracks.length_m)).mean(axis=1)
+    to_ground = np.linalg.inv(_derivative(view, tracks.centre_m))
+    offset_m = np.einsum("kij,nkj->nki", to_ground, points_px[:, None] - middle_px)
+    ahead = axis(tracks.heading_rad)
+    along_m = np.abs(np.einsum("nki,ki->nk", offset_m, ahead)) - tracks.length_m / 2
+    across_m = np.abs(offset_m[..., 1] * ahead[:, 0] - offset_m[..., 0] * ahead[:, 1]) - tracks.width_m / 2
+    return np.asarray(np.maximum(along_m, across_m))
 
 
 def _with_own_axis(lent: FloatArray, boxes: ImageBoxes, points_m: FloatArray, view: GroundView) -> FloatArray:

@@ -6,29 +6,13 @@ The near end still stands where the car stands, so a footprint is what remains w
 Where the smear is longer than a car, the car's own length cannot be seen, and a usual car is assumed.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes, axis
+from vision.road.kinds import TRUCK, heights_m
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What vehicles of one kind usually measure, and by how much their length differs; metres."""
-
-    length_m: float
-    differs_m: float
-    width_m: float
-    height_m: float
-
-
-# Cars, vans, trucks and buses, motorcycles, as they are on European roads.
-TRUCK = Kind(10.5, 2.0, 2.5, 3.2)
-KINDS = (Kind(4.5, 0.5, 1.8, 1.5), Kind(5.7, 0.6, 2.0, 2.3), TRUCK, Kind(2.1, 0.3, 0.8, 1.5))
 
 
 class Parallax:
@@ -74,7 +58,7 @@ class Parallax:
         shift_m = usual.usual_height_m * self.lean(seen.centre_m) / 2
         lean = self.lean(seen.centre_m - shift_m)
         along, across = _turn(lean, seen.heading_rad)
-        height_m = self._heights_m(seen.length_m - usual.usual_height_m * np.abs(along))
+        height_m = heights_m(seen.length_m - usual.usual_height_m * np.abs(along))
         # Where a car's smear is longer than the car, what is seen says nothing of its size.
         hidden = np.abs([along, across]) > usual.usual_length_m / usual.usual_height_m
         along, across = height_m * along, height_m * across
@@ -97,7 +81,7 @@ class Parallax:
         """
         if self.is_steep or len(footprints) == 0:
             return footprints
-        smear_m = self._heights_m(footprints.length_m)[:, None] * self.lean(footprints.centre_m)
+        smear_m = heights_m(footprints.length_m)[:, None] * self.lean(footprints.centre_m)
         along, across = _turn(smear_m, footprints.heading_rad)
         return Boxes(
             footprints.centre_m + smear_m / 2,
@@ -105,12 +89,6 @@ class Parallax:
             footprints.length_m + np.abs(along),
             footprints.width_m + np.abs(across),
         )
-
-    def _heights_m(self, length_m: FloatArray) -> FloatArray:
-        """Say how high footprints usually are, (n,), from cars over vans to trucks by their length."""
-        car, van, truck = KINDS[:3]
-        lengths_m = (car.length_m + car.differs_m, van.length_m, truck.length_m - truck.differs_m)
-        return np.asarray(np.interp(length_m, lengths_m, (car.height_m, van.height_m, truck.height_m)), np.float64)
 
     def lean(self, points_m: FloatArray) -> FloatArray:
         """Measure how far a metre of height shifts what is seen.

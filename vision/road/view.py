@@ -7,6 +7,7 @@ import numpy as np
 
 from vision.errors import VisionError
 from vision.objects import BoolArray, FloatArray
+from vision.road.boxes import Boxes
 from vision.settings import VisionSettings
 
 # The extent of the seen ground is sampled on image positions this far apart.
@@ -35,16 +36,18 @@ class Sight:
     across_m : (n,) metres per pixel across the line of sight.
     along_m : (n,) metres per pixel along it; more, the more slanting the view.
     away : (n, 2) unit vectors on the ground, along the line of sight, away from the camera.
+    up_px : (n, 2) by how much in the picture what is a metre above the ground is seen elsewhere.
     steep_sine : of the viewing angle; above it the scales are taken for equal.
     """
 
     across_m: FloatArray
     along_m: FloatArray
     away: FloatArray
+    up_px: FloatArray
     steep_sine: float
 
     def smear_m(self, height_m: float) -> FloatArray:
-        """Measure over how much ground an upright thing is projected.
+        """Measure over how much ground an upright thing is projected, if it is low beside the camera.
 
         Parameters
         ----------
@@ -54,9 +57,7 @@ class Sight:
         -------
         (n,) metres along `away`; 0 where the view is so steep that the scales cannot tell.
         """
-        steepness = self.across_m / self.along_m  # the sine of the angle between ground and line of sight
-        slant = np.sqrt(np.maximum(1 - steepness**2, 0.0)) / steepness
-        return np.where(steepness < self.steep_sine, height_m * slant, 0.0)
+        return height_m * np.hypot(*self.up_px.T) * self.along_m
 
 
 class GroundView:
@@ -112,7 +113,7 @@ class GroundView:
         -------
         (...,) metres; infinite at and behind the horizon.
         """
-        depth = points_m @ self._matrix[2, :2] + self._matrix[2, 2]
+        depth = self._depths(points_m)
         scale = np.where(depth > 0, np.maximum(depth, 0.0) ** 1.5 * self._scale, np.inf)
         if self._lens is None:
             return scale
@@ -161,22 +162,48 @@ class GroundView:
 
         Returns
         -------
-        The two scales and the direction away from the camera.
+        The two scales, the direction away from the camera, and that of height.
         """
-        depth = np.maximum(points_m @ self._matrix[2, :2] + self._matrix[2, 2], 1e-12)
+        depth = np.maximum(self._depths(points_m), 1e-12)
         pixels = self._to_straight(points_m)
         derivative = (self._matrix[:2, :2] - pixels[:, :, None] * self._matrix[2, :2]) / depth[:, None, None]
         if self._lens is not None:
             derivative = self._lens.derivative(pixels) @ derivative
-        _, stretch, axes = np.linalg.svd(derivative)
-        away = axes[:, 1]
+        across, stretch, axes = np.linalg.svd(derivative)
+        away, up = axes[:, 1], across[:, :, 1]
         # Farther means deeper; where depth does not change over the view, it means higher up in the image.
         farther = np.broadcast_to(self._matrix[2, :2], away.shape)
         if np.allclose(self._matrix[2, :2] / self._matrix[2, 2], 0.0, atol=1e-9):
             farther = -derivative[:, 1]
         sign = np.where(np.einsum("ni,ni->n", away, farther) < 0, -1.0, 1.0)
         along_m = 1 / np.maximum(stretch[:, 1], 1e-12)
-        return Sight(1 / stretch[:, 0], along_m, away * sign[:, None], self._steep_sine)
+        # Their ratio is the sine of the angle between ground and line of sight; height is foreshortened by the cosine.
+        sine = stretch[:, 1] / stretch[:, 0]
+        rise = np.where(sine < self._steep_sine, np.sqrt(np.maximum(1 - sine**2, 0.0)) * stretch[:, 0], 0.0)
+        return Sight(1 / stretch[:, 0], along_m, away * sign[:, None], up * (sign * rise)[:, None], self._steep_sine)
+
+    def corners_px(self, footprints: Boxes, height_m: FloatArray) -> FloatArray:
+        """Project bodies that stand on the ground, in front of the camera.
+
+        Parameters
+        ----------
+        footprints : n boxes.
+        height_m : (n,).
+
+        Returns
+        -------
+        (n, 8, 2) pixels: four corners at the foot, then those at the top.
+        """
+        corners_m = footprints.corners()
+        foot_px = self.to_pixels(corners_m)
+        # A metre is the higher, the nearer it stands.
+        nearer = self._depths(footprints.centre_m)[:, None] / np.maximum(self._depths(corners_m), 1e-12)
+        up_px = self.sight(footprints.centre_m).up_px * height_m[:, None]
+        return np.concatenate([foot_px, foot_px + nearer[:, :, None] * up_px[:, None]], axis=1)
+
+    def _depths(self, points_m: FloatArray) -> FloatArray:
+        """Give the distances along the optical axis, (...,), in a unit of their own."""
+        return np.asarray(points_m @ self._matrix[2, :2] + self._matrix[2, 2])
 
     def _to_straight(self, points_m: FloatArray) -> FloatArray:
         homogeneous = points_m @ self._matrix[:, :2].T + self._matrix[:, 2]

@@ -9,7 +9,7 @@ from tests.cases import seeds
 from vision.detection.lane_bodies import turned
 from vision.detection.settings import DetectionSettings
 from vision.detection.solids import Solid, cut_rows, part_solids
-from vision.road.parallax import KINDS, TRUCK, Kind
+from vision.road.kinds import KINDS, TRUCK, Kind
 
 SETTINGS = DetectionSettings()
 SIDE = 0.3
