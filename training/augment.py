@@ -45,6 +45,8 @@ LOOKS = {
     "above": Look(is_oriented=True, crop_px=192, scale=(0.6, 1.6), least_px=5.0, batch=8),
     "low": Look(is_oriented=False, crop_px=288, scale=(0.45, 1.6), least_px=7.0, batch=4),
 }
+_AIMED = np.array([1.0, 3.0, 6.0, 8.0, 8.0])
+"""How often a crop is aimed at a vehicle of each class, beside a car: there are few of the others."""
 LEAST_SHOWN = 0.3
 """Vehicles of which less is seen are neither asked for nor held against the network."""
 
@@ -68,9 +70,10 @@ def crop_of(
     side = look.crop_px
     scale = float(np.exp(rng.uniform(*np.log(look.scale))))
     turn_rad = float(rng.uniform(-math.pi, math.pi) if look.is_oriented else rng.normal(0, 0.03))
-    aim_px = boxes[rng.integers(len(boxes)), :2] if len(boxes) and rng.random() < 0.8 else None
-    if aim_px is None:
-        aim_px = rng.uniform((0, 0), picture.shape[1::-1])
+    aim_px = rng.uniform((0, 0), picture.shape[1::-1])
+    if len(boxes) and rng.random() < 0.8:
+        chance = _AIMED[boxes[:, 5].astype(int)]
+        aim_px = boxes[rng.choice(len(boxes), p=chance / chance.sum()), :2]
     flip = float(rng.choice([-1.0, 1.0]))
     turn = scale * np.array([[math.cos(turn_rad), -math.sin(turn_rad)], [math.sin(turn_rad), math.cos(turn_rad)]])
     turn = np.diag([flip, 1.0]) @ turn

@@ -128,7 +128,7 @@ def loss_of(maps: Tensor, target: Tensor, heads: dict[str, int]) -> tuple[Tensor
     kind = 1 + HEADS["offset"] + HEADS["size"]
     geometry = (maps[:, 1:kind] - wanted[:, : kind - 1]).abs().mul(place).sum()
     classes = functional.cross_entropy(maps[:, kind : kind + 5], wanted[:, kind - 1].long(), reduction="none")
-    geometry = geometry + 0.2 * (classes[:, None] * place).sum()
+    geometry = geometry + (classes[:, None] * place).sum()
     if "axis" in heads:
         geometry = geometry + (maps[:, kind + 5 :] - wanted[:, kind:]).abs().mul(place).sum()
     return heat_loss, geometry

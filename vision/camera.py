@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.detection.eye import Eye, FixedEye
+from vision.detection.eye import Eye, FixedEye, is_slanting
 from vision.detection.fusion import fuse
 from vision.detection.lanes import LaneStrip
 from vision.detection.surface import checked_polygons
@@ -26,7 +26,7 @@ from vision.registration.moving_raster import MovingEye, MovingGroundSurface
 from vision.registration.registration import CameraMotion, Registration
 from vision.registration.watch import MovementWatch, noticed_px
 from vision.road.boxes import Boxes
-from vision.road.view import Lens
+from vision.road.view import GroundView, Lens
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 from vision.video.frame import Companion, Frame
@@ -190,6 +190,8 @@ class Camera(Generic[InstantT]):
         """Predict, detect, update, judge, learn."""
         expected = self._tracker.predict(sight.t_us)
         channels = [eye.look(picture, expected) for eye, picture in zip(self._eyes, sight.pictures, strict=True)]
+        if all(channel.is_between for channel in channels):
+            return self._mapped(self._tracker.between_looks(), sight)
         first, *others = channels
         found = fuse(first, others[0], self.settings.detection) if others else first.detections
         objects = self._tracker.update(found)
@@ -200,11 +202,16 @@ class Camera(Generic[InstantT]):
                 eye.learn(claims, is_real)
         if not any(channel.is_open for channel in channels):
             return VisionObjects.lost(sight.t_us, sight.why_lost or UNLIKE)
+        return self._mapped(objects, sight)
+
+    def _mapped(self, objects: VisionObjects, sight: _Sight) -> VisionObjects:
+        """Tell the map too, where the camera moves."""
         return objects if self._motion is None else replace(objects, pixel_from_ground=sight.pixel_from_ground)
 
     def _judge(self, t_us: int) -> None:
         """Decide about tracks that stand: what any eye sees is a vehicle; else what is burned in is learned."""
-        if self._judged_us is not None and t_us - self._judged_us < self.settings.background.period_us:
+        period_us = 0 if self._eyes[0].is_sure else self.settings.background.period_us
+        if self._judged_us is not None and t_us - self._judged_us < period_us:
             return
         rows, boxes = self._suspects()
         self._judged_us = t_us
@@ -222,7 +229,7 @@ class Camera(Generic[InstantT]):
     def _suspects(self) -> tuple[IntArray, Boxes]:
         """List the tracks that may be ghosts."""
         if self._judged_us is not None:
-            return self._tracker.standing(self.settings.tracking.standing_us)
+            return self._tracker.standing(0 if self._eyes[0].is_sure else self.settings.tracking.standing_us)
         # What is there at the very first need not stand for a while, since a ghost comes only where something drove
         # off; but what may be two vehicles may part yet.
         rows, boxes = self._tracker.standing(0)
@@ -288,11 +295,17 @@ def fixed_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
-    road = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
-    eye: Eye[Frame] = road
+    view = GroundView(pixel_from_ground, image_size_px, settings, lens)
+    looks = None
     if knows is not None:
-        boxes = BoxEye(knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens)
-        eye = KnowingEye(road, boxes, settings)
+        hz = settings.networks.looks_hz
+        looks = BoxEye(knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, looks_hz=hz)
+    eye: Eye[Frame]
+    if looks is not None and is_slanting(view, polygons_m, settings):
+        eye = looks
+    else:
+        road = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
+        eye = road if looks is None else KnowingEye(road, looks, settings)
     if reach_m is None:
         return Camera([eye], None, settings)
 
@@ -396,13 +409,16 @@ def _moving_eye(
     settings: VisionSettings,
     knows: BoxDetector[Frame] | None,
 ) -> Eye[Frame]:
+    looks = None
+    if knows is not None:
+        looks = BoxEye(knows, polygons_m, image_size_px, settings, looks_hz=settings.networks.looks_hz)
+        if is_slanting(GroundView(pixel_from_ground, image_size_px, settings), polygons_m, settings):
+            return looks
     surface = MovingGroundSurface(
         facing(pixel_from_ground), polygons_m, image_size_px=image_size_px, reach_m=reach_m, settings=settings
     )
-    eye = MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
-    if knows is None:
-        return eye
-    return KnowingEye(eye, BoxEye(knows, polygons_m, image_size_px, settings), settings)
+    road = MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
+    return road if looks is None else KnowingEye(road, looks, settings)
 
 
 def box_camera(
@@ -430,10 +446,7 @@ def box_camera(
     VisionError
         If there is no road, or one is no polygon.
     """
-    # A detector knows vehicles from road: all that stands is proved at every instant.
     settings = settings or VisionSettings()
-    background, tracking = replace(settings.background, period_us=0), replace(settings.tracking, standing_us=0)
-    settings = replace(settings, background=background, tracking=tracking)
     eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground, lens=lens)
     return Camera([eye], motion, settings)
 

@@ -39,6 +39,11 @@ class Eye(ABC, Generic[InstantT]):
         """Whether it knows the road; until then pictures are held."""
         return True
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether all that it sees is a vehicle, what stands too: there is no background that may be wrong."""
+        return False
+
     def prepare(self, instant: InstantT) -> InstantT:
         """Do the part of `take` that depends on nothing but the instant; any thread may."""
         return instant
@@ -114,10 +119,6 @@ class RoadEye(Eye[Frame]):
     def appearances(self, footprints: Boxes) -> Boxes:
         """Predict where boxes on the ground are seen on the plane."""
         return self._surface.appearances(footprints).boxes
-
-    def covers(self, footprints: Boxes, outlines_px: Boxes) -> Boxes:
-        """Say what vehicles cover of the plane: outlines in the picture if that is the plane, else their places."""
-        return self.appearances(footprints) if self._surface.raster.grid.is_north_up else outlines_px
 
     def start(self) -> None:
         """End the start-up with what there is."""

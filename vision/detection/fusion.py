@@ -32,6 +32,7 @@ class Channel:
     bias_m : how far its boxes lie beside vehicles, the same way for many frames: it counts when a place is weighed
         against that of the other camera, and not as noise, which the tracker would smooth over time.
     is_open : False while it sees nothing at all: no frame, no background yet, another view.
+    is_between : whether it has not looked, since its next look is due later.
     """
 
     detections: Detections
@@ -39,6 +40,7 @@ class Channel:
     rate: float
     is_open: bool = True
     bias_m: float = 0.0
+    is_between: bool = False
 
 
 class DetectionRate:

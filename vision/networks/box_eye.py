@@ -1,11 +1,12 @@
 """Which vehicles does a camera see by the boxes of somebody who knows no ground? An eye without a background.
 
 The network or file gives boxes; here they are put on the ground, and those off the road are left out. Nothing is held
-back at the start, and standing vehicles are seen as well as driving ones: a detector tells them from the road.
+back at the start, and standing vehicles are seen as well as driving ones: a detector tells them from the road. What a
+vehicle is does not change, so a network looks a few times a second; in between, all are where their motion takes them.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -26,9 +27,9 @@ InstantT = TypeVar("InstantT", bound=Instant)
 
 @dataclass(frozen=True, slots=True)
 class FoundBoxes:
-    """What a detector found in an instant, and the map to the ground; None for boxes on the ground already."""
+    """What a detector found in an instant, None between looks; and the map, None for boxes on the ground already."""
 
-    boxes: ImageBoxes | GroundBoxes
+    boxes: ImageBoxes | GroundBoxes | None
     pixel_from_ground: FloatArray | None
 
 
@@ -43,6 +44,7 @@ class BoxEye(Eye[InstantT]):
     settings : constants.
     pixel_from_ground : of a camera that stands; None if it moves, or there is no picture.
     lens : bends the picture of the homography; None for a straight one.
+    looks_hz : how often it looks; None for every instant.
     """
 
     def __init__(
@@ -54,6 +56,7 @@ class BoxEye(Eye[InstantT]):
         pixel_from_ground: FloatArray | None = None,
         *,
         lens: Lens | None = None,
+        looks_hz: float | None = None,
     ) -> None:
         self._detector = detector
         self._image_size_px = image_size_px
@@ -62,31 +65,38 @@ class BoxEye(Eye[InstantT]):
         self._lens = lens
         self._road = road_area(road_polygons_m).buffer(settings.road_margin_m)
         shapely.prepare(self._road)
+        self._period_us = 0 if looks_hz is None else round(1_000_000 / looks_hz)
+        self._next_us: int | None = None
         self._matrix: FloatArray | None = None
         self._view: GroundView | None = None
 
-    def detect(self, instant: InstantT) -> ImageBoxes | GroundBoxes:
-        """Find vehicles."""
+    @property
+    def is_sure(self) -> bool:
+        """A detector knows vehicles from road."""
+        return True
+
+    def detect_when_due(self, instant: InstantT) -> ImageBoxes | GroundBoxes | None:
+        """Find vehicles; None where the next look is due later. Instants come in order."""
+        self._next_us = instant.t_us if self._next_us is None else self._next_us
+        if instant.t_us < self._next_us:
+            return None
+        # By the clock and not from this look, or a period that is no multiple of a frame's would grow.
+        due = 1 + (instant.t_us - self._next_us) // max(self._period_us, 1)
+        self._next_us += due * self._period_us
         return self._detector.detect(instant)
 
-    def found(self, boxes: ImageBoxes | GroundBoxes, pixel_from_ground: FloatArray | None) -> FoundBoxes:
+    def found(self, boxes: ImageBoxes | GroundBoxes | None, pixel_from_ground: FloatArray | None) -> FoundBoxes:
         """Join boxes with the map to the ground."""
         return FoundBoxes(boxes, self._standing if pixel_from_ground is None else pixel_from_ground)
 
     def take(self, instant: InstantT, pixel_from_ground: FloatArray | None) -> FoundBoxes:
-        """Find vehicles, with the map to the ground."""
-        return self.found(self.detect(instant), pixel_from_ground)
+        """Find vehicles if it is time to look, with the map to the ground."""
+        return self.found(self.detect_when_due(instant), pixel_from_ground)
 
     def metres_per_pixel(self, points_m: FloatArray) -> FloatArray:
         """Give the scale, (n,), at places of the view looked at last."""
         assert self._view is not None, "the scale of a view is known once it was looked at"
         return self._view.metres_per_pixel(points_m)
-
-    def are_told_apart(self, points_m: FloatArray) -> BoolArray:
-        """Tell at which places, (n,), of the view looked at last a foot says more than the length of a car."""
-        assert self._view is not None, "a view is known once it was looked at"
-        rows = self._settings.detection.foot_noise_cells * self._view.sight(points_m).along_m
-        return np.asarray(rows <= self._settings.usual_length_m)
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view."""
@@ -98,6 +108,8 @@ class BoxEye(Eye[InstantT]):
         if found is None:
             return Channel(Detections.none(), self.holds, 0.0, is_open=False)
         self._turn(found.pixel_from_ground)
+        if found.boxes is None:
+            return Channel(Detections.none(), self.holds, 0.0, is_between=True)
         if isinstance(found.boxes, GroundBoxes):
             detections = ground_detections(found.boxes, expected, self._settings)
         else:
@@ -105,6 +117,8 @@ class BoxEye(Eye[InstantT]):
             size_px = self._image_size_px
             seen = whole_boxes(found.boxes, size_px)
             detections = image_detections(seen, self._view, expected, image_size_px=size_px, settings=self._settings)
+        if self._period_us:
+            detections = replace(detections, weight=self._settings.networks.look_evidence * detections.weights())
         return Channel(detections.select(self._on_road(detections.boxes.centre_m)), self.holds, 0.0)
 
     def _turn(self, pixel_from_ground: FloatArray | None) -> None:

@@ -1,10 +1,13 @@
-"""Which vehicles does an eye see that knows what a vehicle looks like? Motion at every frame, a network now and then.
+"""Which vehicles are on a map, if it is known what they look like? Motion at every frame, a network now and then.
 
-The network says what is a vehicle: it looks a few times a second, and soon where something new moves. Motion says
-where exactly and when. At a look both are matched in the picture: what both see is where motion has it, what the
-network alone sees stands or has the colour of the road, and what motion alone sees is doubted, the more the more
-reliably the network has seen vehicles of that size so far. Between looks a standing vehicle is still where it was seen
-twice, as long as nothing moves there. The first background leaves out what the looks of the start-up had boxes around.
+The network says what is a vehicle: it looks a few times a second. Motion says where exactly and when. At a look both
+are matched: what both see is where motion has it, what the network alone sees stands or has the colour of the road, and
+what motion alone sees is doubted, the more the more reliably the network has seen vehicles of that size so far. Between
+looks a standing vehicle is still where it was seen twice, as long as nothing moves there. The first background leaves
+out what the looks of the start-up had boxes around.
+
+This is for eyes that look at the ground as a map. From low above the road motion says less of a place than boxes do:
+there the network looks alone (`box_eye.py`).
 """
 
 from dataclasses import dataclass, replace
@@ -98,10 +101,6 @@ class KnowingEye(Eye[Frame]):
         self._settings = settings
         self._limits = settings.networks
         self._rates = RatesBySize(settings)
-        self._first_us: int | None = None
-        self._next_us = 0
-        self._looked_us = 0
-        self._has_news = False
         # Of the latest look: what the network saw, and what of it motion did not.
         self._seen = Boxes.none()
         self._unmoved = Detections.none()
@@ -114,28 +113,15 @@ class KnowingEye(Eye[Frame]):
 
     def prepare(self, frame: Frame) -> PreparedFrame:
         """Sample the road of a frame, and look at it when it is time; frames come in order, from one thread."""
-        if self._first_us is None:
-            self._first_us = self._next_us = frame.t_us
-        boxes = None
-        if frame.t_us >= self._next_us:
-            boxes = self._boxes.detect(frame)
-            is_early = frame.t_us - self._first_us < self._settings.background.startup_us
-            rate_hz = self._limits.most_looks_hz if is_early else self._limits.looks_hz
-            self._next_us = frame.t_us + round(1_000_000 / rate_hz)
+        boxes = self._boxes.detect_when_due(frame)
         planes = frame.luma, frame.chroma_u, frame.chroma_v
         return PreparedFrame(frame.index, frame.t_us, *planes, self._road.prepare(frame), boxes)
 
     def take(self, frame: Frame, pixel_from_ground: FloatArray | None) -> _Picture:
-        """Take the road of a frame and what the network found in it; look at once where something new has moved."""
+        """Take the road of a frame and what the network found in it."""
         prepared = frame if isinstance(frame, PreparedFrame) else self.prepare(frame)
-        boxes, least_us = prepared.boxes, round(1_000_000 / self._limits.most_looks_hz)
-        if boxes is None and self._has_news and frame.t_us - self._looked_us >= least_us:
-            boxes = self._boxes.detect(frame)
         road = self._road.take(prepared.seen, pixel_from_ground)
-        if boxes is None:
-            return _Picture(road, None)
-        self._looked_us, self._has_news = frame.t_us, False
-        return _Picture(road, self._boxes.found(boxes, pixel_from_ground))
+        return _Picture(road, None if prepared.boxes is None else self._boxes.found(prepared.boxes, pixel_from_ground))
 
     def hold(self, picture: _Picture) -> None:
         """Take in a frame of the start-up; of those at which the network looked it is known where the road is bare."""
@@ -145,7 +131,7 @@ class KnowingEye(Eye[Frame]):
             self._road.hold(picture.road)
             return
         footprints = self._boxes.look(picture.found, Expected.none()).detections.boxes
-        self._road.hold(picture.road, self._road.covers(footprints, _outlines(picture.found.boxes)))
+        self._road.hold(picture.road, self._road.appearances(footprints))
 
     def start(self) -> None:
         """End the start-up with what there is."""
@@ -163,9 +149,9 @@ class KnowingEye(Eye[Frame]):
         moved = channel.detections
         if picture.found is None:
             return replace(channel, detections=self._between(moved))
-        known = self._boxes.look(picture.found, expected).detections
-        known = known.select(self._boxes.are_told_apart(known.boxes.centre_m))
-        return replace(channel, detections=self._joined(moved, known, expected))
+        return replace(
+            channel, detections=self._joined(moved, self._boxes.look(picture.found, expected).detections, expected)
+        )
 
     def judge(self, boxes: Boxes) -> VerdictArray:
         """Take what the network sees for vehicles; what it does not see, motion alone cannot prove."""
@@ -183,28 +169,20 @@ class KnowingEye(Eye[Frame]):
     def _between(self, moved: Detections) -> Detections:
         """Doubt what moves without a name, and add what stands where nothing moves."""
         known = self._standing.select(~self._are_near(self._standing.boxes, moved.boxes))
-        moved = _placed(moved)
         trust, silence = self._settings.detection.lone_trust, 1.0 - self._reliability(moved)
         doubted = replace(moved, weight=_weights(moved, trust * silence / (trust * silence + 1.0 - trust)))
-        self._has_news |= bool((moved.owner < 0).any())
         return Detections.joined([doubted, replace(known, weight=np.zeros(len(known)))])
 
     def _joined(self, moved: Detections, known: Detections, expected: Expected) -> Detections:
         """Join both: of what both see motion tells the place, and what either sees alone is weighed."""
-        # A foot that is not seen may be anywhere: there the network's box tells more.
-        is_placed = moved.weights() > 0
-        placed, unplaced = moved.select(is_placed), moved.select(~is_placed & (moved.owner >= 0))
-        pair, partner = self._pairs(placed.boxes, known.boxes)
-        both, alone = placed.select(pair), known.select(_rest(len(known), partner))
-        lone = placed.select(_rest(len(placed), pair))
+        pair, partner = self._pairs(moved.boxes, known.boxes)
+        both, alone = moved.select(pair), known.select(_rest(len(known), partner))
+        lone = moved.select(_rest(len(moved), pair))
         # Pieces of what the network sees as a whole are nobody's, unless a known vehicle owns them.
         lone = lone.select((lone.owner >= 0) | ~self._are_near(lone.boxes, known.boxes))
-        unplaced = unplaced.select(~self._are_near(unplaced.boxes, known.boxes))
-        lone = Detections.joined([lone, unplaced])
         self._learn_rates(known, both, expected)
         stood = self._pairs(alone.boxes, self._unmoved.boxes)[0]
         self._standing, self._unmoved, self._seen = alone.select(stood), alone, known.boxes
-        self._has_news = bool((both.owner < 0).any() or len(alone) > len(stood))
         evidence = self._limits.look_evidence
         # A network that misses as many as it sees denies nothing.
         denied = -evidence * np.maximum(2.0 * self._reliability(lone) - 1.0, 0.0)
@@ -217,13 +195,13 @@ class KnowingEye(Eye[Frame]):
         )
 
     def _pairs(self, ones: Boxes, others: Boxes) -> tuple[IntArray, IntArray]:
-        """Pair boxes that lie on each other in the picture: on the ground a pixel may be many metres."""
+        """Pair boxes that lie on each other as they are seen."""
         one, other = self._road.appearances(ones), self._road.appearances(others)
         gap = np.hypot(*(one.centre_m[:, None] - other.centre_m[None]).transpose(2, 0, 1))
         return assign(np.where(_overlap(one, other), gap, np.inf))
 
     def _are_near(self, ones: Boxes, others: Boxes) -> BoolArray:
-        """Tell which boxes lie on one of the others in the picture."""
+        """Tell which boxes lie on one of the others as they are seen."""
         return np.asarray(_overlap(self._road.appearances(ones), self._road.appearances(others)).any(axis=1))
 
     def _reliability(self, found: Detections) -> FloatArray:
@@ -238,22 +216,9 @@ class KnowingEye(Eye[Frame]):
         self._rates.learn(scale, is_hit[is_in_view])
 
 
-def _placed(moved: Detections) -> Detections:
-    """Leave out what has no name and a foot that is not seen: it may be anywhere, and the network tells what it is."""
-    return moved.select((moved.owner >= 0) | (moved.weights() > 0))
-
-
 def _weights(moved: Detections, stranger: FloatArray) -> FloatArray:
     """Let what has no name count for `stranger`, the rest as it does."""
     return np.where(moved.owner >= 0, moved.weights(), stranger)
-
-
-def _outlines(boxes: ImageBoxes | GroundBoxes) -> Boxes:
-    """Lay upright boxes of the picture out as boxes of a plane."""
-    assert isinstance(boxes, ImageBoxes), "a network looks at pictures"
-    bounds = boxes.bounds_px()
-    width, height = (bounds[:, 2:] - bounds[:, :2]).T
-    return Boxes((bounds[:, :2] + bounds[:, 2:]) / 2, np.zeros(len(boxes)), width, height)
 
 
 def _rest(count: int, taken: IntArray) -> IntArray:

@@ -44,11 +44,11 @@ class NetworkSettings:
     # A direction is clear if it explains a box within so many sigmas, and better than the one across it by so many.
     explained_sigmas: float = 3.0
     better_sigmas: float = 2.0
-    # How often a network looks: what it tells, that this is a vehicle, does not change; motion follows it between. In
-    # the first seconds, and where something new moves, so often: a tentative track lives for 0.25 s.
-    looks_hz: float = 3.0
-    most_looks_hz: float = 5.0
-    # A look is evidence for a vehicle as so many sightings by motion are, and against what it does not see.
+    # How often a network looks: what it tells, that this is a vehicle, does not change. A tentative track lives for
+    # 0.25 s, so that at this rate it outlives one look that misses it.
+    looks_hz: float = 4.0
+    # A look is evidence for a vehicle as so many sightings by motion are, and against what it does not see; of a look
+    # alone its score times as many.
     look_evidence: float = 2.0
     # After a gap in a file, that long is told of as empty: enough for all tracks to end.
     told_gap_us: int = 2_000_000

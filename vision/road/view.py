@@ -57,7 +57,7 @@ class Sight:
         -------
         (n,) metres along `away`; 0 where the view is so steep that the scales cannot tell.
         """
-        return height_m * np.hypot(*self.up_px.T) * self.along_m
+        return np.asarray(height_m * np.hypot(*self.up_px.T) * self.along_m)
 
 
 class GroundView:

@@ -5,6 +5,7 @@ nothing but the uncertainty. Confirmed tracks choose first; what they leave star
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Tracker:
         self._is_in_view = is_in_view
         self._tracks = TrackTable.empty(self._settings)
         self._now_us: int | None = None
+        self._updated_us: int | None = None
         self._step_us = 0
         self._names_used = 0
         self.cut_count = 0
@@ -57,13 +59,12 @@ class Tracker:
         -------
         Boxes of confirmed tracks (rows are what `Detections.owner` means) and of tentative ones that move.
         """
-        self._step_us = 0 if self._now_us is None else t_us - self._now_us
+        dt_s = 0.0 if self._now_us is None else (t_us - self._now_us) / 1_000_000
         self._now_us = t_us
         tracks = self._tracks
         along = np.full(len(tracks), self._settings.acceleration_along_mps2)
         across = np.full(len(tracks), self._settings.acceleration_across_mps2)
         noise = kalman.oriented_covariance(tracks.heading_rad, along, across)
-        dt_s = self._step_us / 1_000_000
         tracks.state, tracks.covariance = kalman.predict(tracks.state, tracks.covariance, noise, dt_s)
         boxes = tracks.boxes()
         has_direction = tracks.speed_mps() > self._settings.heading_speed_mps
@@ -89,6 +90,8 @@ class Tracker:
         All confirmed tracks.
         """
         assert self._now_us is not None
+        self._step_us = 0 if self._updated_us is None else self._now_us - self._updated_us
+        self._updated_us = self._now_us
         tracks = self._tracks
         known = np.flatnonzero(tracks.is_confirmed)
         sightings = sight(
@@ -111,6 +114,16 @@ class Tracker:
         bodies = self._end(self._bodies())
         self._start(detections, sightings, is_free, bodies)
         return self._objects(bodies)
+
+    def between_looks(self) -> VisionObjects:
+        """Tell of the tracks at the time of the latest `predict`, where nobody has looked: nothing is new of them.
+
+        Returns
+        -------
+        All confirmed tracks; what was seen at the latest look, and is in view still, counts as seen.
+        """
+        objects = self._objects(self._bodies())
+        return replace(objects, observed=objects.observed & self._is_in_view(objects.centre_m))
 
     def standing(self, min_us: int) -> tuple[IntArray, Boxes]:
         """List tracks that may be ghosts: seen, but standing for a while.

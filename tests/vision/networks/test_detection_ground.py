@@ -122,16 +122,14 @@ def test_slanted_view_finds_the_footprint_under_the_height(heading_rad: float) -
 
 @pytest.mark.parametrize("heading_rad", [np.pi / 2, 1.3, 0.0])
 @pytest.mark.parametrize("distance_m", [30.0, 60.0, 120.0])
-@pytest.mark.parametrize(
-    ("name", "length_m", "width_m", "height_m"), [("car", 4.5, 1.8, 1.5), ("truck", 10.0, 2.5, 3.3)]
-)
+@pytest.mark.parametrize(("name", "size_m"), [("car", (4.5, 1.8, 1.5)), ("truck", (10.0, 2.5, 3.3))])
 def test_a_low_camera_sees_tall_vehicles_where_they_stand(
-    name: str, length_m: float, width_m: float, height_m: float, distance_m: float, heading_rad: float
+    name: str, size_m: tuple[float, float, float], distance_m: float, heading_rad: float
 ) -> None:
     """A roof may be seen half as high as the camera hangs, where height counts for much more than its part."""
     camera = slanted(height_m=6.0, pitch_rad=0.13, focal_px=1400.0)
-    vehicle = make_boxes([(2.0, distance_m, heading_rad, length_m, width_m)])
-    found = detect(camera, drawn(camera, vehicle, height_m=height_m, name=name), known(vehicle))
+    vehicle = make_boxes([(2.0, distance_m, heading_rad, *size_m[:2])])
+    found = detect(camera, drawn(camera, vehicle, height_m=size_m[2], name=name), known(vehicle))
     assert found.directed.all()
     assert found.boxes.centre_m == pytest.approx(vehicle.centre_m, abs=0.02 * distance_m)
 

@@ -86,7 +86,7 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     near_the_edge: "cut_px cut_spread_m",
     gap_in_a_file: "told_gap_us",
     single_moment: "usual_step_us",
-    doubted_stranger: "looks_hz most_looks_hz look_evidence",
+    doubted_stranger: "looks_hz look_evidence",
 }
 
 
