@@ -2,10 +2,12 @@
 
 A camera on a bridge sees the rear of a car and little of the road under it. Blobs are compact in the image, so they
 are found and divided there; the lowest row of a blob is where the vehicle meets the road on the side of the camera.
-Length cannot be seen this way: a usual car is assumed. Upright things must be upright in the image.
+Length cannot be seen this way: what is seen of width and height tells the kind, and a usual one of it is assumed.
+Upright things must be upright in the image.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -18,6 +20,7 @@ from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import Boxes
 from vision.road.cover import Rectangle
 from vision.road.grid import Grid
+from vision.road.kinds import TRUCK, VAN, Kind, heights_m
 from vision.road.rectify import RoadRaster
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
@@ -25,6 +28,8 @@ from vision.tracking import kalman
 
 # The scale of the road is first looked up on a grid this coarse.
 COARSE_PX = 8.0
+# No vehicle is higher: the law of most countries of Europe.
+HIGHEST_M = 4.0
 
 
 class ImageSurface:
@@ -98,7 +103,7 @@ class ImageSurface:
         return self.raster.grid.look_up(self.raster.ground, self._view.to_pixels(points_m))
 
     def appearances(self, footprints: Boxes) -> Appearances:
-        """Predict what is seen of boxes on the ground: upright image boxes around vehicles of usual height.
+        """Predict what is seen of boxes on the ground: upright image boxes around vehicles as high as such are.
 
         Parameters
         ----------
@@ -108,11 +113,10 @@ class ImageSurface:
         -------
         Boxes in pixels.
         """
-        corners = self._view.to_pixels(footprints.corners())
-        scale = self._view.sight(footprints.centre_m).across_m
+        corners = self._view.corners_px(footprints, heights_m(footprints.length_m))
         first, last = corners.min(axis=1), corners.max(axis=1)
-        first[:, 1] -= self._usual.usual_height_m / scale
         width, height = (last - first).T
+        scale = self._view.sight(footprints.centre_m).across_m
         return Appearances(Boxes((first + last) / 2, np.zeros(len(footprints)), width, height), scale)
 
     def areas_m2(self, cells: Cells) -> FloatArray:
@@ -144,7 +148,7 @@ class ImageSurface:
         return np.arctan2(away[:, 1], away[:, 0]), np.ones(cells.count)
 
     def footprints(self, cells: Cells, heading_rad: FloatArray, is_shaded: BoolArray | None) -> Footprints:
-        """Put usual cars on the ground behind the feet of groups of cells.
+        """Put usual vehicles on the ground behind the feet of groups of cells.
 
         Parameters
         ----------
@@ -160,10 +164,8 @@ class ImageSurface:
         feet_m, is_touching, is_covered = self._feet(cells)
         sight = self._view.sight(feet_m)
         bearing = np.arctan2(sight.away[:, 1], sight.away[:, 0])
-        length_m = np.full(cells.count, self._usual.usual_length_m)
-        width_m = np.full(cells.count, self._usual.usual_width_m)
-        turn = heading_rad - bearing
-        depth_m = np.abs(length_m * np.cos(turn)) + np.abs(width_m * np.sin(turn))
+        boxes = self._usual_bodies(cells, feet_m, heading_rad)
+        length_m, width_m = boxes.length_m, boxes.width_m
         blur, least_m = self._settings.foot_noise_cells * self.raster.grid.side, self._settings.position_noise_m
         # Where the border hides the foot, the lowest row is another part of the vehicle in every frame: as it comes
         # into view the row wanders towards the camera, and a track that believed in it would shoot ahead.
@@ -175,13 +177,40 @@ class ImageSurface:
         across_m = np.maximum(blur * sight.across_m, np.where(is_touching, width_m, least_m))
         noise = kalman.oriented_covariance(bearing, along_m, across_m)
         return Footprints(
-            boxes=Boxes(feet_m + sight.away * depth_m[:, None] / 2, heading_rad, length_m, width_m),
+            boxes=boxes,
             noise=noise,
             cut=is_touching.astype(np.int8),
             borders_m=np.full((cells.count, 4), np.nan),
             # Nobody is shown before its foot was seen; a track may begin all the same.
             weight=np.where(is_touching, 0.0, 1.0),
         )
+
+    def _usual_bodies(self, cells: Cells, feet_m: FloatArray, heading_rad: FloatArray) -> Boxes:
+        """Put on each foot the largest of car, van and truck that what is seen has room for.
+
+        What is too small for a kind is none; what is larger than it may be two vehicles.
+        """
+        seen = self._boxes(cells)
+        top_px = seen.centre_m[:, 1] - seen.width_m / 2
+        seen_px = np.column_stack([seen.length_m, self._view.to_pixels(feet_m)[:, 1] - top_px])
+        least = 1 - self._settings.kind_slack
+        usual = self._usual
+        car = Kind(usual.usual_length_m, 0.0, usual.usual_width_m, usual.usual_height_m)
+        bodies = self._behind(feet_m, heading_rad, car)
+        for kind in (VAN, TRUCK):
+            larger = self._behind(feet_m, heading_rad, kind)
+            extent_px = np.ptp(self._view.corners_px(larger, np.full(cells.count, kind.height_m)), axis=1)
+            has_room = (least * extent_px <= seen_px).all(axis=1)
+            bodies = Boxes.joined([bodies, larger]).select(np.arange(cells.count) + cells.count * has_room)
+        return bodies
+
+    def _behind(self, feet_m: FloatArray, heading_rad: FloatArray, kind: Kind) -> Boxes:
+        """Stand bodies of one kind behind feet."""
+        away = self._view.sight(feet_m).away
+        turn = heading_rad - np.arctan2(away[:, 1], away[:, 0])
+        depth_m = np.abs(kind.length_m * np.cos(turn)) + np.abs(kind.width_m * np.sin(turn))
+        sizes_m = (np.full(len(turn), size_m) for size_m in (kind.length_m, kind.width_m))
+        return Boxes(feet_m + away * depth_m[:, None] / 2, heading_rad, *sizes_m)
 
     def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray, BoolArray]:
         """Find where groups meet the ground, of which the view edge may hide the foot, and of which others hide it."""
@@ -214,7 +243,7 @@ class ImageSurface:
 def road_part(
     view: GroundView, polygons_m: Sequence[FloatArray], image_size_px: tuple[int, int], settings: VisionSettings
 ) -> tuple[int, int, int, int]:
-    """Bound the part of the picture in which vehicles on a road are seen.
+    """Bound the part of the picture in which vehicles on a road are seen, those too far to tell their feet apart too.
 
     Parameters
     ----------
@@ -224,7 +253,8 @@ def road_part(
     -------
     Left, top, width and height in pixels; all of the picture if no road is in view.
     """
-    coarse = _coarse(view, polygons_m, image_size_px, settings)
+    whole = replace(settings, detection=replace(settings.detection, watched_height_m=HIGHEST_M, foot_noise_cells=1e-9))
+    coarse = _coarse(view, polygons_m, image_size_px, whole)
     rows, columns = np.flatnonzero(coarse.road.any(axis=1)), np.flatnonzero(coarse.road.any(axis=0))
     if len(rows) == 0:
         return (0, 0, *image_size_px)

@@ -106,6 +106,8 @@ class DetectionSettings:
     image_car_cells: float = 16.0
     # The lowest row of a blob is this uncertain.
     foot_noise_cells: float = 1.5
+    # A vehicle is no smaller than is usual for its kind by more than this part; tried on mast scenes 1 and 2, .1 to .2.
+    kind_slack: float = 0.1
     # Feet lie at least this wide side by side; what reaches lower is a speck or a neighbour's cell.
     foot_width_m: float = 0.15
     # So many cells below a column's lowest one are looked at: the border between two vehicles is a little blurred.

@@ -18,8 +18,8 @@ class Kind:
 
 
 # Cars, vans, trucks and buses, motorcycles, as they are on European roads.
-TRUCK = Kind(10.5, 2.0, 2.5, 3.2)
-KINDS = (Kind(4.5, 0.5, 1.8, 1.5), Kind(5.7, 0.6, 2.0, 2.3), TRUCK, Kind(2.1, 0.3, 0.8, 1.5))
+CAR, VAN, TRUCK = Kind(4.5, 0.5, 1.8, 1.5), Kind(5.7, 0.6, 2.0, 2.3), Kind(10.5, 2.0, 2.5, 3.2)
+KINDS = (CAR, VAN, TRUCK, Kind(2.1, 0.3, 0.8, 1.5))
 
 
 def heights_m(length_m: FloatArray) -> FloatArray:
@@ -30,6 +30,5 @@ def heights_m(length_m: FloatArray) -> FloatArray:
     >>> heights_m(np.array([4.5, 5.7, 12.0])).tolist()
     [1.5, 2.3, 3.2]
     """
-    car, van, truck = KINDS[:3]
-    lengths_m = (car.length_m + car.differs_m, van.length_m, truck.length_m - truck.differs_m)
-    return np.asarray(np.interp(length_m, lengths_m, (car.height_m, van.height_m, truck.height_m)), np.float64)
+    lengths_m = (CAR.length_m + CAR.differs_m, VAN.length_m, TRUCK.length_m - TRUCK.differs_m)
+    return np.asarray(np.interp(length_m, lengths_m, (CAR.height_m, VAN.height_m, TRUCK.height_m)), np.float64)

@@ -49,7 +49,8 @@ def test_part_with_the_road_holds_vehicles_and_not_the_sky() -> None:
     assert top <= far[1] - 1.5 * 800 / 120
     assert top + height == SIZE[1]
     horizon_px = 179.5 - 800 * np.tan(0.15)
-    assert top > horizon_px - 2.5 * 800 / 138
+    assert top > horizon_px - 4.0 * 800 / 180  # where a car is 8 px wide
+    assert top <= view.to_pixels(np.array([[0.0, 175.0]]))[0, 1] - 3.0 * 800 / 175  # to cells of 8 px
     off_road = [ROAD + np.array([5000.0, 0.0])]
     assert road_part(view, off_road, SIZE, VisionSettings()) == (0, 0, *SIZE)
 
@@ -67,6 +68,23 @@ def test_car_stands_where_its_foot_is(heading_rad: float, north_m: float) -> Non
     assert 1.8 * 1.5 < surface.areas_m2(cells)[0] < 1.8 * 3.0  # rear and roof
     # A row of the image is more road far away than near by.
     assert footprint.noise[0, 1, 1] > footprint.noise[0, 0, 0] * 0.99
+
+
+@pytest.mark.parametrize(
+    ("size_m", "length_m"), [((1.8, 1.5), 4.5), ((2.1, 2.4), 5.7), ((2.5, 3.4), 10.5), ((4.0, 1.5), 4.5)]
+)
+@pytest.mark.parametrize("north_m", [30.0, 60.0])
+def test_what_is_seen_tells_how_long_a_vehicle_is(size_m: tuple[float, float], length_m: float, north_m: float) -> None:
+    """A car, a van, a truck, and two cars side by side, whose length is seen as height too."""
+    surface, view = bridge_surface(), GroundView(bridge_view(), SIZE, VisionSettings())
+    vehicle = make_boxes([(0.0, north_m, np.pi / 2, length_m, size_m[0])])
+    corners = view.corners_px(vehicle, np.array([size_m[1]]))[0]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    mask = surface.raster.grid.paint([np.array([low, (high[0], low[1]), high, (low[0], high[1])])])
+    cells = find_blobs(surface.raster, mask & surface.raster.road.view(np.uint8), 99 * mask)
+    found = surface.footprints(cells, np.full(1, np.pi / 2), None).boxes
+    assert found.length_m.tolist() == [length_m]
+    assert found.centre_m[0, 1] == pytest.approx(north_m, abs=1.0)
 
 
 def test_road_that_crosses_itself_is_what_it_winds_round_an_odd_number_of_times() -> None:

@@ -185,12 +185,12 @@ ACROSS = [LaneStrip(np.array([[-20.0, y], [20.0, y]]), 7.0) for y in (48.0, 57.0
 
 def seen_from_a_bridge(settings: VisionSettings) -> Outcome:
     """Blobs of several upright things: feet hidden and seen, steps, gaps, walkers."""
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(6)
     surface = low_surface(settings)
     raster = surface.raster
     yield np.array([raster.grid.side, raster.road.sum(), raster.view_edge.sum()], np.float64)
     fields_ = [surface.lane_field(lanes) for lanes in (LOW_LANES, ACROSS, [])]
-    for k in range(40):
+    for k in range(90):
         count = int(rng.integers(1, 4))
         boxes = random_boxes(rng, count, (-3.5, 18.0, 1.57, 1.0, 0.5), (3.5, 70.0, 1.57, 6.0, 2.4))
         masks = [raster.grid.paint([one]) for one in surface.appearances(boxes).boxes.corners()]
@@ -239,6 +239,9 @@ def feet(settings: VisionSettings) -> Outcome:
     for width_m in (0.07, 0.11, 0.16, 0.22, 0.3, 0.4):
         cells = shapes(surface, [(1.8, 50.0, 1.8, 1.5), (1.8, 49.0, width_m, 0.3)])
         yield surface.footprints(cells, np.full(cells.count, 1.57), None).boxes.centre_m
+    for size in (0.8, 0.85, 0.9, 0.95, 1.0):
+        cells = shapes(surface, [(1.8, 50.0, size * 2.5, size * 5.5)])
+        yield surface.footprints(cells, np.full(cells.count, 1.57), None).boxes.length_m
     for height_m in (0.3, 0.6, 0.8, 1.0, 1.4):
         yield field.parts(shapes(surface, [(1.8, 50.0, 1.8, 1.5), (-0.4, 50.0, 2.6, height_m)]), lit)
     for behind_m in (1.0, 2.0, 3.0, 4.0, 5.0):
@@ -380,7 +383,7 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     seen_from_a_bridge: """
         watched_height_m least_car_px image_car_cells foot_noise_cells hidden_foot_lengths covered_foot_lengths
         feet_width_m apart_width_m lengthwise_cos roof_m step_m step_width_m walker_width_m walker_cos gap_m""",
-    feet: "foot_width_m below_cells feet_height_m level_m gap_cells",
+    feet: "kind_slack foot_width_m below_cells feet_height_m level_m gap_cells",
     half_hidden: "half_hidden_share",
     fused: "fusion_sigmas registration_m lone_trust piece_reach_m rate_memory rate_prior most_rate",
     seen_twice: "colour_bias_m thermal_bias_m",
