@@ -103,6 +103,8 @@ def crop_of(
     moved = moved[near]
     is_out = ((moved[:, :2] < -0.5) | (moved[:, :2] >= side - 0.5)).any(axis=1)
     is_ignored = is_out | (moved[:, 6] < LEAST_SHOWN) | (moved[:, 2:4].min(axis=1) < look.least_px)
+    # Of what fills the crop there is a wall to see: asked for, it is found in every plain corner.
+    is_ignored |= moved[:, 2:4].max(axis=1) > 0.8 * side
     return np.asarray(crop, np.uint8), moved, np.asarray(is_ignored, np.bool_)
 
 

@@ -73,9 +73,11 @@ def image_detections(
         return Detections.none()
     out = _outward(boxes, image_size_px, settings.networks.cut_px)
     is_cut = np.asarray(out.any(axis=1))
-    projection = _most_fitting(boxes, start_m, is_cut, view, settings)
     heading, is_lent = _lent(
         lambda tracks: _seen_distance_m(boxes.centre_px, tracks, view), len(boxes), expected, settings
+    )
+    projection = _most_fitting(
+        boxes, start_m, lent=np.where(is_lent, heading, np.nan), is_cut=is_cut, view=view, settings=settings
     )
     is_clear = is_lent.copy()
     is_free = ~is_lent
@@ -136,23 +138,41 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
 
 
 def _most_fitting(
-    boxes: ImageBoxes, start_m: FloatArray, is_cut: BoolArray, view: GroundView, settings: VisionSettings
+    boxes: ImageBoxes,
+    start_m: FloatArray,
+    *,
+    lent: FloatArray,
+    is_cut: BoolArray,
+    view: GroundView,
+    settings: VisionSettings,
 ) -> _Projection:
-    """Assume what is usual for the class; a box without one is a motorcycle where that explains it clearly better."""
+    """Assume what is usual for the class; without one, a motorcycle or truck where that explains it clearly better.
+
+    Trucks explain whatever is large, as a car askew is for who has no direction `lent` to it (nan).
+    """
 
     def as_classes(number: IntArray) -> _Projection:
         usual, spread = np.split(_usual(settings)[number], 2, axis=1)
         spread[is_cut] = settings.networks.cut_spread_m
         return _Projection(boxes, usual, spread, view, settings)
 
-    number = boxes.class_number
+    number, is_lent = boxes.class_number, np.isfinite(lent)
     is_open = number == CLASS_NAMES.index("unknown")
     if not is_open.any():
         return as_classes(number)
-    narrow = np.where(is_open, CLASS_NAMES.index("motorcycle"), number)
-    usual_misfit, narrow_misfit = (as_classes(one).undirected(start_m)[0].misfit for one in (number, narrow))
-    is_narrow = usual_misfit - narrow_misfit > settings.networks.better_sigmas**2
-    return as_classes(np.where(is_narrow, narrow, number))
+
+    def misfit(number: IntArray) -> FloatArray:
+        projection = as_classes(number)
+        directed = projection.directed(start_m, np.nan_to_num(lent)).misfit
+        return np.where(is_lent, directed, projection.undirected(start_m)[0].misfit)
+
+    least, chosen = misfit(number) - settings.networks.better_sigmas**2, number
+    for name, is_possible in (("motorcycle", is_open), ("truck", is_open & is_lent)):
+        other = np.where(is_possible, CLASS_NAMES.index(name), number)
+        found = misfit(other)
+        is_better = is_possible & (found < least)
+        least, chosen = np.where(is_better, found, least), np.where(is_better, other, chosen)
+    return as_classes(chosen)
 
 
 def _usual(settings: VisionSettings) -> FloatArray:

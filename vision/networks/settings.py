@@ -33,9 +33,11 @@ class NetworkSettings:
 
     # By class; they fill in what a box cannot tell, the more the less the view tells.
     usual_sizes: UsualSizes = field(default_factory=UsualSizes)
-    # The drawn edges of a box are off by about this much, and by this part of its size.
+    # The drawn edges of a box are off by about this much, and by this part of its size; those of a network's look by
+    # the second one (mast scenes 1 and 2: of 0.03 to 0.1, the more the fewer tracks broke).
     edge_noise_px: float = 1.0
     edge_noise_share: float = 0.03
+    look_noise_share: float = 0.1
     # A box this near to the edge of the picture is taken to go on beyond it; it may then be as short as it likes.
     cut_px: float = 2.0
     cut_spread_m: float = 30.0

@@ -122,7 +122,9 @@ def test_slanted_view_finds_the_footprint_under_the_height(heading_rad: float) -
 
 @pytest.mark.parametrize("heading_rad", [np.pi / 2, 1.3, 0.0])
 @pytest.mark.parametrize("distance_m", [30.0, 60.0, 120.0])
-@pytest.mark.parametrize(("name", "size_m"), [("car", (4.5, 1.8, 1.5)), ("truck", (10.0, 2.5, 3.3))])
+@pytest.mark.parametrize(
+    ("name", "size_m"), [("car", (4.5, 1.8, 1.5)), ("truck", (10.0, 2.5, 3.3)), ("unknown", (10.0, 2.5, 3.3))]
+)
 def test_a_low_camera_sees_tall_vehicles_where_they_stand(
     name: str, size_m: tuple[float, float, float], distance_m: float, heading_rad: float
 ) -> None:

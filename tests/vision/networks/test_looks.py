@@ -11,6 +11,7 @@ from vision.camera import fixed_camera
 from vision.networks.box_detector import ImageBoxes
 from vision.objects import VisionObjects
 from vision.road.boxes import Boxes
+from vision.settings import VisionSettings
 from vision.video.frame import Frame
 
 SIZE_PX = (640, 360)
@@ -42,9 +43,9 @@ def lane(*places: tuple[float, float, float]) -> World:
     return world
 
 
-def watched(lookout: Lookout, seconds: float) -> list[VisionObjects]:
+def watched(lookout: Lookout, seconds: float, settings: VisionSettings | None = None) -> list[VisionObjects]:
     """Show frames without anything in them: only the network tells."""
-    vision = fixed_camera(CAMERA[:, [0, 1, 3]], [ROAD], SIZE_PX, knows=lookout)
+    vision = fixed_camera(CAMERA[:, [0, 1, 3]], [ROAD], SIZE_PX, settings, knows=lookout)
     grey: NDArray[np.float64] = np.full(SIZE_PX[::-1], 90.0)
     results: list[VisionObjects] = []
     for k in range(round(seconds * 1e6 / STEP_US)):
