@@ -79,7 +79,8 @@ def states_of_stream(policy: Policy, passed: Arrived, end_us: int) -> list[tuple
     arrived_us, first = passed[0]
     phase_us, period_us = policy.from_us or 0, policy.cause.period_us
     t_us = min(phase_us, first.valid_us - (first.valid_us - phase_us) % period_us)
-    while t_us < first.valid_us or is_too_late(policy, t_us, arrived_us) or t_us < (policy.from_us or t_us):
+    from_us = t_us if policy.from_us is None else policy.from_us
+    while t_us < max(first.valid_us, from_us) or is_too_late(policy, t_us, arrived_us):
         t_us += period_us
     return states(
         {"": policy},

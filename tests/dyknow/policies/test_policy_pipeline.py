@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from dyknow.errors import PolicyError
@@ -338,6 +338,11 @@ def test_duration_takes_a_part_of_what_is_sampled_without_it(
 
 
 @PROPERTY
+@example(
+    Policy(SampleEvery(3), Approximation.NONE, from_us=0, order=Order.MONOTONE),
+    [Sample(available_us=0, valid_us=-3, value=0.0)],
+    None,
+)
 @given(policies(), STREAMS, st.none() | st.integers(0, 400))
 def test_every_sample_is_delivered_serves_a_sampled_value_or_is_counted(
     policy: Policy, samples: list[Sample[float]], told_us: int | None
