@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.evaluate_mast import Measured, ShownTruth, compare_shown, load_shown, pooled
+from benchmarks.evaluate_mast import Measured, ShownTruth, compare_shown, load_shown, pooled, write_boxes
 from service.records import CarState
 from service.scoring.evaluate import Evaluation
 
@@ -76,3 +76,24 @@ def test_only_long_stretches_of_large_and_free_boxes_count(tmp_path: Path) -> No
 def test_pooled_scenes_add_up() -> None:
     one = Measured(4, 3, 10, 2, 1, (2, 1, 0), 1, 20.0)
     assert pooled([one, one]) == Measured(8, 6, 20, 4, 2, (4, 2, 0), 2, 40.0)
+
+
+def test_the_boxes_of_the_truth_are_those_that_show(tmp_path: Path) -> None:
+    rows = [
+        "0,whole,0,0,1,1.0,10,20,50,40,car",
+        "0,hidden,0,0,1,0.29,10,20,50,40,car",
+        "0,small,0,0,1,1.0,10,20,19,29,car",
+        "0,outside,0,0,0,0.0,,,,,car",
+        "100000,whole,0,0,1,1.0,30,20,70,40,truck",
+    ]
+    truth, boxes = tmp_path / "truth.csv", tmp_path / "boxes.csv"
+    truth.write_text("\n".join([f"{HEADER},class", *rows]), encoding="utf-8")
+    header = "t_us,left_px,top_px,width_px,height_px,score,class"
+    write_boxes(truth, boxes, edge_noise=0.0, missed=0.0)
+    exact = [header, "0,10.0,20.0,40.0,20.0,1,car", "100000,30.0,20.0,40.0,20.0,1,truck"]
+    assert boxes.read_text(encoding="utf-8").splitlines() == exact
+    write_boxes(truth, boxes, edge_noise=0.1, missed=0.0)
+    assert [line.split(",")[0] for line in boxes.read_text(encoding="utf-8").splitlines()] == ["t_us", "0", "100000"]
+    assert boxes.read_text(encoding="utf-8").splitlines() != exact
+    write_boxes(truth, boxes, edge_noise=0.0, missed=1.0)
+    assert boxes.read_text(encoding="utf-8").splitlines() == [header]
