@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.detection.eye import Eye, FixedEye, is_slanting
+from vision.detection.eye import Eye, FixedEye, RoadEye, is_slanting
 from vision.detection.fusion import fuse
 from vision.detection.lanes import LaneStrip
 from vision.detection.surface import checked_polygons
@@ -295,23 +295,22 @@ def fixed_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
-    view = GroundView(pixel_from_ground, image_size_px, settings, lens)
     looks = None
     if knows is not None:
         hz = settings.networks.looks_hz
         looks = BoxEye(knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, looks_hz=hz)
-    eye: Eye[Frame]
-    if looks is not None and is_slanting(view, polygons_m, settings):
-        eye = looks
-    else:
-        road = FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
-        eye = road if looks is None else KnowingEye(road, looks, settings)
+    view = GroundView(pixel_from_ground, image_size_px, settings, lens)
+
+    def road() -> FixedEye:
+        return FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
+
+    eye = _eye(road, looks, view, polygons_m, settings)
     if reach_m is None:
         return Camera([eye], None, settings)
 
     def follow(matrix: FloatArray) -> tuple[Eye[Frame], Registration]:
-        looks = knows_moving or knows
-        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings, knows=looks)
+        known = knows_moving or knows
+        moving = _moving_eye(matrix, polygons_m, image_size_px, reach_m=reach_m, settings=settings, knows=known)
         return moving, Registration(matrix, image_size_px, settings.registration)
 
     watch = MovementWatch(
@@ -412,13 +411,28 @@ def _moving_eye(
     looks = None
     if knows is not None:
         looks = BoxEye(knows, polygons_m, image_size_px, settings, looks_hz=settings.networks.looks_hz)
-        if is_slanting(GroundView(pixel_from_ground, image_size_px, settings), polygons_m, settings):
-            return looks
-    surface = MovingGroundSurface(
-        facing(pixel_from_ground), polygons_m, image_size_px=image_size_px, reach_m=reach_m, settings=settings
-    )
-    road = MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
-    return road if looks is None else KnowingEye(road, looks, settings)
+
+    def road() -> MovingEye:
+        surface = MovingGroundSurface(
+            facing(pixel_from_ground), polygons_m, image_size_px=image_size_px, reach_m=reach_m, settings=settings
+        )
+        return MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
+
+    view = GroundView(pixel_from_ground, image_size_px, settings)
+    return _eye(road, looks, view, polygons_m, settings)
+
+
+def _eye(
+    road: Callable[[], RoadEye],
+    looks: BoxEye[Frame] | None,
+    view: GroundView,
+    polygons_m: Sequence[FloatArray],
+    settings: VisionSettings,
+) -> Eye[Frame]:
+    """See by motion; with a network by both on a map, and from low above the road by the network alone."""
+    if looks is None:
+        return road()
+    return looks if is_slanting(view, polygons_m, settings) else KnowingEye(road(), looks, settings)
 
 
 def box_camera(

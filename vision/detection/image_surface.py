@@ -7,7 +7,6 @@ Upright things must be upright in the image.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -61,10 +60,9 @@ class ImageSurface:
         settings: VisionSettings,
     ) -> None:
         self._view, self._usual, self._settings = view, settings, settings.detection
-        coarse = _coarse(view, polygons_m, image_size_px, settings)
-        low, high = np.full(2, -0.5), np.array(image_size_px) - 0.5
+        coarse = _Watched(_grid(image_size_px, COARSE_PX), view, polygons_m, settings)
         side = max(1.0, np.floor(settings.car_width_m / self._settings.image_car_cells / coarse.typical_scale()))
-        grid = Grid.between(low, high, side=side, is_north_up=False)
+        grid = _grid(image_size_px, side)
         watched = _Watched(grid, view, polygons_m, settings)
         self.metres_per_cell = side * watched.median_scale()
         self.raster = RoadRaster(
@@ -164,7 +162,7 @@ class ImageSurface:
         feet_m, is_touching, is_covered = self._feet(cells)
         sight = self._view.sight(feet_m)
         bearing = np.arctan2(sight.away[:, 1], sight.away[:, 0])
-        boxes = self._usual_bodies(cells, feet_m, heading_rad)
+        boxes = self._usual_bodies(cells, feet_m, sight.away, heading_rad)
         length_m, width_m = boxes.length_m, boxes.width_m
         blur, least_m = self._settings.foot_noise_cells * self.raster.grid.side, self._settings.position_noise_m
         # Where the border hides the foot, the lowest row is another part of the vehicle in every frame: as it comes
@@ -185,7 +183,7 @@ class ImageSurface:
             weight=np.where(is_touching, 0.0, 1.0),
         )
 
-    def _usual_bodies(self, cells: Cells, feet_m: FloatArray, heading_rad: FloatArray) -> Boxes:
+    def _usual_bodies(self, cells: Cells, feet_m: FloatArray, away: FloatArray, heading_rad: FloatArray) -> Boxes:
         """Put on each foot the largest of car, van and truck that what is seen has room for.
 
         What is too small for a kind is none; what is larger than it may be two vehicles.
@@ -196,21 +194,13 @@ class ImageSurface:
         least = 1 - self._settings.kind_slack
         usual = self._usual
         car = Kind(usual.usual_length_m, 0.0, usual.usual_width_m, usual.usual_height_m)
-        bodies = self._behind(feet_m, heading_rad, car)
+        bodies = _behind(feet_m, away, heading_rad, car)
         for kind in (VAN, TRUCK):
-            larger = self._behind(feet_m, heading_rad, kind)
+            larger = _behind(feet_m, away, heading_rad, kind)
             extent_px = np.ptp(self._view.corners_px(larger, np.full(cells.count, kind.height_m)), axis=1)
             has_room = (least * extent_px <= seen_px).all(axis=1)
             bodies = Boxes.joined([bodies, larger]).select(np.arange(cells.count) + cells.count * has_room)
         return bodies
-
-    def _behind(self, feet_m: FloatArray, heading_rad: FloatArray, kind: Kind) -> Boxes:
-        """Stand bodies of one kind behind feet."""
-        away = self._view.sight(feet_m).away
-        turn = heading_rad - np.arctan2(away[:, 1], away[:, 0])
-        depth_m = np.abs(kind.length_m * np.cos(turn)) + np.abs(kind.width_m * np.sin(turn))
-        sizes_m = (np.full(len(turn), size_m) for size_m in (kind.length_m, kind.width_m))
-        return Boxes(feet_m + away * depth_m[:, None] / 2, heading_rad, *sizes_m)
 
     def _feet(self, cells: Cells) -> tuple[FloatArray, BoolArray, BoolArray]:
         """Find where groups meet the ground, of which the view edge may hide the foot, and of which others hide it."""
@@ -253,8 +243,7 @@ def road_part(
     -------
     Left, top, width and height in pixels; all of the picture if no road is in view.
     """
-    whole = replace(settings, detection=replace(settings.detection, watched_height_m=HIGHEST_M, foot_noise_cells=1e-9))
-    coarse = _coarse(view, polygons_m, image_size_px, whole)
+    coarse = _Watched(_grid(image_size_px, COARSE_PX), view, polygons_m, settings, by_feet=False)
     rows, columns = np.flatnonzero(coarse.road.any(axis=1)), np.flatnonzero(coarse.road.any(axis=0))
     if len(rows) == 0:
         return (0, 0, *image_size_px)
@@ -266,18 +255,29 @@ def road_part(
     return left, top, right - left, bottom - top
 
 
-def _coarse(
-    view: GroundView, polygons_m: Sequence[FloatArray], image_size_px: tuple[int, int], settings: VisionSettings
-) -> "_Watched":
-    low, high = np.full(2, -0.5), np.array(image_size_px) - 0.5
-    return _Watched(Grid.between(low, high, side=COARSE_PX, is_north_up=False), view, polygons_m, settings)
+def _behind(feet_m: FloatArray, away: FloatArray, heading_rad: FloatArray, kind: Kind) -> Boxes:
+    """Stand bodies of one kind behind feet, (n, 2); `away` (n, 2) from the camera."""
+    turn = heading_rad - np.arctan2(away[:, 1], away[:, 0])
+    depth_m = np.abs(kind.length_m * np.cos(turn)) + np.abs(kind.width_m * np.sin(turn))
+    sizes_m = (np.full(len(turn), size_m) for size_m in (kind.length_m, kind.width_m))
+    return Boxes(feet_m + away * depth_m[:, None] / 2, heading_rad, *sizes_m)
+
+
+def _grid(image_size_px: tuple[int, int], side: float) -> Grid:
+    return Grid.between(np.full(2, -0.5), np.array(image_size_px) - 0.5, side=side, is_north_up=False)
 
 
 class _Watched:
-    """Which cells of an image grid show road, or vehicles on it."""
+    """Which cells of an image grid show road, or vehicles on it; if not `by_feet`, high and far ones as well."""
 
     def __init__(
-        self, grid: Grid, view: GroundView, polygons_m: Sequence[FloatArray], settings: VisionSettings
+        self,
+        grid: Grid,
+        view: GroundView,
+        polygons_m: Sequence[FloatArray],
+        settings: VisionSettings,
+        *,
+        by_feet: bool = True,
     ) -> None:
         pixels = grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1]))
         ground_m, is_below = view.to_ground(pixels)
@@ -288,12 +288,14 @@ class _Watched:
         sight = view.sight(ground_m[on_road])
         self._scale[on_road], along_m[on_road] = sight.across_m, sight.along_m
         is_fine = self._scale <= settings.car_width_m / settings.detection.least_car_px
-        # Farther away a foot says less of a place than the length of a car: nobody could tell who is ahead of whom.
-        is_fine &= settings.detection.foot_noise_cells * along_m <= settings.usual_length_m
+        if by_feet:
+            # Farther away one says less of a place than the length of a car: nobody could tell who is ahead of whom.
+            is_fine &= settings.detection.foot_noise_cells * along_m <= settings.usual_length_m
         self.ground = on_road & is_fine
         self._too_far = on_road & ~is_fine
         self.road = self.ground.copy()
-        rows = np.where(self.ground, settings.detection.watched_height_m / self._scale / grid.side, 0.0)
+        height_m = settings.detection.watched_height_m if by_feet else HIGHEST_M
+        rows = np.where(self.ground, height_m / self._scale / grid.side, 0.0)
         for up in range(1, min(int(rows.max(initial=0.0)) + 1, grid.shape[0])):
             self.road[:-up] |= rows[up:] >= up
 

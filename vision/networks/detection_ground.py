@@ -151,8 +151,8 @@ def _most_fitting(
     Trucks explain whatever is large, as a car askew is for who has no direction `lent` to it (nan).
     """
 
-    def as_classes(number: IntArray) -> _Projection:
-        usual, spread = np.split(_usual(settings)[number], 2, axis=1)
+    def as_classes(assumed: IntArray) -> _Projection:
+        usual, spread = np.split(_usual(settings)[assumed], 2, axis=1)
         spread[is_cut] = settings.networks.cut_spread_m
         return _Projection(boxes, usual, spread, view, settings)
 
@@ -161,8 +161,8 @@ def _most_fitting(
     if not is_open.any():
         return as_classes(number)
 
-    def misfit(number: IntArray) -> FloatArray:
-        projection = as_classes(number)
+    def misfit(assumed: IntArray) -> FloatArray:
+        projection = as_classes(assumed)
         directed = projection.directed(start_m, np.nan_to_num(lent)).misfit
         return np.where(is_lent, directed, projection.undirected(start_m)[0].misfit)
 

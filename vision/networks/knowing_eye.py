@@ -149,9 +149,8 @@ class KnowingEye(Eye[Frame]):
         moved = channel.detections
         if picture.found is None:
             return replace(channel, detections=self._between(moved))
-        return replace(
-            channel, detections=self._joined(moved, self._boxes.look(picture.found, expected).detections, expected)
-        )
+        known = self._boxes.look(picture.found, expected).detections
+        return replace(channel, detections=self._joined(moved, known, expected))
 
     def judge(self, boxes: Boxes) -> VerdictArray:
         """Take what the network sees for vehicles; what it does not see, motion alone cannot prove."""

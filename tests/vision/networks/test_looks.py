@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tests.vision.networks.test_detection_ground import drawn, slanted
 from tests.vision.support import make_boxes, make_frame
-from vision.camera import fixed_camera
+from vision.camera import Camera, fixed_camera, moving_camera
 from vision.networks.box_detector import ImageBoxes
 from vision.objects import VisionObjects
 from vision.road.boxes import Boxes
@@ -45,12 +45,36 @@ def lane(*places: tuple[float, float, float]) -> World:
 
 def watched(lookout: Lookout, seconds: float, settings: VisionSettings | None = None) -> list[VisionObjects]:
     """Show frames without anything in them: only the network tells."""
-    vision = fixed_camera(CAMERA[:, [0, 1, 3]], [ROAD], SIZE_PX, settings, knows=lookout)
+    return observed(fixed_camera(CAMERA[:, [0, 1, 3]], [ROAD], SIZE_PX, settings, knows=lookout), seconds)
+
+
+def observed(vision: Camera[Frame], seconds: float) -> list[VisionObjects]:
+    """Observe grey frames."""
     grey: NDArray[np.float64] = np.full(SIZE_PX[::-1], 90.0)
     results: list[VisionObjects] = []
     for k in range(round(seconds * 1e6 / STEP_US)):
         results += vision.observe(vision.prepare(make_frame(grey, index=k, t_us=STEP_US * k)))
     return [*results, *vision.finish()]
+
+
+class Still:
+    """The motion of a camera that might move, and does not."""
+
+    refusal = ""
+
+    def locate(self, instant: Frame, outlines_m: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+        del instant, outlines_m
+        return CAMERA[:, [0, 1, 3]]
+
+
+def test_a_camera_that_moves_is_looked_through_the_same_way() -> None:
+    world = lane((1.8, 20.0, 12.0))
+    vision = moving_camera(CAMERA[:, [0, 1, 3]], [ROAD], SIZE_PX, Still(), reach_m=50.0, knows=Lookout(world))
+    moving = observed(vision, 3.0)
+    assert all(one.pixel_from_ground is not None for one in moving)
+    for one, other in zip(moving, watched(Lookout(world), 3.0), strict=True):
+        assert one.ids == other.ids
+        assert np.array_equal(one.centre_m, other.centre_m)
 
 
 def test_a_vehicle_is_told_of_in_every_frame_though_few_are_looked_at() -> None:
