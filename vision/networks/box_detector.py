@@ -45,6 +45,7 @@ class ImageBoxes(Table):
     is_oriented : (n,) True if the axis is that of the vehicle; an upright box says nothing about direction.
     score : (n,) 0 to 1: how sure the detector is.
     class_number : (n,) row of `CLASS_NAMES`.
+    is_weak : (n,) True if it is too unsure to count but where a vehicle is expected; None for nowhere.
     """
 
     centre_px: FloatArray
@@ -53,9 +54,14 @@ class ImageBoxes(Table):
     is_oriented: BoolArray
     score: FloatArray
     class_number: IntArray
+    is_weak: BoolArray | None = None
 
     def __len__(self) -> int:
         return len(self.score)
+
+    def evidence(self) -> FloatArray:
+        """Say how much each tells for a vehicle, (n,): its score, or nothing if it is weak."""
+        return self.score if self.is_weak is None else np.where(self.is_weak, 0.0, self.score)
 
     @classmethod
     def none(cls) -> ImageBoxes:

@@ -19,6 +19,7 @@ from vision.detection.surface import road_area
 from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray
+from vision.road.boxes import distance_to_boxes
 from vision.road.view import GroundView, Lens
 from vision.settings import VisionSettings
 
@@ -122,7 +123,10 @@ class BoxEye(Eye[InstantT]):
             detections = image_detections(seen, self._view, expected, image_size_px=size_px, settings=self._settings)
         if self._period_us:
             detections = replace(detections, weight=self._settings.networks.look_evidence * detections.weights())
-        return Channel(detections.select(self._on_road(detections.boxes.centre_m)), self.holds, 0.0)
+        # What is too weak to tell of a vehicle may still tell where one is (Zhang et al., ByteTrack, 2022).
+        is_known = (distance_to_boxes(detections.boxes.centre_m, expected.known) < 0).any(axis=1)
+        is_taken = self._on_road(detections.boxes.centre_m) & (is_known | (detections.weights() > 0))
+        return Channel(detections.select(is_taken), self.holds, 0.0)
 
     def _turn(self, pixel_from_ground: FloatArray | None) -> None:
         if pixel_from_ground is None or (self._matrix is not None and np.array_equal(pixel_from_ground, self._matrix)):

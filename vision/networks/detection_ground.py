@@ -95,7 +95,7 @@ def image_detections(
         elongation=elongation,
         is_directed=is_lent,
         cut=cut.astype(np.int8),
-        weight=boxes.score,
+        weight=boxes.evidence(),
     )
     return detections.select(view.metres_per_pixel(guess.footprint.centre_m) <= settings.max_metres_per_pixel)
 

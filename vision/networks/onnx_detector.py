@@ -131,7 +131,8 @@ class OnnxDetector:
     def _look(self, picture: ByteArray) -> ImageBoxes:
         starts = range(0, len(self._tiles), self._at_once)
         found = [self._look_at_tiles(picture, self._tiles[start : start + self._at_once]) for start in starts]
-        return suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
+        boxes = suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
+        return replace(boxes, is_weak=boxes.score < self._settings.score_threshold)
 
     def _look_at_tiles(self, picture: ByteArray, tiles: Sequence[Tile]) -> ImageBoxes:
         """Look at tiles as one batch."""
@@ -141,7 +142,7 @@ class OnnxDetector:
             raise VisionError(f"network output: expected {len(tiles)} tables for as many tiles, got {output.shape!r}")
         found = []
         for tile, table in zip(tiles, output if len(tiles) > 1 else [output], strict=True):
-            boxes = letterbox.undo(decode(table, settings.layout, settings.classes, settings.score_threshold))
+            boxes = letterbox.undo(decode(table, settings.layout, settings.classes, settings.least_score))
             found.append(replace(boxes, centre_px=boxes.centre_px + np.array([tile.left_px, tile.top_px])))
         return ImageBoxes.joined(found)
 

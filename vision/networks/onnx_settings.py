@@ -40,7 +40,9 @@ class OnnxSettings:
         ``rows-oriented``: (n, 7) x, y, width, height, score, class, angle. A first axis of 1 may stand before each.
     classes : number of the network's class to our word (`CLASS_NAMES`); what is not listed is no vehicle.
     input_size_px : (width, height); None to take them from the weights.
-    score_threshold : boxes with a lower score are dropped.
+    score_threshold : boxes with a lower score are dropped, but
+    weak_threshold : those with at least this score count where a vehicle is expected, which has been seen before; None
+        for none.
     nms_threshold : of two boxes that share more than this part of their union, the one with the lower score goes.
     max_candidates : no more boxes, those of the best scores, are compared with each other; a good network gives a few
         hundred.
@@ -61,6 +63,7 @@ class OnnxSettings:
     classes: ClassWords
     input_size_px: Annotated[tuple[_InputPx, _InputPx], Meta(description="1 to 8192, twice")] | None = None
     score_threshold: _Share = 0.25
+    weak_threshold: _Share | None = None
     nms_threshold: _Share = 0.5
     max_candidates: Annotated[int, Meta(ge=1)] = 2000
     colours: Colours = "rgb"
@@ -75,3 +78,8 @@ class OnnxSettings:
     threads: _Threads = 1
     licence: str = ""
     source: str = ""
+
+    @property
+    def least_score(self) -> float:
+        """The score below which a box counts nowhere."""
+        return self.score_threshold if self.weak_threshold is None else min(self.weak_threshold, self.score_threshold)

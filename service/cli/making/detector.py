@@ -105,6 +105,7 @@ def try_on_clip(
         start_s = time.perf_counter()
         boxes = opened.detect(frame)
         times_s.append(time.perf_counter() - start_s)
+    boxes = boxes.select(boxes.evidence() > 0)
     look_ms = float(np.median(times_s)) * 1e3
     write_picture(out, draw_boxes(frame.to_bgr(), boxes))
     columns = boxes.class_number, boxes.score.tolist(), boxes.bounds_px().tolist()

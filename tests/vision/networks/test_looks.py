@@ -1,6 +1,7 @@
 """What a network sees alone that looks a few times a second, from low above the road."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +25,14 @@ World = Callable[[float], Boxes]
 class Lookout:
     """Sees a world as it is; what it is told to miss is not there."""
 
-    def __init__(self, world: World, missed_us: range = range(0)) -> None:
-        self._world, self._missed_us = world, missed_us
+    def __init__(self, world: World, missed_us: range = range(0), weak_us: range = range(0)) -> None:
+        self._world, self._missed_us, self._weak_us = world, missed_us, weak_us
         self.times_us: list[int] = []
 
     def detect(self, instant: Frame) -> ImageBoxes:
         self.times_us.append(instant.t_us)
         found = drawn(CAMERA, self._world(instant.t_us / 1e6))
+        found = replace(found, is_weak=np.full(len(found), instant.t_us in self._weak_us))
         return found.select(slice(0, 0)) if instant.t_us in self._missed_us else found
 
 
@@ -93,6 +95,14 @@ def test_a_look_that_misses_a_vehicle_says_that_it_is_not_seen_until_the_next_on
     hidden_us = [one.t_us for one in results[30:] if not one.observed.all()]
     assert hidden_us == list(range(2_000_000, 2_240_001, STEP_US))
     assert {one.ids for one in results[30:]} == {("v1",)}
+
+
+def test_weak_boxes_show_where_a_known_vehicle_is_and_tell_of_no_other() -> None:
+    world = lane((1.8, 20.0, 10.0))
+    results = watched(Lookout(world, weak_us=range(1_500_000, 4_000_000)), 4.0)
+    assert all(one.ids == ("v1",) and one.observed.all() for one in results[40:])
+    assert np.hypot(*(results[-1].centre_m[0] - world(results[-1].t_us / 1e6).centre_m[0])) < 1.0
+    assert not any(one.ids for one in watched(Lookout(world, weak_us=range(4_000_000)), 4.0))
 
 
 def test_what_stands_is_seen_as_well_as_what_drives() -> None:

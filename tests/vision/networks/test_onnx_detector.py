@@ -223,6 +223,17 @@ def test_rows_with_nan_or_beside_the_picture_are_left_out(tmp_path: Path) -> Non
     assert found.centre_px.tolist() == [[20.0, 24.0]]
 
 
+def test_weak_boxes_are_marked_and_are_no_evidence(tmp_path: Path) -> None:
+    rows = [[10, 20, 30, 28, 0.9, 0], [40, 20, 60, 28, 0.4, 0], [80, 20, 100, 28, 0.2, 0]]
+    found = answering(tmp_path, rows, "rows", weak_threshold=0.3).detect(make_frame(picture()))
+    assert found.evidence() == pytest.approx([0.9, 0.0])
+    assert found.is_weak is not None
+    assert found.is_weak.tolist() == [False, True]
+    # A threshold above that of all boxes changes nothing.
+    found = answering(tmp_path, rows, "rows", weak_threshold=0.95).detect(make_frame(picture()))
+    assert found.evidence() == pytest.approx([0.9])
+
+
 def test_network_that_gives_nothing_but_nan_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(VisionError, match=r"net.onnx: network output: expected finite numbers, got 6 that are not"):
         answering(tmp_path, [[float("nan")] * 6], "rows")
