@@ -87,6 +87,7 @@ def _at_road(network: RoadNetwork, view: View, rng: np.random.Generator) -> tupl
     sign = float(rng.choice((-1.0, 1.0)))
     middle_m = line.project(shapely.Point(view.centre_m))
     along_m = middle_m - sign * view.width_m * float(rng.uniform(*_BACK_SHARE))
+    along_m = min(max(along_m, 0.0), line.length)
     here_m, ahead_m = (_point(line, along_m + shift_m) for shift_m in (0.0, sign * _TOWARDS_M))
     east, north = (ahead_m - here_m) / np.hypot(*(ahead_m - here_m))
     right_m, left_m = _reach_m(network.surface(), here_m, np.array([-north, east]))

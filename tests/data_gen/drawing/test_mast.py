@@ -1,6 +1,7 @@
 """A mast is low, stands off the road or over it, and its picture is full of road."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,3 +50,13 @@ def test_a_mast_at_a_junction_stands_beside_the_road() -> None:
     network, poses = masts("junction")
     road = network.surface()
     assert all(road.distance(shapely.Point(pose.place_m[:2])) > 0 for pose in poses.values())
+
+
+def test_a_mast_stands_at_the_end_of_a_road_that_is_shorter_than_the_view() -> None:
+    network = read_sumo_net(scenario_named("urban_grid").network_file)
+    view = replace(scenario_named("urban_grid").view, width_m=250.0)
+    for road in network.roads:
+        view = replace(view, centre_m=tuple(road.reference_line_m.mean(axis=0).tolist()))
+        for seed in range(3):
+            pose = mast_pose(network, view, SIZE_PX, np.random.default_rng(seed))
+            assert np.isfinite([*pose.place_m, pose.yaw_rad]).all(), (road.id, seed)
