@@ -1,8 +1,11 @@
 """Twins: two names for one vehicle are never both seen in a frame, those of two vehicles soon are."""
 
-import numpy as np
+from dataclasses import replace
 
-from tests.vision.tracking.test_tracker import STEP_US, Row, drive, everywhere, names, track
+import numpy as np
+import pytest
+
+from tests.vision.tracking.test_tracker import STEP_US, Row, detect, drive, everywhere, names, track
 from vision.settings import VisionSettings
 from vision.tracking.tracker import Tracker
 
@@ -35,6 +38,20 @@ def test_name_ends_that_only_ever_takes_turns_with_an_older_one() -> None:
     results = track(frames)
     assert len(results[30].ids) == 2
     assert len(results[-1].ids) == 1
+
+
+@pytest.mark.parametrize(("noise_m", "count"), [(0.3, 2), (4.0, 1)])
+def test_who_takes_turns_is_one_where_noise_hides_who_is_ahead(noise_m: float, count: int) -> None:
+    pairs = zip(drive(15, TIMES), drive(15, TIMES, start_m=5.5), strict=True)
+    tracker = Tracker(VisionSettings(), everywhere)
+    for k, (t_us, pair) in enumerate(zip(TIMES, pairs, strict=True)):
+        expected = tracker.predict(t_us)
+        seen = detect(list(pair) if k < 25 else [pair[k // 5 % 2]], known=expected.known)
+        noise = np.broadcast_to(np.diag([noise_m**2, 0.09]), (len(seen), 2, 2))
+        objects = tracker.update(replace(seen, noise=noise))
+        if k == 25:
+            assert len(objects.ids) == 2
+    assert len(objects.ids) == count
 
 
 def test_vehicle_hidden_beside_another_keeps_its_name() -> None:

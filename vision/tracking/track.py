@@ -294,6 +294,8 @@ class TrackTable:
     def twins(self, now_us: int) -> BoolArray:
         """Find tracks that lie across a confirmed older one, both seen of late, but in this frame one of them at most.
 
+        Who is ahead of whom is told by no more than the noise of both, where a row of pixels is metres of road.
+
         Parameters
         ----------
         now_us : the frame's time.
@@ -305,6 +307,7 @@ class TrackTable:
         rows = np.flatnonzero(now_us - self.seen_us <= self.settings.twin_seen_us)
         east_m, north_m = self.state[rows, 0], self.state[rows, 1]
         reach_m = self.length_m[rows].max(initial=0.0)
+        reach_m += np.sqrt(2 * (self.covariance[rows, 0, 0] + self.covariance[rows, 1, 1]).max(initial=0.0))
         is_seen = self.is_observed[rows]
         # Few pairs are near each other and not both seen: the others are left out before anything costs much.
         is_near = np.abs(east_m[:, None] - east_m) < reach_m
@@ -316,11 +319,13 @@ class TrackTable:
         return is_twin
 
     def _overlaps(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> BoolArray:
-        """Tell for pairs of rows whether the boxes overlap, both taken to lie along the other's."""
+        """Tell for pairs of rows whether the boxes may overlap, both taken to lie along the other's."""
         offset_m, ahead = self.state[one, :2] - self.state[other, :2], axis(self.heading_rad[other])
         along_m = np.abs(np.einsum("ni,ni->n", offset_m, ahead))
         across_m = np.abs(offset_m[:, 1] * ahead[:, 0] - offset_m[:, 0] * ahead[:, 1])
-        is_along = along_m < (self.length_m[one] + self.length_m[other]) / 2
+        noise = self.covariance[one, :2, :2] + self.covariance[other, :2, :2]
+        noise_m = np.sqrt(np.einsum("ni,nij,nj->n", ahead, noise, ahead))
+        is_along = along_m < (self.length_m[one] + self.length_m[other]) / 2 + noise_m
         return np.asarray(is_along & (across_m < (self.width_m[one] + self.width_m[other]) / 2))
 
     def _is_older(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> BoolArray:
