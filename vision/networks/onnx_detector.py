@@ -61,7 +61,7 @@ class OnnxDetector:
             self._network = Network(path, settings)
             most_px = _input_size(self._network.input_shape, settings)
             is_open = self._network.input_shape[2:] == (0, 0)
-            input_size_px = _filled(self._tiles[0], whole, most_px) if is_open else most_px
+            input_size_px = _filled(self._tiles[0], whole, most_px, enlarge=settings.enlarge) if is_open else most_px
             self._letterbox = Letterbox.of((self._tiles[0].width_px, self._tiles[0].height_px), input_size_px)
             grey = np.full((height, width, 3), PADDING, np.uint8)
             self._at_once = self._count_at_once(grey)
@@ -254,9 +254,10 @@ def _input_size(shape: tuple[int, ...], settings: OnnxSettings) -> tuple[int, in
     return wanted
 
 
-def _filled(tile: Tile, whole: Tile, most_px: tuple[int, int]) -> tuple[int, int]:
+def _filled(tile: Tile, whole: Tile, most_px: tuple[int, int], *, enlarge: bool) -> tuple[int, int]:
     """Make an input no larger than a tile needs at the scale that it has when all of the picture is looked at."""
     scale = min(most_px[0] / whole.width_px, most_px[1] / whole.height_px)
+    scale = scale if enlarge else min(scale, 1.0)
     sides = (tile.width_px, most_px[0]), (tile.height_px, most_px[1])
     width, height = (min(most, INPUT_STEP_PX * int(np.ceil(side * scale / INPUT_STEP_PX))) for side, most in sides)
     return width, height

@@ -40,6 +40,7 @@ class OnnxSettings:
         ``rows-oriented``: (n, 7) x, y, width, height, score, class, angle. A first axis of 1 may stand before each.
     classes : number of the network's class to our word (`CLASS_NAMES`); what is not listed is no vehicle.
     input_size_px : (width, height); None to take them from the weights.
+    enlarge : whether weights that take any size get a smaller picture enlarged to that size.
     score_threshold : boxes with a lower score are dropped, but
     weak_threshold : those with at least this score count where a vehicle is expected, which has been seen before; None
         for none.
@@ -62,6 +63,7 @@ class OnnxSettings:
     layout: Layout
     classes: ClassWords
     input_size_px: Annotated[tuple[_InputPx, _InputPx], Meta(description="1 to 8192, twice")] | None = None
+    enlarge: bool = True
     score_threshold: _Share = 0.25
     weak_threshold: _Share | None = None
     nms_threshold: _Share = 0.5
