@@ -104,7 +104,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seconds", type=int, default=60)
     parser.add_argument("--only", nargs="+", choices=tuple(SCENARIOS), help="scenarios; default: all")
     parser.add_argument("--folder", type=Path, default=Path("out/evaluation"))
-    parser.add_argument("--detector", default="motion", help="as of dyknow process, or truth")
+    parser.add_argument("--detector", default="auto", help="as of dyknow process, or truth")
     parser.add_argument("--edge-noise", type=float, default=0.0)
     parser.add_argument("--missed", type=float, default=0.0)
     return parser.parse_args(arguments)

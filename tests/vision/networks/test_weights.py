@@ -1,5 +1,7 @@
 """The project's own networks: their recipes can be read, and they find what is drawn."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -43,3 +45,16 @@ def test_own_weights_find_vehicles_that_they_were_not_trained_on(
         asked += len(clear)
     assert asked > 10
     assert found / asked > least_share
+
+
+def test_a_small_picture_is_enlarged_where_the_recipe_says_so() -> None:
+    path = WEIGHTS / "low.onnx"
+    settings = read_toml(path.with_suffix(".toml"), OnnxSettings, what="recipe")
+    taken_px = {
+        enlarge: OnnxDetector(path, replace(settings, enlarge=enlarge), (640, 352)).input_size_px
+        for enlarge in (False, True)
+    }
+    assert taken_px == {False: (640, 352), True: (1280, 704)}
+    assert not settings.enlarge
+    # What is larger is made smaller, either way.
+    assert OnnxDetector(path, settings, (1920, 1080)).input_size_px == (1280, 736)
