@@ -41,7 +41,7 @@ def process(
     ] = None,
     columns: Annotated[str | None, typer.Option(help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
-        str | None, typer.Option(help="motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH.")
+        str | None, typer.Option(help="auto, motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH.")
     ] = None,
     detections: Annotated[
         Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")

@@ -26,7 +26,7 @@ from vision.settings import VisionSettings
 from vision.video.frames import Frame
 
 Channels = Literal["colour", "thermal", "both"]
-GRAMMAR = "motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH"
+GRAMMAR = "auto, motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH"
 NAME = re.compile(r"[A-Za-z0-9_-]+")  # of an installed detector; paths have a dot or a slash
 Side = Annotated[int, Meta(ge=2, lt=100_000)]
 SIZE = "width and height in whole pixels, at least 2"
@@ -44,7 +44,7 @@ class DetectionDetails:
     rate_hz, size_px : frames a second and size of the picture, for a file of detections that stands alone.
     """
 
-    use: Text = "motion"
+    use: Text = "auto"
     classes: ClassWords = field(default_factory=dict)
     score_threshold: Number = 0.25
     rate_hz: Annotated[float, Meta(ge=0.1, le=1000, description="frames a second from 0.1 to 1000")] | None = None
@@ -82,6 +82,16 @@ class OnnxChoice:
 
 
 @dataclass(frozen=True, slots=True)
+class AutoChoice:
+    """Motion; from low above the road the network that comes along for such views, which knows what stands there."""
+
+    @property
+    def low(self) -> OnnxChoice:
+        """The network."""
+        return read_recipe(SHIPPED_DETECTORS / "low.onnx")
+
+
+@dataclass(frozen=True, slots=True)
 class FileChoice:
     """A file of detections, and how it is read."""
 
@@ -108,8 +118,8 @@ class FileChoice:
         return read_detections(self.path, self.rules, settings.networks)
 
 
-DetectorChoice = MotionChoice | OnnxChoice | FileChoice
-
+KnownChoice = MotionChoice | OnnxChoice | FileChoice
+DetectorChoice = AutoChoice | KnownChoice
 
 SHIPPED_DETECTORS = Path(onnx_settings.__file__).parent / "weights"
 
@@ -121,7 +131,7 @@ def choose_detector(
     folder: Path,
     columns: Mapping[str, str] | None = None,
 ) -> DetectorChoice:
-    """Choose the detector: that of the command line, else that of the site file, else motion.
+    """Choose the detector: that of the command line, else that of the site file, else by what the camera sees.
 
     Parameters
     ----------
@@ -140,6 +150,8 @@ def choose_detector(
     details = details or DetectionDetails()
     text = wanted if wanted is not None else details.use
     where = "--detector" if wanted is not None else "[detector] use"
+    if text == "auto":
+        return AutoChoice()
     kind, colon, what = text.partition(":")
     if kind == "motion" and what in _CHANNELS and bool(colon) == bool(what):
         return MotionChoice(_CHANNELS[what])
@@ -194,7 +206,7 @@ def recipe_path(weights: Path) -> Path:
     return weights.with_suffix(".toml")
 
 
-def describe(choice: DetectorChoice, opened: BoxDetector[Frame] | BoxDetector[Instant] | None = None) -> str:
+def describe(choice: KnownChoice, opened: BoxDetector[Frame] | BoxDetector[Instant] | None = None) -> str:
     """Say in words which detector ran, for the log.
 
     Examples

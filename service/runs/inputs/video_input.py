@@ -10,6 +10,7 @@ from gis.road_network import RoadNetwork
 from service.errors import InputError
 from service.records import InputKind
 from service.runs.inputs.detectors import (
+    AutoChoice,
     FileChoice,
     MotionChoice,
     OnnxChoice,
@@ -40,6 +41,7 @@ MOST_SPEEDING = 2.0
 # noticed by vision. A scale wants more traffic than that.
 NOTICED_US = 6_000_000
 SCALE_SPAN_US = 10_000_000
+CAMERA_AND_ROADS = "with the camera and roads of its site"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,13 +66,18 @@ class VideoInput(Input):
             raise InputError(f"{path}: expected a .csv file to go with a column map, got {came!r}")
         if is_trajectories(path):
             raise InputError(f"{path}: expected a video for the detector {asked.detector!r}, got trajectories")
+        if isinstance(choice, AutoChoice):
+            source = _open_video(path, asked.site)
+            with told(InputError, path, CAMERA_AND_ROADS):
+                is_low = source.sensor.is_low()
+            return _with_detector(source, choice.low) if is_low else source
         if isinstance(choice, MotionChoice):
             return _with_channels(path, asked.site, choice)
         return _with_detector(_open_video(path, asked.site), choice)
 
     def feed(self) -> Feed:
         """Give the frames, and the vision of this camera to look at them."""
-        with told(InputError, self.path, "with the camera and roads of its site"):
+        with told(InputError, self.path, CAMERA_AND_ROADS):
             vision = self.sensor.vision()
         samples = (Sample(frame.t_us, frame.t_us, frame) for frame in self.sensor.frames(vision))
         return Feed(VIDEO, samples, vision)

@@ -10,6 +10,7 @@ from service.runs.inputs.guessed_ground import DoubtedVision
 from service.runs.inputs.moving_camera import camera_motion, reach_m
 from service.runs.inputs.site import Motion
 from vision.camera import Camera, FixedView, box_camera, fixed_camera, fused_camera, moving_camera, thermal_settings
+from vision.detection.eye import is_slanting
 from vision.detection.image_surface import road_part
 from vision.detection.lanes import LaneStrip
 from vision.networks.box_detector import BoxDetector
@@ -64,6 +65,19 @@ class VideoSensor:
         """Return width and height of the frames."""
         return self.video.width_px, self.video.height_px
 
+    def is_low(self) -> bool:
+        """Tell whether the camera is known to look from low above the road.
+
+        Raises
+        ------
+        VisionError
+            If the view is unusable.
+        """
+        return self.guessed_m2 is None and is_slanting(self._view(), self.area_m, self.settings)
+
+    def _view(self) -> GroundView:
+        return GroundView(self.ground_camera.pixel_from_ground, self.size_px, self.settings, self.ground_camera.lens)
+
     def road_part_px(self) -> tuple[int, int, int, int] | None:
         """Bound the part of the picture that shows the road: left, top, width, height; None for a camera that moves.
 
@@ -74,8 +88,7 @@ class VideoSensor:
         """
         if self.motion is not None:
             return None
-        view = GroundView(self.ground_camera.pixel_from_ground, self.size_px, self.settings, self.ground_camera.lens)
-        return road_part(view, self.area_m, self.size_px, self.settings)
+        return road_part(self._view(), self.area_m, self.size_px, self.settings)
 
     def vision(self) -> Camera[Frame] | DoubtedVision:
         """Make the vision of the camera.

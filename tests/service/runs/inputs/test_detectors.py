@@ -12,7 +12,14 @@ import pytest
 from service.cli.app import run
 from service.errors import InputError, SiteError
 from service.records import RunRecord
-from service.runs.inputs.detectors import DetectionDetails, FileChoice, MotionChoice, OnnxChoice, choose_detector
+from service.runs.inputs.detectors import (
+    AutoChoice,
+    DetectionDetails,
+    FileChoice,
+    MotionChoice,
+    OnnxChoice,
+    choose_detector,
+)
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import load_site
 from service.runs.inputs.video_input import VideoInput
@@ -142,6 +149,23 @@ def test_site_file_chooses_the_detector_and_the_command_line_overrules_it(tmp_pa
     assert named == ["file:found.txt", "motion"]
 
 
+# 6 m high, 11 degrees down, over the beginning of a road to the north.
+LOW_SITE = SITE.replace("[[0.0, 8.0], [64.0, 8.0]]", "[[0.0, 5.0], [0.0, 120.0]]").replace(
+    "[[0.25, 0.0, 0.0], [0.0, -0.25, 15.75], [0.0, 0.0, 1.0]]",
+    "[[0.22795103, 0.0, -29.06375685], [0.0, -0.04349511, 68.49897538], [0.0, 0.03729382, 1.0]]",
+)
+
+
+def test_from_low_above_the_road_the_network_for_such_views_looks_unless_told_otherwise(tmp_path: Path) -> None:
+    video, above, low = make_video(tmp_path / "video.mp4"), tmp_path / "above.toml", tmp_path / "low.toml"
+    above.write_text(SITE, encoding="utf-8")
+    low.write_text(LOW_SITE, encoding="utf-8")
+    named = [open_input(video, load_site(site)).detector for site in (above, low)]
+    assert named[0] == "motion"
+    assert named[1].startswith("onnx:low.onnx (ONNX Runtime ")
+    assert open_input(video, load_site(low), detector="motion").detector == "motion"
+
+
 def test_detections_past_the_end_of_the_video_are_warned_of_or_refused(tmp_path: Path) -> None:
     video, site = make_video(tmp_path / "video.mp4"), load_site(make_site(tmp_path))
     some = open_input(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES - 2, FRAMES + 3))}")
@@ -184,7 +208,9 @@ def test_car_that_only_the_thermal_camera_sees_is_in_the_log(tmp_path: Path) -> 
 def test_detectors_are_chosen_by_their_words(tmp_path: Path) -> None:
     network, found = make_network(tmp_path), make_mot(tmp_path)
     details = DetectionDetails(use="onnx:net.onnx")
-    assert choose_detector(None, None, folder=tmp_path) == MotionChoice()
+    assert choose_detector(None, None, folder=tmp_path) == AutoChoice()
+    assert choose_detector("auto", details, folder=tmp_path) == AutoChoice()
+    assert choose_detector("motion", details, folder=tmp_path) == MotionChoice()
     assert isinstance(choose_detector(None, details, folder=tmp_path), OnnxChoice)
     assert isinstance(choose_detector(f"onnx:{network}", None, folder=Path()), OnnxChoice)
     assert isinstance(choose_detector(f"file:{found}", details, folder=tmp_path), FileChoice)
@@ -192,7 +218,7 @@ def test_detectors_are_chosen_by_their_words(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("wanted", ["yolo", "motion:", "motion:night", "onnx:", "file", ""])
 def test_unknown_detectors_are_refused(tmp_path: Path, wanted: str) -> None:
-    with pytest.raises(InputError, match=r"--detector: expected motion, .* or file:PATH, got '"):
+    with pytest.raises(InputError, match=r"--detector: expected auto, motion, .* or file:PATH, got '"):
         choose_detector(wanted, None, folder=tmp_path)
 
 
