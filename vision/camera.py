@@ -8,6 +8,7 @@ backgrounds from learning them.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -300,10 +301,7 @@ def fixed_camera(
         hz = settings.networks.looks_hz
         looks = BoxEye(knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, looks_hz=hz)
     view = GroundView(pixel_from_ground, image_size_px, settings, lens)
-
-    def road() -> FixedEye:
-        return FixedEye(pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
-
+    road = partial(FixedEye, pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
     eye = _eye(road, looks, view, polygons_m, settings)
     if reach_m is None:
         return Camera([eye], None, settings)

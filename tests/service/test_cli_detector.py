@@ -130,6 +130,9 @@ def test_boxes_of_a_frame_are_drawn_and_counted(tmp_path: Path, capsys: pytest.C
     left, top, right, bottom = box["bounds_px"]
     assert ((left + right) / 2, (top + bottom) / 2) == pytest.approx((east_m(25) / 0.25, 31), abs=4.5)
     assert (box["class"], told["look_ms"] > 0) == ("car", True)
+    fetched(tmp_path, RECIPE.replace("0.8", "0.999").replace("source", "weak_threshold = 0.8\nsource"))
+    assert run(words) == 0
+    assert "boxes.png: 0 vehicles at 1.00 s, " in capsys.readouterr().out
     is_yellow = (np.abs(picture.astype(int) - [0, 235, 255]) < 40).all(axis=2)
     rows, columns = np.nonzero(is_yellow)
     assert (columns.min() / 2, columns.max() / 2) == pytest.approx((left, right), abs=2)
