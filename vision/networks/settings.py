@@ -38,9 +38,8 @@ class NetworkSettings:
     edge_noise_px: float = 1.0
     edge_noise_share: float = 0.03
     look_noise_share: float = 0.1
-    # A box this near to the edge of the picture is taken to go on beyond it; it may then be as short as it likes.
+    # A box this near to the edge of the picture, or nearer than its own noise, is taken to go on beyond it.
     cut_px: float = 2.0
-    cut_spread_m: float = 30.0
     # No vehicle is shorter or narrower than this, whatever a box says.
     smallest_m: float = 0.3
     # A direction is clear if it explains a box within so many sigmas, and better than the one across it by so many.

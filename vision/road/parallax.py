@@ -26,10 +26,11 @@ class Parallax:
     Attributes
     ----------
     is_steep : whether the camera looks straight down all over the view: nothing leans.
+    lean : as of the view.
     """
 
     def __init__(self, view: GroundView, settings: VisionSettings) -> None:
-        self._view = view
+        self.lean = view.lean
         self._settings = settings
         low, high = view.extent()
         corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 2)
@@ -89,20 +90,6 @@ class Parallax:
             footprints.length_m + np.abs(along),
             footprints.width_m + np.abs(across),
         )
-
-    def lean(self, points_m: FloatArray) -> FloatArray:
-        """Measure how far a metre of height shifts what is seen.
-
-        Parameters
-        ----------
-        points_m : (n, 2) on the ground.
-
-        Returns
-        -------
-        (n, 2) metres, away from the camera.
-        """
-        sight = self._view.sight(points_m)
-        return sight.away * sight.smear_m(1.0)[:, None]
 
 
 def _cut(seen_m: FloatArray, smear_m: FloatArray, usual_m: float, least_m: float, is_hidden: BoolArray) -> FloatArray:

@@ -102,6 +102,20 @@ class GroundView:
         straight = self._to_straight(points_m)
         return straight if self._lens is None else self._lens.bend(straight)
 
+    def lean(self, points_m: FloatArray) -> FloatArray:
+        """Measure how far a metre of height shifts what is seen.
+
+        Parameters
+        ----------
+        points_m : (n, 2) on the ground.
+
+        Returns
+        -------
+        (n, 2) metres, away from the camera.
+        """
+        sight = self.sight(points_m)
+        return sight.away * sight.smear_m(1.0)[:, None]
+
     def metres_per_pixel(self, points_m: FloatArray) -> FloatArray:
         """Measure how much ground a pixel covers, as the side of a square of that area.
 

@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from numpy.typing import NDArray
 
 from tests.vision.support import make_boxes, top_view
 from vision.detection.detector import Detections, Expected
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.detection_ground import ground_detections, image_detections
+from vision.networks.vehicle_fit import Ends
 from vision.road.boxes import Boxes
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
@@ -172,7 +174,40 @@ def test_box_at_the_edge_says_which_end_is_cut() -> None:
     cut = ImageBoxes((low + high) / 2, high - low, boxes.angle_rad, boxes.is_oriented, boxes.score, boxes.class_number)
     found = detect(camera, cut, known(car))
     assert found.cut.tolist() == [1]
-    assert found.boxes.length_m[0] == pytest.approx(2.9, abs=0.2)  # what is in view, not what is usual
+    assert found.boxes.length_m[0] == pytest.approx(4.5, abs=0.2)  # what is usual, for nobody sees the rest
+    assert found.boxes.centre_m == pytest.approx(car.centre_m, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("x_m", "y_m"), [(-5.2, 20.0), (5.2, 20.0), (0.0, 9.5), (0.0, 72.0)], ids=["left", "right", "bottom", "top"]
+)
+def test_of_what_the_edge_cuts_the_end_that_is_seen_tells_the_place(x_m: float, y_m: float) -> None:
+    camera = slanted(6.0, 0.226, 1200.0)
+    car = make_boxes([(x_m, y_m, np.pi / 2, 4.5, 1.8)])
+    whole = drawn(camera, car).bounds_px()
+    bounds = np.clip(whole, -0.5, np.tile(SIZE_PX, 2) - 0.5)
+    assert (bounds != whole).any()
+    low, high = bounds[:, :2], bounds[:, 2:]
+    box = ImageBoxes((low + high) / 2, high - low, np.zeros(1), np.zeros(1) > 0, np.ones(1), np.zeros(1, np.intp))
+    found = detect(camera, box, known(car))
+    assert found.cut[0] != 0
+    off_m = found.boxes.centre_m[0] - car.centre_m[0]
+    spread_m = np.sqrt(np.linalg.eigvalsh(found.noise[0])[1])
+    assert np.hypot(*off_m) < 2 * spread_m
+    assert spread_m < 1.5
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_seen_ends_are_those_of_the_body_cut_at_its_hidden_ends(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    corners_px, limits = rng.uniform(0, 100, (1, 8, 2)), np.sort(rng.uniform(20, 80, (1, 2, 2)))
+    is_hidden = np.array([[rng.permutation([True, False]), [False, False]]])
+    ends = Ends(np.eye(2)[None], limits, np.ones((1, 2)), is_hidden)
+    low, high = np.where(is_hidden[0, 0], limits[0, 0], [-1e3, 1e3])
+    body = shapely.convex_hull(shapely.MultiPoint(corners_px[0]))
+    _, bottom, _, top = shapely.intersection(body, shapely.box(low, -1e3, high, 1e3)).bounds
+    assert ends.seen_of(corners_px)[0, 1] == pytest.approx((bottom, top))
+    assert ends.seen_of(corners_px)[0, 0] == pytest.approx((corners_px[..., 0].min(), corners_px[..., 0].max()))
 
 
 def test_box_above_the_horizon_is_no_vehicle() -> None:

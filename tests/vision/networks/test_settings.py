@@ -49,8 +49,8 @@ def nearly_square(settings: VisionSettings) -> Outcome:
 def near_the_edge(settings: VisionSettings) -> Outcome:
     """Boxes that end a few pixels before the edge of the picture."""
     for gap_px in range(6):
-        size_px = np.array([[40.0, 24.0]])
-        centre_px = np.array([[gap_px + 19.5, 200.0]])
+        size_px = np.array([[24.0, 24.0]])  # its edges are known better than `cut_px`
+        centre_px = np.array([[gap_px + 11.5, 200.0]])
         flat = ImageBoxes(centre_px, size_px, np.zeros(1), np.zeros(1, np.bool_), np.ones(1), np.zeros(1, np.intp))
         yield boxes_of(detect(flat, settings))
 
@@ -89,7 +89,7 @@ def looked_at(settings: VisionSettings) -> Outcome:
 SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     drawn_boxes: "edge_noise_px edge_noise_share smallest_m",
     nearly_square: "explained_sigmas better_sigmas",
-    near_the_edge: "cut_px cut_spread_m",
+    near_the_edge: "cut_px",
     gap_in_a_file: "told_gap_us",
     single_moment: "usual_step_us",
     doubted_stranger: "looks_hz look_evidence",
