@@ -5,7 +5,6 @@ nothing but the uncertainty. Confirmed tracks choose first; what they leave star
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -120,10 +119,13 @@ class Tracker:
 
         Returns
         -------
-        All confirmed tracks; what was seen at the latest look, and is in view still, counts as seen.
+        All confirmed tracks; what was seen at the latest look, and has not driven out of view, counts as seen.
         """
-        objects = self._objects(self._bodies())
-        return replace(objects, observed=objects.observed & self._is_in_view(objects.centre_m))
+        tracks = self._tracks
+        # The middle of what stands at the edge may be out of view all the time.
+        stands = tracks.speed_mps() < self._settings.heading_speed_mps
+        tracks.is_observed &= stands | self._is_in_view(tracks.state[:, :2])
+        return self._objects(self._bodies())
 
     def standing(self, min_us: int) -> tuple[IntArray, Boxes]:
         """List tracks that may be ghosts: seen, but standing for a while.

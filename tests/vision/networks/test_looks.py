@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.vision.networks.test_detection_ground import drawn, slanted
+from tests.vision.networks.test_detection_ground import drawn, slanted, view_of
 from tests.vision.support import make_boxes, make_frame
 from vision.camera import Camera, fixed_camera, moving_camera
 from vision.networks.box_detector import ImageBoxes
@@ -108,6 +108,13 @@ def test_weak_boxes_show_where_a_known_vehicle_is_and_tell_of_no_other() -> None
 def test_what_stands_is_seen_as_well_as_what_drives() -> None:
     results = watched(Lookout(lane((-1.8, 40.0, 0.0), (1.8, 20.0, 8.0))), 3.0)
     assert all(len(one.ids) == 2 for one in results[40:])
+
+
+def test_what_stands_with_its_middle_out_of_view_is_seen_between_looks_as_well() -> None:
+    middle_m = 5.8, 12.2  # the right edge of the picture lies 5.6 m aside there
+    assert not view_of(CAMERA).sees(np.array([middle_m]))[0]
+    results = watched(Lookout(lane((*middle_m, 0.0))), 3.0)
+    assert all(one.ids == ("v1",) and one.observed.all() for one in results[40:])
 
 
 def test_who_drives_out_of_the_view_between_looks_is_not_seen_there() -> None:
