@@ -43,7 +43,7 @@ class Look:
 LOOKS = {
     # Rendered at .09 to .25 m/px: crops have .06 to .4, and the weights are meant for .2.
     "above": Look(is_oriented=True, crop_px=192, scale=(0.6, 1.6), least_px=5.0, batch=8),
-    "low": Look(is_oriented=False, crop_px=288, scale=(0.45, 1.6), least_px=7.0, batch=4),
+    "low": Look(is_oriented=False, crop_px=352, scale=(0.45, 1.6), least_px=7.0, batch=3),
 }
 _AIMED = np.array([1.0, 3.0, 6.0, 8.0, 8.0])
 """How often a crop is aimed at a vehicle of each class, beside a car: there are few of the others."""
@@ -118,11 +118,14 @@ def _clipped(boxes: FloatArray, side: int) -> FloatArray:
 
 
 def repainted(crop: ByteArray, boxes: FloatArray, rng: Generator) -> ByteArray:
-    """Give some vehicles, (n, 7), another colour, (h, w, 3): most paints are not in the palette."""
+    """Give some vehicles, (n, 7), another colour, (h, w, 3), and a shine: most paints are not in the palette."""
     picture = crop.astype(np.float32)
     for box in boxes[rng.random(len(boxes)) < 0.35]:
         cover = mask_of(box[None] * (1, 1, 0.94, 0.9, 1, 1, 1), crop.shape[:2])[:, :, None]
         part = picture * rng.uniform(0.55, 1.35, 3).astype(np.float32) + np.float32(rng.uniform(-25, 40))
+        if rng.random() < 0.6:  # what shines in paint and glass: the sky, trees, other vehicles
+            shine = noise_field(crop.shape[:2], float(rng.uniform(0.15, 0.8)) * box[2:4].min(), rng)
+            part = part * np.exp(np.float32(rng.uniform(0.05, 0.4)) * shine)[:, :, None]
         picture = np.where(cover, part, picture)
     return np.clip(picture, 0, 255).astype(np.uint8)
 
