@@ -65,6 +65,15 @@ class Ends(Table):
         """Point (n, 2) out of the picture where boxes go on beyond its edge; zero elsewhere."""
         return np.asarray(np.einsum("na,nai->ni", self.is_hidden @ (-1.0, 1.0), self.axes))
 
+    def share(self) -> FloatArray:
+        """Say how much each end tells of the place, (n, 2, 2): of two that are seen, each half."""
+        return np.asarray(~self.is_hidden / np.maximum((~self.is_hidden).sum(axis=2, keepdims=True), 1))
+
+    def place_px2(self) -> FloatArray:
+        """Give the variance of places along each axis, (n, 2); between two hidden ends they may be anywhere."""
+        size_px = self.at_px[..., 1] - self.at_px[..., 0]
+        return np.where(self.is_hidden.all(axis=2), size_px**2 / 4, (self.share() ** 2).sum(axis=2) * self.edge_px**2)
+
     def seen_of(self, corners_px: FloatArray) -> FloatArray:
         """Say where bodies with corners (n, k, 2) would end, (n, 2, 2): that is seen up to the hidden ends only.
 
@@ -86,8 +95,7 @@ def _between(along: FloatArray, across: FloatArray, low: float, high: float) -> 
     found = [across[(along >= low) & (along <= high)]]
     rise, run = np.subtract.outer(across, across), np.subtract.outer(along, along)
     for limit in (low, high):
-        is_crossed = np.less.outer(along, [limit]) & (along > limit)
-        one, other = np.nonzero(is_crossed)
+        one, other = np.nonzero((along < limit)[:, None] & (along > limit))
         found.append(across[one] + (limit - along[one]) * rise[other, one] / run[other, one])
     return np.concatenate(found)
 
@@ -136,21 +144,18 @@ class VehicleFit:
     def directed(self, start_m: FloatArray, heading_rad: FloatArray) -> Guess:
         """Find the vehicles of given headings: sizes by linear estimation, places by Newton's method."""
         ends, view, variance = self.ends, self.view, self.spread**2
-        # Of two ends that are seen the mean counts.
-        share = ~ends.is_hidden / np.maximum((~ends.is_hidden).sum(axis=2, keepdims=True), 1)
-        is_whole = ~ends.is_hidden.any(axis=2)
+        share, is_whole = ends.share(), ~ends.is_hidden.any(axis=2)
         extent_noise_px = np.where(is_whole, ends.edge_px, UNSEEN_PX)
         centre_m, lengths = start_m, self.usual
         for _ in range(STEPS):
             derivative, lean = pixels_by_metres(view, centre_m), view.lean(centre_m)
             reach = np.stack([axis(heading_rad), axis(heading_rad + np.pi / 2), lean], axis=2)  # (n, 2, 3) metres
             signed = ends.axes @ derivative @ reach
-            gain = np.abs(signed)
+            gain = np.abs(signed)  # pixels by metres, the extents of a box by those of the vehicle
             off_px = ends.at_px - ends.seen_of(_corners_px(view, centre_m, heading_rad, lengths))
             # What a long vehicle covers is no linear function of its length, so the rest of it counts as measured.
-            measured_px = np.where(is_whole, off_px[..., 1] - off_px[..., 0], 0.0) + np.einsum(
-                "nij,nj->ni", gain, lengths
-            )
+            excess_px = np.where(is_whole, off_px[..., 1] - off_px[..., 0], 0.0)
+            measured_px = excess_px + np.einsum("nij,nj->ni", gain, lengths)
             lengths, left, misfit = _sizes(gain, measured_px, self.usual, variance, extent_noise_px)
             step_px = (share * off_px).sum(axis=2)
             step_m = np.linalg.solve(ends.axes @ derivative, step_px[:, :, None])[:, :, 0]
@@ -158,14 +163,11 @@ class VehicleFit:
             centre_m = centre_m + step_m / np.maximum(length_m / LONGEST_STEP_M, 1.0)[:, None]
             if not (length_m > CLOSE_M).any():
                 break
-        # Between two ends that are hidden it may be anywhere.
-        place_px2 = (share**2).sum(axis=2) * ends.edge_px**2
-        place_px2 = np.where(ends.is_hidden.all(axis=2), (ends.at_px[..., 1] - ends.at_px[..., 0]) ** 2 / 4, place_px2)
         # The middle of a box is displaced by half of what the height is wrong; a place told by one end, by half of what
         # the extent is wrong as well.
         shift = (share[..., 0] - share[..., 1])[:, :, None] * gain / 2
         shift[:, :, 2] -= signed[:, :, 2] / 2
-        noise_px = place_px2[:, :, None] * np.eye(2) + shift @ left @ shift.transpose(0, 2, 1)
+        noise_px = ends.place_px2()[:, :, None] * np.eye(2) + shift @ left @ shift.transpose(0, 2, 1)
         to_ground = np.linalg.inv(ends.axes @ derivative)
         noise = to_ground @ noise_px @ to_ground.transpose(0, 2, 1)
         noise += self.settings.detection.position_noise_m**2 * np.eye(2)
