@@ -14,6 +14,7 @@ import numpy as np
 import onnxruntime
 import shapely
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from training.augment import LEAST_SHOWN, LOOKS
 from training.centre_net import DEEPEST
@@ -25,6 +26,8 @@ from vision.networks.onnx_settings import OnnxSettings
 
 THRESHOLDS = (0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6)
 LEAST_IOU = 0.4
+WRONG, SPARED = -1, -2
+"""Instead of a row of the truth: found where nothing is, or where nothing is asked for."""
 STILL_SCALE = 0.09 / 0.2
 """The still has 0.09 m a pixel, and the weights from above are meant for 0.2."""
 STILL_ROADS = ((0, 0.47, 1, 0.58), (0.49, 0, 0.57, 0.58))
@@ -79,9 +82,7 @@ def shapes_of(found: ImageBoxes) -> NDArray[np.object_]:
     return outlines(np.column_stack([found.centre_px, found.size_px, found.angle_rad]))
 
 
-def judged(
-    found: ImageBoxes, truth: NDArray[np.object_], is_asked: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def judged(found: ImageBoxes, truth: NDArray[np.object_], is_asked: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Match what was found, the best first, with a truth each.
 
     Parameters
@@ -92,19 +93,42 @@ def judged(
 
     Returns
     -------
-    Scores of what is right, and of what is wrong.
+    Rows of the truth, (k,), or `WRONG` or `SPARED`.
     """
-    free = is_asked.copy()
-    right, wrong = [], []
-    for shape, score in zip(shapes_of(found), found.score, strict=True):
+    free, rows = is_asked.copy(), np.full(len(found), WRONG)
+    for nth, shape in enumerate(shapes_of(found)):
         shared = shapely.area(shapely.intersection(truth, shape))
         overlap = shared / (shapely.area(truth) + shape.area - shared) if len(truth) else np.zeros(0)
         if (free & (overlap >= LEAST_IOU)).any():
-            free[np.argmax(free * overlap)] = False
-            right.append(score)
-        elif not (~is_asked & (shared > 0.4 * shape.area)).any():
-            wrong.append(score)
-    return np.array(right), np.array(wrong)
+            rows[nth] = np.argmax(free * overlap)
+            free[rows[nth]] = False
+        elif (~is_asked & (shared > 0.4 * shape.area)).any():
+            rows[nth] = SPARED
+    return rows
+
+
+def edge_errors(found: ImageBoxes, truth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Say how far off the ends of boxes are along the axes of their truths, (n, 5 or more), in parts of the sizes.
+
+    Returns
+    -------
+    (n, 4).
+    """
+    ahead = np.column_stack([np.cos(truth[:, 4]), np.sin(truth[:, 4])])
+    away = found.centre_px - truth[:, :2]
+    along, across = (away * ahead).sum(axis=1), away[:, 1] * ahead[:, 0] - away[:, 0] * ahead[:, 1]
+    moved, grown = np.column_stack([along, across]), (found.size_px - truth[:, 2:4]) / 2
+    return np.hstack([moved + grown, moved - grown]) / np.hstack([truth[:, 2:4]] * 2)
+
+
+def edge_noise(scores: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fit the standard deviation of edges, (n, 4), at score 0 and 1 by the greatest likelihood."""
+
+    def unlikely(ends: NDArray[np.float64]) -> float:
+        deviation = np.maximum(np.interp(scores, (0.0, 1.0), ends), 1e-3)[:, None]
+        return float((np.log(deviation) + (errors / deviation) ** 2 / 2).mean())
+
+    return np.asarray(minimize(unlikely, (0.1, 0.1), method="Nelder-Mead").x)
 
 
 def still(folder: Path) -> tuple[NDArray[np.uint8], NDArray[np.object_], NDArray[np.bool_]]:
@@ -117,9 +141,9 @@ def still(folder: Path) -> tuple[NDArray[np.uint8], NDArray[np.object_], NDArray
     return picture, np.array([shapely.Polygon(one * picture.shape[1::-1]) for one in corners], object), is_road
 
 
-def table(title: str, hits: NDArray[np.float64], misses: NDArray[np.float64], asked: int) -> float:
+def table(title: str, scores: NDArray[np.float64], rows: NDArray[np.intp], asked: int) -> float:
     """Print precision and recall at each threshold; return the one with the best harmonic mean."""
-    best = (0.0, THRESHOLDS[0])
+    best, hits, misses = (0.0, THRESHOLDS[0]), scores[rows >= 0], scores[rows == WRONG]
     print(f"{title}: {asked} vehicles")
     for threshold in THRESHOLDS:
         hit, miss = int((hits >= threshold).sum()), int((misses >= threshold).sum())
@@ -133,15 +157,19 @@ def score(weights: Path, worlds: Path, *, still_folder: Path | None = None, draw
     """Print scores on rendered worlds and, if there is one, the real still; draw what is found into pictures."""
     network = Scored(weights)
     frames, boxes = np.load(worlds / "frames.npy", mmap_mode="r"), np.load(worlds / "boxes.npz")
-    asked, right, wrong = 0, [], []
+    asked, scores, rows, errors = 0, [], [], []
     for nth, frame in enumerate(frames):
         truth = boxes[str(nth)]
         is_asked = (truth[:, 6] >= LEAST_SHOWN) & (truth[:, 2:4].min(axis=1) >= LOOKS[network.kind].least_px)
         asked += int(is_asked.sum())
-        hits, misses = judged(network.look(frame), outlines(truth[:, :5]), is_asked)
-        right.append(hits)
-        wrong.append(misses)
-    threshold = table("synthetic, seeds 1 to 5", np.concatenate(right), np.concatenate(wrong), asked)
+        found = network.look(frame)
+        row = judged(found, outlines(truth[:, :5]), is_asked)
+        scores.append(found.score)
+        rows.append(row)
+        errors.append(edge_errors(found.select(row >= 0), truth[row[row >= 0]]))
+    score_of, row_of = np.concatenate(scores), np.concatenate(rows)
+    threshold = table("synthetic, seeds 1 to 5", score_of, row_of, asked)
+    print("edge_noise_share = [{:.2f}, {:.2f}]".format(*edge_noise(score_of[row_of >= 0], np.concatenate(errors))))
     look_ms, product_ms = network.milliseconds()
     print(f"best at {threshold:.2f}; half a 720p picture {look_ms:.0f} ms, a product of matrices {product_ms:.0f} ms")
     if still_folder is not None:
@@ -153,10 +181,10 @@ def score(weights: Path, worlds: Path, *, still_folder: Path | None = None, draw
 def _score_still(network: Scored, folder: Path) -> None:
     picture, shapes, is_road = still(folder)
     found = network.look(picture)
-    table("real still, all", *judged(found, shapes, np.ones(len(shapes), np.bool_)), len(shapes))
+    table("real still, all", found.score, judged(found, shapes, np.ones(len(shapes), np.bool_)), len(shapes))
     roads = shapely.union_all([shapely.box(*(np.tile(picture.shape[1::-1], 2) * road)) for road in STILL_ROADS])
     on_road = found.select(shapely.contains_xy(roads, *found.centre_px.T))
-    table("real still, on the road", *judged(on_road, shapes, is_road), int(is_road.sum()))
+    table("real still, on the road", on_road.score, judged(on_road, shapes, is_road), int(is_road.sum()))
 
 
 def draw(network: Scored, path: Path, threshold: float) -> None:

@@ -46,6 +46,7 @@ class ImageBoxes(Table):
     score : (n,) 0 to 1: how sure the detector is.
     class_number : (n,) row of `CLASS_NAMES`.
     is_weak : (n,) True if it is too unsure to count but where a vehicle is expected; None for nowhere.
+    edge_share : (n,) standard deviation of the edges, as a part of the size; None for that of the settings.
     """
 
     centre_px: FloatArray
@@ -55,6 +56,7 @@ class ImageBoxes(Table):
     score: FloatArray
     class_number: IntArray
     is_weak: BoolArray | None = None
+    edge_share: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.score)

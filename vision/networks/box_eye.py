@@ -59,9 +59,6 @@ class BoxEye(Eye[InstantT]):
         lens: Lens | None = None,
         looks_hz: float | None = None,
     ) -> None:
-        if looks_hz is not None:
-            limits = replace(settings.networks, edge_noise_share=settings.networks.look_noise_share)
-            settings = replace(settings, networks=limits)
         self._detector = detector
         self._image_size_px = image_size_px
         self._settings = settings

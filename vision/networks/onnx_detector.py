@@ -132,7 +132,8 @@ class OnnxDetector:
         starts = range(0, len(self._tiles), self._at_once)
         found = [self._look_at_tiles(picture, self._tiles[start : start + self._at_once]) for start in starts]
         boxes = suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
-        return replace(boxes, is_weak=boxes.score < self._settings.score_threshold)
+        edge_share = np.interp(boxes.score, (0.0, 1.0), self._settings.edge_noise_share)
+        return replace(boxes, is_weak=boxes.score < self._settings.score_threshold, edge_share=edge_share)
 
     def _look_at_tiles(self, picture: ByteArray, tiles: Sequence[Tile]) -> ImageBoxes:
         """Look at tiles as one batch."""

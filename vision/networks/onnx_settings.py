@@ -44,6 +44,8 @@ class OnnxSettings:
     score_threshold : boxes with a lower score are dropped, but
     weak_threshold : those with at least this score count where a vehicle is expected, which has been seen before; None
         for none.
+    edge_noise_share : standard deviation of a box's edges, as a part of its size, at score 0 and at score 1: who is
+        sure of a vehicle knows better where it ends.
     nms_threshold : of two boxes that share more than this part of their union, the one with the lower score goes.
     max_candidates : no more boxes, those of the best scores, are compared with each other; a good network gives a few
         hundred.
@@ -66,6 +68,7 @@ class OnnxSettings:
     enlarge: bool = True
     score_threshold: _Share = 0.25
     weak_threshold: _Share | None = None
+    edge_noise_share: Annotated[tuple[_Share, _Share], Meta(description="two shares, at score 0 and 1")] = (0.1, 0.1)
     nms_threshold: _Share = 0.5
     max_candidates: Annotated[int, Meta(ge=1)] = 2000
     colours: Colours = "rgb"

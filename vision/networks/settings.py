@@ -33,11 +33,9 @@ class NetworkSettings:
 
     # By class; they fill in what a box cannot tell, the more the less the view tells.
     usual_sizes: UsualSizes = field(default_factory=UsualSizes)
-    # The drawn edges of a box are off by about this much, and by this part of its size; those of a network's look by
-    # the second one (mast scenes 1 and 2: with 0.1 more names switch, with 0.2 more boxes are beside vehicles).
+    # The drawn edges of a box are off by about this much, and by this part of its size, unless a recipe says it.
     edge_noise_px: float = 1.0
     edge_noise_share: float = 0.03
-    look_noise_share: float = 0.15
     # A box this near to the edge of the picture, or nearer than its own noise, is taken to go on beyond it.
     cut_px: float = 2.0
     # No vehicle is shorter or narrower than this, whatever a box says.

@@ -55,7 +55,8 @@ class Ends(Table):
         half_px = boxes.size_px[:, :, None] * (-0.5, 0.5)
         at_px = np.einsum("nai,ni->na", axes, boxes.centre_px)[:, :, None] + half_px
         places_px = boxes.centre_px[:, None, None] + half_px[..., None] * axes[:, :, None]  # (n, axis, end, 2)
-        edge_px = np.hypot(settings.edge_noise_px, settings.edge_noise_share * boxes.size_px)
+        share = settings.edge_noise_share if boxes.edge_share is None else boxes.edge_share[:, None]
+        edge_px = np.hypot(settings.edge_noise_px, share * boxes.size_px)
         # What ends nearer to the edge than it is known may well go on beyond it.
         reach_px = np.maximum(settings.cut_px, edge_px)[:, :, None, None]
         is_out = (places_px <= reach_px - 0.5) | (places_px >= np.array(image_size_px) - 0.5 - reach_px)

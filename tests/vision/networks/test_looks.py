@@ -19,6 +19,7 @@ SIZE_PX = (640, 360)
 CAMERA = slanted(height_m=6.0, pitch_rad=0.2, focal_px=700.0)
 ROAD = np.array([(-6.0, 10.0), (6.0, 10.0), (6.0, 150.0), (-6.0, 150.0)])
 STEP_US = 40_000
+EDGE_SHARE = 0.1
 World = Callable[[float], Boxes]
 
 
@@ -32,7 +33,8 @@ class Lookout:
     def detect(self, instant: Frame) -> ImageBoxes:
         self.times_us.append(instant.t_us)
         found = drawn(CAMERA, self._world(instant.t_us / 1e6))
-        found = replace(found, is_weak=np.full(len(found), instant.t_us in self._weak_us))
+        is_weak = np.full(len(found), instant.t_us in self._weak_us)
+        found = replace(found, is_weak=is_weak, edge_share=np.full(len(found), EDGE_SHARE))
         return found.select(slice(0, 0)) if instant.t_us in self._missed_us else found
 
 

@@ -11,7 +11,6 @@ from tests.turned import unnoticed
 from tests.vision.detection.test_settings import Outcome, boxes_of, differs, in_room
 from tests.vision.networks.test_detection_ground import NOTHING, SIZE_PX, FloatArray, drawn, projection_of, slanted
 from tests.vision.networks.test_knowing_eye import driving, watch_traffic, with_stranger
-from tests.vision.networks.test_looks import Lookout, lane, watched
 from tests.vision.support import make_boxes, top_view
 from vision.detection.detector import Detections
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
@@ -81,11 +80,6 @@ def doubted_stranger(settings: VisionSettings) -> Outcome:
         yield np.array([len(one.ids) for one in results], np.float64)
 
 
-def looked_at(settings: VisionSettings) -> Outcome:
-    """Drive past a network that looks alone; tell how sure the place is."""
-    yield np.concatenate([one.sigma_m for one in watched(Lookout(lane((1.8, 20.0, 12.0))), 2.0, settings)])
-
-
 SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     drawn_boxes: "edge_noise_px edge_noise_share smallest_m",
     nearly_square: "explained_sigmas better_sigmas",
@@ -93,7 +87,6 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     gap_in_a_file: "told_gap_us",
     single_moment: "usual_step_us",
     doubted_stranger: "looks_hz look_evidence",
-    looked_at: "look_noise_share",
 }
 
 
