@@ -20,7 +20,7 @@ _SUBPIXELS = 4
 
 
 def noise_field(shape: tuple[int, int], cell_px: float, rng: Generator) -> Single:
-    """Draw smooth noise of mean 0 and deviation 1, (h, w), whose waves are some cells long; no cell is below a pixel."""
+    """Draw smooth noise of mean 0 and deviation 1, (h, w), whose waves are some cells long, a cell a pixel or more."""
     cells = [max(2, round(side / max(cell_px, 1.0))) for side in shape]
     return np.asarray(cv2.resize(rng.standard_normal(cells, np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC))
 

@@ -10,7 +10,7 @@ from tests.cases import for_each
 
 pytest.importorskip("torch", reason="the extra `train` is not installed")
 
-from training.augment import LOOKS, crop_of, spoilt
+from training.augment import LOOKS, crop_of, repainted, spoilt
 
 
 def one_bright_vehicle(rng: np.random.Generator, angle_rad: float) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
@@ -47,6 +47,12 @@ def test_upright_boxes_end_at_the_border_and_lose_their_share() -> None:
         assert (high <= LOOKS["low"].crop_px - 0.49).all()
         shares += moved[:, 6].tolist()
     assert min(shares) < 0.99
+
+
+def test_the_shine_on_a_sliver_is_no_finer_than_a_pixel() -> None:
+    picture, sliver = np.full((64, 64, 3), 90, np.uint8), np.array([[30.0, 30.0, 20.0, 1e-3, 0.0, 0.0, 0.02]])
+    shone = [repainted(picture, sliver, np.random.default_rng(seed)) for seed in range(20)]
+    assert all(one.shape == picture.shape for one in shone)
 
 
 def test_the_same_numbers_spoil_a_picture_the_same_way() -> None:
