@@ -14,7 +14,7 @@ from training.score import score
 from training.train import train
 from training.worlds import write_worlds
 
-TRAINED_ON, CHOSEN_ON = range(10_000, 10_420), range(1, 6)
+TRAINED_ON, CHOSEN_ON = range(10_000, 10_540), range(1, 6)
 
 
 def main() -> None:

@@ -163,13 +163,13 @@ def spoilt(crop: ByteArray, rng: Generator) -> ByteArray:
     if happens(0.3):
         grain = noise_field(shape, float(rng.choice([1.5, 3, 6])), rng)
         picture = picture + (single(rng.uniform(0, 0.06)) * grain)[:, :, None]
-    if happens(0.3):  # fewer pixels than it has now
-        smaller = float(rng.uniform(0.55, 0.95))
+    if happens(0.4):  # fewer pixels than it has now
+        smaller = float(rng.uniform(0.35, 0.95))
         how = int(rng.choice([cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_CUBIC]))
         small = cv2.resize(picture, None, fx=smaller, fy=smaller, interpolation=how)
         picture = cv2.resize(small, shape[::-1], interpolation=int(rng.choice([cv2.INTER_LINEAR, cv2.INTER_CUBIC])))
     if happens(0.6):
-        picture = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.3, 1.1)))
+        picture = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.3, 1.6)))
     if happens(0.1):
         length = int(rng.integers(2, 6))
         picture = cv2.filter2D(picture, -1, np.full((1, length) if happens(0.5) else (length, 1), 1 / length))

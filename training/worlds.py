@@ -51,12 +51,14 @@ _STEP_US = 100_000
 _BUSY = ("junction", "queue_passing", "urban_grid")
 _LOW_SCENARIOS = [*("motorway",) * 4, *_BUSY * 2, "roundabout", "rural_overtaking"]
 _CROWDED = ("motorway", "junction", "urban_grid", "roundabout")
+_STEEP_SHARE = 0.3
+"""Of the low cameras, that stand at a junction rather than on a mast along a road."""
 _FARTHEST_M = 180.0
 """Vehicles off the road stand no farther from a low camera."""
 
 
 def render(kind: str, seed: int, count: int, *, is_plain: bool = False) -> Iterator[tuple[ByteArray, FloatArray]]:
-    """Render one world as cameras see it that look 40 to 90 degrees down ("above"), or 5 to 25 ("low").
+    """Render one world as cameras see it that look 40 to 90 degrees down ("above"), or 5 to 45 ("low").
 
     Parameters
     ----------
@@ -74,7 +76,8 @@ def render(kind: str, seed: int, count: int, *, is_plain: bool = False) -> Itera
     plan = scenario_named(name, {"demand": "high"} if name in _CROWDED and rng.random() < 0.7 else {})
     states = simulate(plan, seed=seed, rng=rng, duration_us=20_000_000, step_us=_STEP_US)
     network = read_sumo_net(plan.network_file)
-    path = (_path_above if kind == "above" else _path_low)(plan.view, network, states[0], rng)
+    is_low = kind == "low"
+    path = (_path_low if is_low else _path_above)(plan.view, network, states[0], rng)
     weather = str(rng.choice(["sunny", "sunny", "clouds", "overcast"]))
     hung = ("trees", "bridge", "gantry") if kind == "above" and rng.random() < 0.25 else ()
     world = plan_world(plan, network, path, rng, weather=weather, occluders=hung)
@@ -85,8 +88,8 @@ def render(kind: str, seed: int, count: int, *, is_plain: bool = False) -> Itera
         moment = states[rng.integers(len(states))]
         moment = moment if is_plain else with_off_road(moment, seen, rng, count=int(rng.integers(4, 40)))
         yield (
-            _picture(ground if is_plain else littered(ground, rng), world, moment, path, rng),
-            (boxes_low if path.is_low else boxes_above)(moment, path, world),
+            _picture(ground if is_plain else littered(ground, rng), world, moment, path, rng, is_low=is_low),
+            (boxes_low if is_low else boxes_above)(moment, path, world),
         )
 
 
@@ -96,20 +99,30 @@ def _path_above(view: View, network: RoadNetwork, states: VehicleStates, rng: Ge
     width_m = float(np.exp(rng.uniform(math.log(110), math.log(320))))
     view = replace(view, centre_m=(float(centre_m[0]), float(centre_m[1])), width_m=width_m)
     straight = camera_path("vertical", view, SIZE_PX, t_us=np.zeros(1, np.int64), rng=rng)
-    return straight if rng.random() < 0.3 else _leaning(straight, centre_m, width_m, rng)
+    return straight if rng.random() < 0.3 else _leaning(straight, centre_m, width_m, rng, down_deg=(42.0, 89.9))
 
 
 def _path_low(view: View, network: RoadNetwork, states: VehicleStates, rng: Generator) -> CameraPath:
-    """Look along the road from a mast or a bridge, nearer or farther than the scenario has it."""
-    width_m = float(rng.uniform(60, 250))
-    centre_m = states.centre_m[rng.integers(len(states.ids))] if states.ids and rng.random() < 0.5 else view.centre_m
+    """Look along the road from a mast or a bridge, nearer or farther than the scenario has it.
+
+    Now and then from beside it, and steeper, as cameras at junctions do.
+    """
+    is_steep = rng.random() < _STEEP_SHARE
+    width_m = float(np.exp(rng.uniform(math.log(18), math.log(80))) if is_steep else rng.uniform(60, 250))
+    is_aimed = len(states.ids) > 0 and (is_steep or rng.random() < 0.5)
+    centre_m = states.centre_m[rng.integers(len(states.ids))] if is_aimed else np.array(view.centre_m)
     view = replace(view, centre_m=(float(centre_m[0]), float(centre_m[1])), width_m=width_m)
+    if is_steep:
+        straight = camera_path("vertical", view, SIZE_PX, t_us=np.zeros(1, np.int64), rng=rng)
+        return _leaning(straight, centre_m, width_m, rng, down_deg=(15.0, 45.0))
     return camera_path("mast", view, SIZE_PX, t_us=np.zeros(1, np.int64), rng=rng, network=network)
 
 
-def _leaning(straight: CameraPath, centre_m: FloatArray, width_m: float, rng: Generator) -> CameraPath:
-    """Look at the same place from anywhere around."""
-    pitch_rad, yaw_rad = -math.radians(rng.uniform(42, 89.9)), float(rng.uniform(-math.pi, math.pi))
+def _leaning(
+    straight: CameraPath, centre_m: FloatArray, width_m: float, rng: Generator, *, down_deg: tuple[float, float]
+) -> CameraPath:
+    """Look at the same place from anywhere around, so steeply down."""
+    pitch_rad, yaw_rad = -math.radians(rng.uniform(*down_deg)), float(rng.uniform(-math.pi, math.pi))
     sight_m = width_m * _FOCAL_WIDTHS
     level_m = sight_m * math.cos(pitch_rad)
     foot_m = centre_m - level_m * np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
@@ -122,7 +135,9 @@ def _leaning(straight: CameraPath, centre_m: FloatArray, width_m: float, rng: Ge
     return replace(straight, kind="oblique", views=(seen,), track=track, reach_m=reach_m)
 
 
-def _picture(ground: ByteArray, world: World, states: VehicleStates, path: CameraPath, rng: Generator) -> ByteArray:
+def _picture(
+    ground: ByteArray, world: World, states: VehicleStates, path: CameraPath, rng: Generator, *, is_low: bool
+) -> ByteArray:
     view = path.views[0]
     canvas = ground.copy()
     if path.track is None:
@@ -131,7 +146,7 @@ def _picture(ground: ByteArray, world: World, states: VehicleStates, path: Camer
         haze = world.haze if path.is_low else None
         SolidPainter(SIZE_PX, world.sun, detailed=True, haze=haze).draw(canvas, states, view)
     world.overlay.apply(canvas, view)
-    if path.is_low:
+    if is_low:
         raise_poles(canvas, rng, count=int(rng.integers(0, 7)))
     return canvas
 
