@@ -24,6 +24,8 @@ from vision.networks.onnx_detector import suppress
 from vision.networks.onnx_output import decode
 from vision.networks.onnx_settings import OnnxSettings
 
+SHIPPED = 0.4
+"""The score that both recipes take for evidence."""
 THRESHOLDS = (0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6)
 LEAST_IOU = 0.4
 WRONG, SPARED = -1, -2
@@ -157,18 +159,21 @@ def score(weights: Path, worlds: Path, *, still_folder: Path | None = None, draw
     """Print scores on rendered worlds and, if there is one, the real still; draw what is found into pictures."""
     network = Scored(weights)
     frames, boxes = np.load(worlds / "frames.npy", mmap_mode="r"), np.load(worlds / "boxes.npz")
-    asked, scores, rows, errors = 0, [], [], []
+    scores, rows, errors, kinds, seen_kinds = [], [], [], [], []
     for nth, frame in enumerate(frames):
         truth = boxes[str(nth)]
         is_asked = (truth[:, 6] >= LEAST_SHOWN) & (truth[:, 2:4].min(axis=1) >= LOOKS[network.kind].least_px)
-        asked += int(is_asked.sum())
         found = network.look(frame)
         row = judged(found, outlines(truth[:, :5]), is_asked)
         scores.append(found.score)
         rows.append(row)
         errors.append(edge_errors(found.select(row >= 0), truth[row[row >= 0]]))
+        kinds += truth[is_asked, 5].tolist()
+        seen_kinds += truth[row[(row >= 0) & (found.score >= SHIPPED)], 5].tolist()
     score_of, row_of = np.concatenate(scores), np.concatenate(rows)
-    threshold = table("synthetic, seeds 1 to 5", score_of, row_of, asked)
+    threshold = table("synthetic, seeds 1 to 5", score_of, row_of, len(kinds))
+    counts = (f"{seen_kinds.count(number)} of {kinds.count(number)} {name}" for number, name in enumerate(CLASSES))
+    print(f"found at {SHIPPED:.2f}: {', '.join(counts)}")
     print("edge_noise_share = [{:.2f}, {:.2f}]".format(*edge_noise(score_of[row_of >= 0], np.concatenate(errors))))
     look_ms, product_ms = network.milliseconds()
     print(f"best at {threshold:.2f}; half a 720p picture {look_ms:.0f} ms, a product of matrices {product_ms:.0f} ms")
