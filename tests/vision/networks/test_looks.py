@@ -19,7 +19,7 @@ SIZE_PX = (640, 360)
 CAMERA = slanted(height_m=6.0, pitch_rad=0.2, focal_px=700.0)
 ROAD = np.array([(-6.0, 10.0), (6.0, 10.0), (6.0, 150.0), (-6.0, 150.0)])
 STEP_US = 40_000
-EDGE_SHARE = 0.1
+EDGE_SHARE = 0.1  # as of a recipe that says nothing
 World = Callable[[float], Boxes]
 
 
