@@ -106,7 +106,7 @@ def standing(t: float) -> tuple[float, float, float, float, float]:
 
 
 @pytest.mark.parametrize(
-    ("thermal_level", "first"), [(60.0, 3), (ROAD_LEVEL, 5)], ids=["both see it", "colour alone, so with less weight"]
+    ("thermal_level", "first"), [(60.0, 3), (ROAD_LEVEL, 4)], ids=["both see it", "colour alone, so with less weight"]
 )
 def test_standing_car_is_shown_as_soon_as_it_was_seen_often_enough(thermal_level: float, first: int) -> None:
     colour = frames(standing, 40, SIZE, scale_m=0.47, level=60.0)

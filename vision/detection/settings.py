@@ -88,8 +88,8 @@ class DetectionSettings:
     # Sides and reach of shadows are medians over the last so many measurements, and over so many at least.
     shadow_memory: int = 300
     shadow_measurements: int = 10
-    # From so many measurements on, a vehicle's own shadow counts and not that of its kind; but no more than this of it.
-    own_measurements: int = 5
+    # Measured for this long, a vehicle's own shadow counts and not that of its kind; but no more than this of it.
+    own_us: int = 200_000
     own_factor: float = 1.25
     own_slack_m: float = 0.25
     # What remains of a box at least, as of small vehicles of both kinds: a shadow that falls off the watched road is

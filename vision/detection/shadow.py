@@ -92,14 +92,14 @@ class Sun:
         )
 
     def shadows(
-        self, heading_rad: FloatArray, length_m: FloatArray, borders_m: FloatArray, count: IntArray
+        self, heading_rad: FloatArray, length_m: FloatArray, borders_m: FloatArray, seen_us: IntArray
     ) -> FloatArray:
         """Say how far the shadows of vehicles reach.
 
         Parameters
         ----------
         heading_rad, length_m : (n,).
-        borders_m, count : (n, 4) mean of what was measured of each vehicle itself, and (n,) how often.
+        borders_m, seen_us : (n, 4) mean of what was measured of each vehicle itself, and (n,) for how long.
 
         Returns
         -------
@@ -116,7 +116,7 @@ class Sun:
             most_m = self._settings.own_factor * usual + self._settings.own_slack_m
             part_m = np.minimum(np.maximum(np.einsum("ni,ni->n", own_m, direction), -most_m), most_m)
             limited_m += part_m[:, None] * direction
-        return np.where((count >= self._settings.own_measurements)[:, None], limited_m, usual_m)
+        return np.where((seen_us >= self._settings.own_us)[:, None], limited_m, usual_m)
 
     def _on_shadow_side(self, ahead: FloatArray, left: FloatArray, borders_m: FloatArray) -> FloatArray:
         """Keep the borders on the sides to which shadows fall, as vectors on the ground."""

@@ -27,13 +27,14 @@ class NoiseLevel:
         """The factor on covariances, from 1 to `most_noise` of the settings."""
         return float(np.exp(self._log_factor))
 
-    def learn(self, squared: NDArray[np.float64]) -> None:
+    def learn(self, squared: NDArray[np.float64], seen_us: int) -> None:
         """Take new sightings into account.
 
         Parameters
         ----------
         squared : (n,) squared Mahalanobis distances from predictions, with the present factor in them.
+        seen_us : the time that each of them stands for.
         """
         balance = np.count_nonzero(squared > MEDIAN_SQUARED) * 2 - len(squared)
-        log_factor = self._log_factor + self._settings.noise_step * balance
+        log_factor = self._log_factor + self._settings.noise_rate * seen_us / 1_000_000 * balance
         self._log_factor = float(np.clip(log_factor, 0.0, np.log(self._settings.most_noise)))

@@ -38,9 +38,9 @@ class TrackingSettings:
     owner_gates: float = 4.0
     # Boxes that differ from the known size by less than this have simply been seen that way.
     fit_tolerance_m: float = 0.5
-    # Relative change of the learned variance by one sighting: some hundred sightings double it. It is never taken for
-    # wilder than `most_noise` times the claim.
-    noise_step: float = 0.01
+    # Relative change of the learned variance in a second of one track's sightings: some seconds double it. It is never
+    # taken for wilder than `most_noise` times the claim.
+    noise_rate: float = 0.25
     most_noise: float = 9.0
 
     # What starts a track: a motorcycle is longer than the least; cars that enter side by side are below the most.
@@ -53,7 +53,7 @@ class TrackingSettings:
     clear_elongation: float = 1.8
     # Detections needed before a track is shown; this share of them is enough for what was seen for `long_seen_us`.
     confirm_hits: int = 4
-    long_seen_us: int = 300_000
+    long_seen_us: int = 150_000
     long_seen_share: float = 0.75
     # How far a standing blob must move to be shown at once; otherwise it must last `standing_us`.
     confirm_shift_m: float = 1.0
@@ -73,17 +73,20 @@ class TrackingSettings:
     sideways_mps: float = 3.0
     sideways_share: float = 0.7
 
-    # Sizes are averages over about this many measurements, so that they go on correcting themselves.
-    size_memory: int = 40
+    # What is measured counts by the time for which it was seen, so that frame rates do not matter: neighbouring frames
+    # have the same errors. A sighting counts no longer than this after the one before.
+    most_step_us: int = 100_000
+    # Sizes are averages over about this time, so that they go on correcting themselves.
+    size_memory_us: int = 1_600_000
     # One measurement moves the sum behind a size by at most this much: like a median, it forgets outliers.
     size_step_m: float = 0.5
-    # Measurements in a row this far off mean that the size is wrong (two cars entered as one), not the measurement.
+    # Measurements this far off for this long mean that the size is wrong (two cars entered as one), not they.
     size_misfit_m: float = 1.5
-    size_misfits: int = 12
+    size_misfit_us: int = 480_000
     # One that agrees with neither takes back the weight of this many.
     size_outlier: int = 3
-    # A size resting on this many whole sightings can be relied on.
-    sized_count: int = 10
+    # A size that was seen whole for this long can be relied on.
+    sized_us: int = 400_000
 
     # A track whose centre lies this deep in an older one's box for this long is a fragment of the same object.
     double_depth_m: float = 0.3

@@ -25,7 +25,7 @@ class TrackTable:
     number : part of the name; -1 until confirmed.
     state, covariance : (n, 4) x, y, vx, vy and (n, 4, 4).
     heading_rad, length_m, width_m : the box.
-    size_count, size_misfits : how many measurements the size rests on, and how many in a row contradict it.
+    sized_us, misfit_us : for how long the size was measured, and for how long measurements have contradicted it.
     odd_m : (n, 4) length, width and offset from the track, east and north, of the first of these.
     evidence : the sum of the weights of all detections so far.
     born_us, seen_us : time of the first and of the latest detection.
@@ -37,7 +37,7 @@ class TrackTable:
     doubled_us : how long it has stood inside an older track.
     coupled_us : how long it has ridden with an older track as one body (`couples.py`).
     twin_us : how long it has lain across an older track without both being seen in one frame.
-    borders_m, borders_count : (n, 4) mean width of its dark borders (`shadow.py`), and over how many measurements.
+    borders_m, borders_us : (n, 4) mean width of its dark borders (`shadow.py`), and for how long they were measured.
     """
 
     settings: TrackingSettings
@@ -47,8 +47,8 @@ class TrackTable:
     heading_rad: FloatArray
     length_m: FloatArray
     width_m: FloatArray
-    size_count: IntArray
-    size_misfits: IntArray
+    sized_us: IntArray
+    misfit_us: IntArray
     odd_m: FloatArray
     evidence: FloatArray
     born_us: IntArray
@@ -65,7 +65,7 @@ class TrackTable:
     coupled_us: IntArray
     twin_us: IntArray
     borders_m: FloatArray
-    borders_count: IntArray
+    borders_us: IntArray
 
     def __len__(self) -> int:
         return len(self.number)
@@ -83,8 +83,8 @@ class TrackTable:
             heading_rad=number,
             length_m=number,
             width_m=number,
-            size_count=count,
-            size_misfits=count,
+            sized_us=count,
+            misfit_us=count,
             odd_m=np.zeros((0, 4)),
             evidence=number,
             born_us=count,
@@ -101,7 +101,7 @@ class TrackTable:
             coupled_us=count,
             twin_us=count,
             borders_m=np.zeros((0, 4)),
-            borders_count=count,
+            borders_us=count,
         )
 
     def select(self, which: BoolArray) -> TrackTable:
@@ -168,7 +168,7 @@ class TrackTable:
         -------
         (n,).
         """
-        return self.size_count >= self.settings.sized_count
+        return self.sized_us >= self.settings.sized_us
 
     def is_driving(self) -> BoolArray:
         """Tell which tracks are vehicles of known size that drive: of them it is known where they are while hidden.
@@ -202,7 +202,7 @@ class TrackTable:
         self.rest_m = np.where(has_moved[:, None], self.state[:, :2], self.rest_m)
         self.rest_us = np.where(has_moved, now_us, self.rest_us)
 
-    def learn_size(self, rows: NDArray[np.intp], boxes: Boxes, usual_length_m: float) -> None:
+    def learn_size(self, rows: NDArray[np.intp], boxes: Boxes, usual_length_m: float, seen_us: int) -> None:
         """Take measured sizes of whole, undivided boxes into account.
 
         Parameters
@@ -210,6 +210,7 @@ class TrackTable:
         rows : (m,) which tracks were measured.
         boxes : m.
         usual_length_m : of a car.
+        seen_us : the time that each measurement stands for.
         """
         length_m, width_m = boxes.length_m, boxes.width_m
         error_m = np.maximum(np.abs(length_m - self.length_m[rows]), np.abs(width_m - self.width_m[rows]))
@@ -219,24 +220,25 @@ class TrackTable:
         seen_m = np.column_stack([length_m, width_m, boxes.centre_m - self.state[rows, :2]])
         is_same = np.abs(seen_m - self.odd_m[rows]).max(axis=1) < self.settings.size_misfit_m
         is_same |= self.speed_mps()[rows] < self.settings.driving_mps
-        misfits = self.size_misfits[rows] + np.where(is_same, 1, -self.settings.size_outlier)
-        is_first = ~is_misfit | (misfits <= 0)
+        misfit_us = self.misfit_us[rows] + np.where(is_same, seen_us, -self.settings.size_outlier * seen_us)
+        is_first = ~is_misfit | (misfit_us <= 0)
         self.odd_m[rows] = np.where(is_first[:, None], seen_m, self.odd_m[rows])
-        misfits = np.where(is_misfit, np.maximum(misfits, 1), 0)
+        misfit_us = np.where(is_misfit, np.maximum(misfit_us, seen_us), 0)
         # What begins smaller than a car and grows comes out from under something: that is not its size. Larger ones are
         # left alone: two vehicles in one blob grow as well.
         growth_m = np.maximum(length_m - self.length_m[rows], width_m - self.width_m[rows])
         is_growing = ~self.is_sized()[rows] & (growth_m > self.settings.fit_tolerance_m)
         is_growing &= self.length_m[rows] < usual_length_m
-        is_fresh = (misfits >= self.settings.size_misfits) | (self.size_count[rows] == 0) | is_growing
-        count = np.where(is_fresh, 1, self.size_count[rows] + 1)
+        is_fresh = (misfit_us >= self.settings.size_misfit_us) | (self.sized_us[rows] == 0) | is_growing
+        sized_us = np.where(is_fresh, seen_us, self.sized_us[rows] + seen_us)
+        weight = seen_us / np.minimum(sized_us, self.settings.size_memory_us)
         for size, measured in ((self.length_m, length_m), (self.width_m, width_m)):
             step = np.clip(measured - size[rows], -self.settings.size_step_m, self.settings.size_step_m)
-            size[rows] = np.where(is_fresh, measured, size[rows] + step / np.minimum(count, self.settings.size_memory))
-        self.size_count[rows] = count
+            size[rows] = np.where(is_fresh, measured, size[rows] + step * weight)
+        self.sized_us[rows] = sized_us
         # What stands there is not what was known: perhaps the road that a car uncovered. It has to prove itself again.
-        self.is_proved[rows[misfits >= self.settings.size_misfits]] = False
-        self.size_misfits[rows] = np.where(is_fresh, 0, misfits)
+        self.is_proved[rows[misfit_us >= self.settings.size_misfit_us]] = False
+        self.misfit_us[rows] = np.where(is_fresh, 0, misfit_us)
 
     def grow(self, rows: NDArray[np.intp], length_m: FloatArray, width_m: FloatArray) -> None:
         """Make boxes at least as large as what is in view of them; for objects cut by the view edge.
@@ -261,20 +263,21 @@ class TrackTable:
         front_m, rear_m = max(half_m[0], offset_m + half_m[1]), min(-half_m[0], offset_m - half_m[1])
         self.state[row, :2] += (front_m + rear_m) / 2 * ahead
         self.length_m[row] = front_m - rear_m
-        self.size_count[row] = 0
+        self.sized_us[row] = 0
 
-    def learn_borders(self, rows: NDArray[np.intp], borders_m: FloatArray) -> None:
+    def learn_borders(self, rows: NDArray[np.intp], borders_m: FloatArray, seen_us: int) -> None:
         """Take measured dark borders into account.
 
         Parameters
         ----------
         rows : (m,) which tracks were measured.
         borders_m : (m, 4), nan where not measured.
+        seen_us : the time that each measurement stands for.
         """
         is_measured = ~np.isnan(borders_m[:, 0])
         rows, borders_m = rows[is_measured], borders_m[is_measured]
-        self.borders_count[rows] += 1
-        weight = 1 / np.minimum(self.borders_count[rows], self.settings.size_memory)
+        self.borders_us[rows] += seen_us
+        weight = seen_us / np.minimum(self.borders_us[rows], self.settings.size_memory_us)
         self.borders_m[rows] += (borders_m - self.borders_m[rows]) * weight[:, None]
 
     def doubles(self, bodies: Boxes) -> BoolArray:

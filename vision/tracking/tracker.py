@@ -42,6 +42,7 @@ class Tracker:
         self._now_us: int | None = None
         self._updated_us: int | None = None
         self._step_us = 0
+        self._seen_us = 1
         self._names_used = 0
         self.cut_count = 0
         self._sun = Sun(settings.detection)
@@ -90,6 +91,7 @@ class Tracker:
         """
         assert self._now_us is not None
         self._step_us = 0 if self._updated_us is None else self._now_us - self._updated_us
+        self._seen_us = max(1, min(self._step_us, self._settings.most_step_us))
         self._updated_us = self._now_us
         tracks = self._tracks
         known = np.flatnonzero(tracks.is_confirmed)
@@ -185,19 +187,19 @@ class Tracker:
         squared = kalman.squared_distance(state, covariance, centre_m, noise)
         is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & ~detections.divided[chosen]
         is_gauge &= ~room.any(axis=(1, 2))
-        self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)])
+        self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)], self._seen_us)
         noise = noise * doubt(squared, self._settings.gate_sigmas)[:, None, None] + room
         corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
         tracks.state[rows] = self._inert(rows, state, corrected)
         tracks.turn_ahead()
         is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
         boxes = detections.boxes.select(chosen[is_whole])
-        tracks.learn_size(rows[is_whole], boxes, self._usual_m[0])
-        is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.size_count[rows] == 0)
+        tracks.learn_size(rows[is_whole], boxes, self._usual_m[0], self._seen_us)
+        is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.sized_us[rows] == 0)
         parts = detections.boxes.select(chosen[is_growing])
         tracks.grow(rows[is_growing], parts.length_m, parts.width_m)
         borders_m = detections.borders_m[chosen[is_whole]]
-        tracks.learn_borders(rows[is_whole], borders_m)
+        tracks.learn_borders(rows[is_whole], borders_m, self._seen_us)
         self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
         tracks.evidence[rows] = np.maximum(tracks.evidence[rows] + detections.weights()[chosen], 0.0)
         tracks.seen_us[rows] = self._now_us
@@ -219,7 +221,7 @@ class Tracker:
     def _bodies(self) -> Boxes:
         """Box all tracks without their shadows."""
         tracks = self._tracks
-        shadow_m = self._sun.shadows(tracks.heading_rad, tracks.length_m, tracks.borders_m, tracks.borders_count)
+        shadow_m = self._sun.shadows(tracks.heading_rad, tracks.length_m, tracks.borders_m, tracks.borders_us)
         return without_shadow(tracks.boxes(), shadow_m, self._detection)
 
     def _confirm(self) -> None:
@@ -311,8 +313,8 @@ class Tracker:
             heading_rad=boxes.heading_rad.copy(),
             length_m=np.where(is_whole, boxes.length_m, np.maximum(boxes.length_m, self._usual_m[0])),
             width_m=np.where(is_whole, boxes.width_m, np.maximum(boxes.width_m, self._usual_m[1])),
-            size_count=is_whole.astype(np.int64),
-            size_misfits=np.zeros(count, np.int64),
+            sized_us=is_whole * self._seen_us,
+            misfit_us=np.zeros(count, np.int64),
             odd_m=np.zeros((count, 4)),
             evidence=detections.weights()[chosen],
             born_us=np.full(count, self._now_us),
@@ -329,7 +331,7 @@ class Tracker:
             coupled_us=np.zeros(count, np.int64),
             twin_us=np.zeros(count, np.int64),
             borders_m=np.zeros((count, 4)),
-            borders_count=np.zeros(count, np.int64),
+            borders_us=np.zeros(count, np.int64),
         )
 
     def _objects(self, bodies: Boxes) -> VisionObjects:
@@ -340,7 +342,7 @@ class Tracker:
         shown = tracks.is_confirmed & (self._now_us - tracks.seen_us <= self._settings.coast_us)
         boxes = bodies.select(np.flatnonzero(shown))
         # The size of an object never seen whole is that of a usual car, without a shadow.
-        is_seen_whole = tracks.size_count[shown] > 0
+        is_seen_whole = tracks.sized_us[shown] > 0
         return VisionObjects(
             t_us=self._now_us,
             ids=tuple(f"v{number}" for number in tracks.number[shown].tolist()),

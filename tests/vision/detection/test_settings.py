@@ -163,8 +163,8 @@ def in_the_sun(settings: VisionSettings) -> Outcome:
         if k < 40 or k > 210:
             sun.learn(borders_m, heading_rad, length_m)
         if k % 5 == 0 or k < 30:
-            count = np.array([k % 11])
-            reach_m = sun.shadows(heading_rad, length_m, 2 * rng.random((1, 4)), count)
+            seen_us = np.array([40_000 * (k % 11)])
+            reach_m = sun.shadows(heading_rad, length_m, 2 * rng.random((1, 4)), seen_us)
             yield reach_m
             box = Boxes(np.zeros((1, 2)), heading_rad, length_m, rng.uniform(1.5, 3.5, 1))
             body = without_shadow(box, 3 * reach_m, limits)
@@ -378,7 +378,7 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
         width_differs_m waist_cost waist_reach_m shade_cost nobody_cost cut_cost longest_m upright_lean""",
     standing_from_the_start: "pair_width_m",
     in_the_sun: """
-        body_share body_length_m long_shadow_factor shadow_memory shadow_measurements own_measurements own_factor
+        body_share body_length_m long_shadow_factor shadow_memory shadow_measurements own_us own_factor
         own_slack_m short_length_m short_width_m long_length_m long_width_m""",
     seen_from_a_bridge: """
         watched_height_m least_car_px image_car_cells foot_noise_cells hidden_foot_lengths covered_foot_lengths

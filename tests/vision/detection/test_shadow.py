@@ -68,7 +68,7 @@ def test_shadows_point_away_from_the_sun_whichever_way_cars_drive(headings: list
 def test_dark_bonnet_is_not_taken_for_shadow() -> None:
     sun = sun_after([0.0, np.pi])
     borders = np.array([[0.7, 1.9, 1.2, 0.0]])  # dark at the rear, on the sunny side
-    shadow = sun.shadows(np.array([0.0]), np.array([4.5]), borders, np.array([20]))
+    shadow = sun.shadows(np.array([0.0]), np.array([4.5]), borders, np.array([800_000]))
     assert shadow[0] == pytest.approx([0.7, 1.2], abs=0.3)
 
 
