@@ -24,7 +24,7 @@ class Instant(Protocol):
 
     @property
     def index(self) -> int:
-        """0, 1, 2... over the moments."""
+        """0, 1, 2... over the moments of the source, those included that are not looked at."""
         ...
 
     @property

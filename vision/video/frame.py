@@ -15,7 +15,7 @@ class Frame:
 
     Attributes
     ----------
-    index : 0, 1, 2... over the frames handed out.
+    index : 0, 1, 2... over the frames of the video, those included that are not looked at.
     t_us : the decoder's time stamp.
     luma : (h, w).
     chroma_u, chroma_v : (ceil(h / 2), ceil(w / 2)); 128 is colourless.

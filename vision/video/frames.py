@@ -7,6 +7,7 @@ thread; a bounded hand-over keeps it from running away.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from vision.objects import ByteArray
 from vision.video.frame import Frame
+from vision.video.pace import Pace
 
 if TYPE_CHECKING:
     from vision.video.decoding import VideoHeader
@@ -69,13 +71,14 @@ class VideoSource:
         """Decode the file once, in order; as `frames` without preparation."""
         return self.frames()
 
-    def frames(self, prepare: Callable[[Frame], Frame] | None = None) -> Iterator[Frame]:
+    def frames(self, prepare: Callable[[Frame], Frame] | None = None, *, rate_hz: float = math.inf) -> Iterator[Frame]:
         """Decode the file once, in order.
 
         Parameters
         ----------
         prepare : what the decoder's thread does to every frame before it hands it over; work that needs no earlier
             frame runs beside the consumer's there.
+        rate_hz : so many frames a second are enough, see `vision.video.pace`; the others are only decoded.
 
         Yields
         ------
@@ -87,7 +90,9 @@ class VideoSource:
             After the last good frame, where the rest of the file cannot be read.
         """
         hand_over = _HandOver(FRAMES_AHEAD)
-        reader = threading.Thread(target=self._read, args=(hand_over, prepare), name="video-decoder", daemon=True)
+        reader = threading.Thread(
+            target=self._read, args=(hand_over, prepare, Pace(rate_hz, self.rate_hz)), name="video-decoder", daemon=True
+        )
         reader.start()
         try:
             while (item := hand_over.take()) is not None:
@@ -99,7 +104,7 @@ class VideoSource:
             hand_over.close()
             reader.join()
 
-    def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None) -> None:
+    def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None, pace: Pace) -> None:
         from vision.video.decoding import Skipped, decode
 
         self.skipped_frames = self.damaged_frames = 0
@@ -111,7 +116,7 @@ class VideoSource:
                     if picture.is_damaged:
                         self.first_damage_us = self.first_damage_us if self.damaged_frames else picture.t_us
                         self.damaged_frames += 1
-                elif not hand_over.put(picture if prepare is None else prepare(picture)):
+                elif pace.takes(picture.t_us) and not hand_over.put(prepare(picture) if prepare else picture):
                     return
         except BaseException as error:  # (handed to the consumer's thread and raised there)
             hand_over.put(error)
