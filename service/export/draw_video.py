@@ -19,6 +19,7 @@ from vision.objects import ByteArray
 from vision.video.frames import Frame, open_video
 
 MICROSECOND = Fraction(1, 1_000_000)
+END = (0, 1 << 62)  # of the frames that a run looked at
 
 
 def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str | None = None) -> None:
@@ -88,14 +89,17 @@ def _drawn_frames(
         events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(record.id,)))]
         reader = OverlayReader(log.states(record.id, from_us=from_us - TRAIL_US, to_us=to_us), events)
         views = Views(record.camera, log.views(record.id))
-        lens = record.camera.lens
+        lens, frames = record.camera.lens, log.frames(record.id)
+        (_, looked_us), (_, next_us) = next(frames, END), next(frames, END)
         for frame in _frames(video, record.camera):
+            while next_us <= frame.t_us:
+                looked_us, (_, next_us) = next_us, next(frames, END)
             if to_us is not None and frame.t_us >= to_us:
                 return
             if frame.t_us >= from_us:
                 numbers = views.at(frame.t_us)
                 view = None if numbers is None else np.array(numbers).reshape(3, 3)
-                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us), view, lens)
+                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us, looked_us=looked_us), view, lens)
 
 
 def _frames(video: Path, camera: CameraRecord) -> Iterator[Frame]:

@@ -40,7 +40,7 @@ class Overlay:
 
     Attributes
     ----------
-    cars : states at the frame's time, of hidden cars moved on from the last row.
+    cars : states at the frame's time; where there is none for it, moved on from the last one.
     trails : (n, 2) ground points of the last seconds, by car.
     events : events that go on, or ended a moment ago.
     """
@@ -68,18 +68,22 @@ class OverlayReader:
         self._trails: dict[str, deque[tuple[int, float, float]]] = defaultdict(deque)
         self._last: dict[str, CarState] = {}  # the last row of each car
 
-    def at(self, t_us: int) -> Overlay:
-        """Return what to draw on the frame of this time; times must not decrease."""
-        cars: list[CarState] = []
+    def at(self, t_us: int, *, looked_us: int | None = None) -> Overlay:
+        """Return what to draw on the frame of this time.
+
+        Parameters
+        ----------
+        t_us : must not decrease.
+        looked_us : time of the newest frame that the run looked at; None for this one.
+        """
+        looked_us = t_us if looked_us is None else looked_us
         while self._next is not None and self._next[0] <= t_us:
-            group_us, group = self._next
-            cars = group if group_us == t_us else []
-            for state in group:
+            for state in self._next[1]:
                 self._last[state.car] = state
                 self._trails[state.car].append((state.t_us, state.x_m, state.y_m))
             self._next = next(self._groups, None)
         self._last = {car: one for car, one in self._last.items() if one.t_us > t_us - HIDDEN_US}
-        cars = [*cars, *(_moved(one, t_us) for one in self._last.values() if one.t_us < t_us and not one.linked)]
+        cars = [_moved(one, t_us) for one in self._last.values() if one.t_us >= looked_us or not one.linked]
         events = [event for event in self._events if event.start_us <= t_us < event.end_us + EVENT_LINGER_US]
         return Overlay(cars, self._recent_trails(t_us), events)
 
@@ -94,7 +98,7 @@ class OverlayReader:
 
 
 def _moved(state: CarState, t_us: int) -> CarState:
-    """Move a hidden car on from its row, until it has the next one."""
+    """Move a car on from its row, until it has the next one."""
     way_m = state.speed_mps * (t_us - state.t_us) * 1e-6
     x_m, y_m = state.x_m + way_m * math.cos(state.heading_rad), state.y_m + way_m * math.sin(state.heading_rad)
     return replace(state, t_us=t_us, x_m=x_m, y_m=y_m)

@@ -114,16 +114,28 @@ class Views:
     def __init__(self, camera: CameraRecord, views: Iterator[ViewRecord]) -> None:
         self._fixed = camera.pixel_from_ground
         self._views = views
+        self._last: ViewRecord | None = None
         self._next = next(views, None)
         self._is_moving = self._next is not None
 
     def at(self, t_us: int) -> tuple[float, ...] | None:
-        """Return the map from the ground to the image at this time, None if not known; times must not decrease."""
+        """Return the map from the ground to the image at this time, None if not known; times must not decrease.
+
+        Between two views it is the mean of both, weighted by time.
+        """
         if not self._is_moving:
             return self._fixed
         while self._next is not None and self._next.t_us < t_us:
-            self._next = next(self._views, None)
-        return self._next.pixel_from_ground or None if self._next and self._next.t_us == t_us else None
+            self._last, self._next = self._next, next(self._views, None)
+        last, coming = self._last, self._next
+        if coming is None or coming.t_us == t_us:
+            return coming.pixel_from_ground or None if coming else None
+        if last is None or not (last.pixel_from_ground and coming.pixel_from_ground):
+            return None
+        share = (t_us - last.t_us) / (coming.t_us - last.t_us)
+        before, after = (np.array(one.pixel_from_ground) for one in (last, coming))
+        mean = (1 - share) * before / np.linalg.norm(before) + share * after / np.linalg.norm(after)
+        return tuple(mean.tolist())
 
 
 def _numbered(states: Iterable[CarState], frames: Iterable[tuple[int, int]]) -> Iterator[tuple[int | None, CarState]]:

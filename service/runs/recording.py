@@ -122,7 +122,8 @@ class Recorder:
         return self._writer.cars
 
     def _record_frame(self, sample: Sample[object]) -> None:
-        self._writer.append_frames((sample.valid_us,))
+        index = getattr(sample.value, "index", None)  # of the source's moments; objects of trajectories have none
+        self._writer.append_frames((sample.valid_us,), number=None if index is None else index + 1)
 
     def _record_objects(self, sample: Sample[VisionObjects | TrajectoryObjects]) -> None:
         objects = sample.value

@@ -237,7 +237,7 @@ class EventLog:
         return self._records(ViewRecord, run_id)
 
     def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
-        """Stream (number from 1, t_us) of the frames of a run, in the order of the input."""
+        """Stream (number in the source from 1, t_us) of the frames that a run looked at, in the order of the input."""
         table = schema.frames
         query = select(table.c.number, table.c.t_us).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
         return ((number, t_us) for number, t_us in self._stream(query))

@@ -163,7 +163,7 @@ seen_objects = _run_table("seen_objects", *_columns(SeenObject, "t_us", "vision_
 # Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
 views = _run_table("views", *_columns(ViewRecord, "t_us"))
 
-# `number` is 1, 2, ... in the order of the input.
+# `number` counts from 1 over the frames of the source; those that were not looked at have no row.
 frames = _run_table("frames", Column("number", Integer, primary_key=True), Column("t_us", BigInteger, nullable=False))
 
 # Changes of one frame depend on each other, so they keep their order.

@@ -61,11 +61,18 @@ class RunWriter:
         """Return how many cars there are, as of the last flush."""
         return self._cars.count
 
-    def append_frames(self, times_us: Iterable[int]) -> None:
-        """Add the time stamps of frames in the order of the input; they are numbered from 1.
+    def append_frames(self, times_us: Iterable[int], *, number: int | None = None) -> None:
+        """Add the time stamps of frames that were looked at, with or without cars, in the order of the input.
 
-        Frame numbers of exports come from here, so every decoded frame belongs in, with or without cars.
+        Frame numbers of exports come from here.
+
+        Parameters
+        ----------
+        times_us : of neighbours in the source.
+        number : of the first of them in the source, from 1; None for the one after the last that was added.
         """
+        if number is not None:
+            self._counts[schema.frames] = number - 1
         last_us = self._flushed_us
         for last_us in times_us:
             self._append(schema.frames, (last_us,))
