@@ -55,6 +55,7 @@ class RunRequest:
     kpl_file : declares the streams instead of the shipped text.
     linkage_file : classes and links of anchoring instead of the shipped text.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
     start_utc_us : UTC time of media time zero, before what site file and video say.
     final : events are told when nothing can take them back any more.
     min_confidence : how sure events must be, instead of what chronicles ask for; what is less sure is kept as doubtful.
@@ -70,6 +71,7 @@ class RunRequest:
     kpl_file: Path | None = None
     linkage_file: Path | None = None
     detector: str | None = None
+    rate_hz: float | None = None
     start_utc_us: int | None = None
     final: bool = False
     min_confidence: float | None = None
@@ -82,7 +84,7 @@ class Progress:
 
     Attributes
     ----------
-    frames, frame_count : done, and in all by the container (None if it does not say).
+    frames, frame_count : looked at, and in all by the container (None if it does not say).
     media_us : time of the newest frame since the first one.
     elapsed_s : wall time since the run began.
     cars, events : seen and recognised so far; None where the streams do not record them.
@@ -160,7 +162,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     chronicles = load_chronicle_files(request.chronicle_files, messages=monitors.messages)
     monitors.check_names(chronicles.merged)
     site = load_site(request.site) if request.site else None
-    source = open_input(request.input, site, request.columns, detector=request.detector)
+    source = open_input(request.input, site, request.columns, detector=request.detector, rate_hz=request.rate_hz)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
@@ -305,6 +307,7 @@ def _run_record(
         pipeline.kpl.text,
         *((linkage,) if linkage else ()),
         *((f"start {start_utc_us}",) if start_from == "option" else ()),
+        *(() if request.rate_hz is None else (f"rate {request.rate_hz:g}",)),
         *(("final",) if request.final else ()),
         *(() if request.min_confidence is None else (f"min_confidence {request.min_confidence!r}",)),
     )
@@ -340,6 +343,8 @@ def _run_record(
 def _settings(request: RunRequest) -> dict[str, str]:
     """Tell in words what differs from the defaults."""
     settings = {"events": "final"} if request.final else {}
+    if request.rate_hz is not None:
+        settings["rate_hz"] = f"{request.rate_hz:g}"
     if request.min_confidence is not None:
         settings["min_confidence"] = f"{request.min_confidence:g}"
     return settings

@@ -1,5 +1,6 @@
 """`dyknow process`: how does a video or a trajectory file become an event log?"""
 
+import math
 import sys
 import time
 from contextlib import contextmanager
@@ -46,6 +47,9 @@ def process(
     detections: Annotated[
         Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")
     ] = None,
+    rate: Annotated[
+        str | None, typer.Option(metavar="HZ", help="Frames looked at in a second; full: all. Default: 12.5.")
+    ] = None,
     start_utc: Annotated[str | None, typer.Option(help="When the input starts: 2026-05-01T08:00:00Z.")] = None,
     final: Annotated[
         bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
@@ -72,6 +76,7 @@ def process(
         kpl_file=kpl,
         linkage_file=linkage,
         detector=looks,
+        rate_hz=None if rate is None else parse_rate(rate),
         start_utc_us=None if start_utc is None else parse_utc_us(start_utc, parameter="--start-utc"),
         final=final,
         min_confidence=min_confidence,
@@ -111,6 +116,28 @@ def chosen_input(input_file: Path | None, detector: str | None, detections: Path
     if source is None:
         raise typer.BadParameter("expected INPUT, or --detections alone; got neither")
     return source, looks
+
+
+def parse_rate(text: str) -> float:
+    """Read how many frames are looked at in a second; infinite for all.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is neither a number above 0 nor ``full``.
+
+    Examples
+    --------
+    >>> parse_rate("12.5"), parse_rate("full")
+    (12.5, inf)
+    """
+    try:
+        rate_hz = math.inf if text == "full" else float(text)
+    except ValueError:
+        rate_hz = math.nan
+    if not rate_hz > 0:
+        raise typer.BadParameter(f"--rate: expected frames a second, above 0, or full; got {text!r}")
+    return rate_hz
 
 
 def parse_columns(text: str | None) -> dict[str, str] | None:

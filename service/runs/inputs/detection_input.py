@@ -65,9 +65,9 @@ class DetectionInput(Input):
             raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
         details = (site.detector if site else None) or DetectionDetails()
         camera, size_px = _camera(path, stored, site, details)
-        if stored.is_by_frame and details.rate_hz is None:
+        if stored.is_by_frame and details.file_rate_hz is None:
             raise InputError(
-                f"{path}: expected rate_hz in [detector] for detections by frame without a video, got none"
+                f"{path}: expected file_rate_hz in [detector] for detections by frame without a video, got none"
             )
         return cls(
             path=path,
@@ -76,7 +76,7 @@ class DetectionInput(Input):
             network=asked.network,
             area_m=_area(path, camera, site, size_px),
             size_px=size_px,
-            rate_hz=details.rate_hz,
+            rate_hz=details.file_rate_hz,
             motion=site.motion if site and camera is not None else None,
             settings=settings,
             detector=describe(choice),

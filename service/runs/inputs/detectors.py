@@ -41,13 +41,13 @@ class DetectionDetails:
     ----------
     use : the detector, in the words of the command line.
     classes, score_threshold : for a file of detections, as `ReadingRules`.
-    rate_hz, size_px : frames a second and size of the picture, for a file of detections that stands alone.
+    file_rate_hz, size_px : frames a second and size of the picture, for a file of detections that stands alone.
     """
 
     use: Text = "auto"
     classes: ClassWords = field(default_factory=dict)
     score_threshold: Number = 0.25
-    rate_hz: Annotated[float, Meta(ge=0.1, le=1000, description="frames a second from 0.1 to 1000")] | None = None
+    file_rate_hz: Annotated[float, Meta(ge=0.1, le=1000, description="frames a second from 0.1 to 1000")] | None = None
     size_px: Annotated[tuple[Side, Side], Meta(description=SIZE)] | None = None
 
 

@@ -32,12 +32,14 @@ class Asked:
     ----------
     columns : our column names to those of a CSV file.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
     """
 
     path: Path
     site: Site | None = None
     columns: Mapping[str, str] | None = None
     detector: str | None = None
+    rate_hz: float | None = None
 
     @property
     def network(self) -> RoadNetwork | None:
@@ -62,7 +64,7 @@ class Input(ABC):
     warnings : what the user should know about how the input is read.
     detector, detector_files : what looks at the frames, in words, and the files that it depends on.
     video : what is read, where it is one.
-    frame_count : as far as it is known before the frames are read.
+    frame_count : how many are looked at, as far as it is known before they are read.
     camera : how the ground maps to the image, for the log.
     """
 

@@ -17,7 +17,12 @@ KINDS: tuple[type[Input], ...] = (TrajectoryInput, DetectionInput, VideoInput)
 
 
 def open_input(
-    path: Path, site: Site | None, columns: Mapping[str, str] | None = None, *, detector: str | None = None
+    path: Path,
+    site: Site | None,
+    columns: Mapping[str, str] | None = None,
+    *,
+    detector: str | None = None,
+    rate_hz: float | None = None,
 ) -> Input:
     """Open a file by its kind: ``.csv`` is trajectories, everything else must be a video.
 
@@ -26,12 +31,13 @@ def open_input(
     columns : our column names to those of a CSV file.
     detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of
         detections that is the input itself stands alone.
+    rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
 
     Raises
     ------
     InputError
-        If the file is missing, does not go with the site, the detector or the column map, or no camera is known and
-        too little moves to guess a scale.
+        If the file is missing, does not go with the site, the detector, the column map or a rate, or no camera is
+        known and too little moves to guess a scale.
     VideoError
         If it is not a video that can be read.
     VisionError
@@ -40,8 +46,11 @@ def open_input(
     if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
         raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
     _refuse_live(path)
-    asked = Asked(path, site, columns, detector)
-    return next(kind for kind in KINDS if kind.fits(asked)).open(asked)
+    asked = Asked(path, site, columns, detector, rate_hz)
+    kind = next(kind for kind in KINDS if kind.fits(asked))
+    if rate_hz is not None and kind is not VideoInput:
+        raise InputError(f"{path}: expected a video to go with a rate, got {kind.kind}")
+    return kind.open(asked)
 
 
 def _refuse_live(path: Path) -> None:

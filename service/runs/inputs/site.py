@@ -4,6 +4,7 @@ A site file is TOML; docs/site_file.md lists its fields. Everything in it is che
 be trusted. Paths in the file are relative to the file's own folder.
 """
 
+import math
 from collections import Counter
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -38,6 +39,10 @@ Matrix = Annotated[tuple[_Row, _Row, _Row], Meta(description="3 rows of 3 number
 Side = Annotated[int, Meta(ge=2)]
 Size = Annotated[tuple[Side, Side], Meta(description="width and height of the picture, two whole numbers above 1")]
 Metres = Annotated[float, Meta(ge=0, le=1e300, description="metres, not below 0")]
+Rate = Annotated[
+    Annotated[float, Meta(ge=0.1, le=1000)] | Literal["full"],
+    Meta(description='frames a second from 0.1 to 1000, or "full"'),
+]
 # Lines drawn in the picture that end so near to its border are led on by so much: lanes must run out of it.
 BORDER_PX, RUN_OUT_M = 12.0, 25.0
 START = "a date and time with its zone and no quotes, as 2026-05-01T08:00:00Z"
@@ -93,6 +98,7 @@ class CameraTable(Struct):
     radial: Number | None = None
     road_mask: Path | None = None
     moving: Annotated[bool | Literal["auto"], Meta(description='true, false or "auto"')] = "auto"
+    rate_hz: Rate | None = None
     poses: Path | None = None
     reach_m: Metres | None = None
     thermal: ThermalTable | None = None
@@ -159,6 +165,7 @@ class Site:
     detector : which detector is to look, and what it needs besides; None if the file has no [detector].
     anchoring, relations, vision : the numbers of these engines, with what the tables of these names change in them.
     size_px : of the picture that the camera was measured in; None if the file does not say.
+    rate_hz : frames of a video to look at in a second, infinite for all; None if the file does not say.
     points : (n, 4) pixel and ground of the marks that the camera was fitted to; None if it was not.
     """
 
@@ -177,6 +184,7 @@ class Site:
     relations: RelationSettings = field(default_factory=RelationSettings)
     vision: VisionSettings = field(default_factory=VisionSettings)
     size_px: tuple[int, int] | None = None
+    rate_hz: float | None = None
     points: FloatArray | None = None
 
 
@@ -229,6 +237,7 @@ def load_site(path: str | Path) -> Site:
         relations=said.relations,
         vision=said.vision,
         size_px=view.size_px,
+        rate_hz=math.inf if view.rate_hz == "full" else view.rate_hz,
         points=np.array([(*one.pixel, *one.ground_m) for one in view.point]) if view.point else None,
     )
 

@@ -1,5 +1,6 @@
 """What if there is a video? It is seen by a camera that stands or moves, known from the site file or guessed."""
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
@@ -24,7 +25,7 @@ from service.runs.inputs.site import Motion, Site, check_picture
 from service.runs.inputs.site_review import review
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.trajectories import is_trajectories
-from service.runs.inputs.video_sensor import ThermalVideo, VideoSensor
+from service.runs.inputs.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import FixedView
@@ -34,6 +35,7 @@ from vision.registration.watch import noticed_px
 from vision.road.scale import estimate_scale, image_plane
 from vision.settings import VisionSettings
 from vision.video.frames import VideoSource, open_video
+from vision.video.pace import Pace
 
 # No vehicle is faster than this many times the highest limit around: drivers speed, and clocks run fast.
 MOST_SPEEDING = 2.0
@@ -66,14 +68,14 @@ class VideoInput(Input):
             raise InputError(f"{path}: expected a .csv file to go with a column map, got {came!r}")
         if is_trajectories(path):
             raise InputError(f"{path}: expected a video for the detector {asked.detector!r}, got trajectories")
+        if isinstance(choice, MotionChoice):
+            return _at_rate(_with_channels(path, asked.site, choice), asked)
+        source = _at_rate(_open_video(path, asked.site), asked)
         if isinstance(choice, AutoChoice):
-            source = _open_video(path, asked.site)
             with told(InputError, path, CAMERA_AND_ROADS):
                 is_low = source.sensor.is_low()
             return _with_detector(source, choice.low) if is_low else source
-        if isinstance(choice, MotionChoice):
-            return _with_channels(path, asked.site, choice)
-        return _with_detector(_open_video(path, asked.site), choice)
+        return _with_detector(source, choice)
 
     def feed(self) -> Feed:
         """Give the frames, and the vision of this camera to look at them."""
@@ -135,6 +137,23 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
     return _video_input(path, sensor, *warnings)
 
 
+def _at_rate(source: VideoInput, asked: Asked) -> VideoInput:
+    """Look at as many frames as were asked for; say so where the video has fewer."""
+    said_hz = asked.rate_hz if asked.rate_hz is not None else asked.site.rate_hz if asked.site else None
+    rate_hz, video = said_hz or USUAL_RATE_HZ, source.sensor.video
+    warnings = source.warnings
+    if said_hz is not None and math.isfinite(said_hz) and said_hz > Pace.LENIENT * video.rate_hz > 0:
+        few = f"{asked.path.name}: {said_hz:g} frames a second were asked for, and the video has {video.rate_hz:g}"
+        warnings = (*warnings, f"{few}: all are looked at")
+    count, every = video.frame_count, Pace(rate_hz, video.rate_hz).every
+    return replace(
+        source,
+        sensor=replace(source.sensor, rate_hz=rate_hz),
+        frame_count=None if count is None else math.ceil(count / every),
+        warnings=warnings,
+    )
+
+
 def _noticed_motion(path: Path, look: FirstLook, *, is_bound: bool) -> tuple[Motion | None, tuple[str, ...]]:
     """Follow a camera that was seen to move, if it is not bound to stand; with what the user is told."""
     if look.moves_from_us is None:
@@ -166,7 +185,7 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
     else:
         opened = choice.open(source.sensor.settings)
         sensor = replace(source.sensor, boxes=opened)
-        warnings = check_against(opened, choice.path, source.frame_count)
+        warnings = check_against(opened, choice.path, source.sensor.video.frame_count)
     return replace(
         source,
         sensor=sensor,

@@ -20,6 +20,9 @@ from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frames import Frame, VideoSource
 
+USUAL_RATE_HZ = 12.5
+"""Frames looked at in a second: twice as many cost half as much again and see no more (docs/evaluation.md)."""
+
 
 @dataclass(frozen=True, slots=True)
 class ThermalVideo:
@@ -44,6 +47,7 @@ class VideoSensor:
     may_move : whether it may move though `motion` is None; the built-in detector then notices.
     guessed_m2 : how much ground is in view, if that was only guessed; what cannot be vehicles then ends the run.
     is_thermal : whether the video itself is thermal, and therefore coarse.
+    rate_hz : of the frames that are looked at; infinite for all.
     settings : of vision.
     """
 
@@ -58,6 +62,7 @@ class VideoSensor:
     may_move: bool = False
     guessed_m2: float | None = None
     is_thermal: bool = False
+    rate_hz: float = USUAL_RATE_HZ
     settings: VisionSettings = field(default_factory=VisionSettings)
 
     @property
@@ -153,4 +158,4 @@ class VideoSensor:
         VideoBroken
             Where the video cannot be read on.
         """
-        return self.video.frames(vision.prepare)
+        return self.video.frames(vision.prepare, rate_hz=self.rate_hz)
