@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from service.runs.inputs.video_sensor import USUAL_RATE_HZ as RATE_HZ
 from service.runs.processing import RunRequest, process
 from service.scoring.evaluate import Evaluation
 from service.scoring.evaluate_log import evaluate_log
@@ -56,7 +57,7 @@ def test_every_frame_reached_every_stage(log: str) -> None:
         == published["vision_objects"]
         == published["cars"]
         == published["relations"]
-        == 25 * SECONDS
+        == RATE_HZ * SECONDS
     )
     assert all(not stream.dropped for stream in streams)
 

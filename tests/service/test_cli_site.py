@@ -225,7 +225,7 @@ def test_a_lens_goes_through_a_run_and_its_boxes(tmp_path: Path, capsys: pytest.
     rows = "".join(f"  {row},\n" for row in CAMERA.ground_from_pixel.tolist())
     site.write_text(
         f'name = "bent"\n[camera]\nsize_px = {list(SIZE_PX)}\nradial = -0.2\nhomography = [\n{rows}]\n'
-        f"[detector]\nrate_hz = 10\nsize_px = {list(SIZE_PX)}\n",
+        f"[detector]\nfile_rate_hz = 10\nsize_px = {list(SIZE_PX)}\n",
         encoding="utf-8",
     )
     way_px = np.linspace((30.0, 40.0), (290.0, 60.0), 30)

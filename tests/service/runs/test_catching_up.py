@@ -1,5 +1,6 @@
 """Frames that vision holds at its start: caught up with one by one, whatever text declares the streams."""
 
+import math
 import os
 import signal
 import sqlite3
@@ -21,7 +22,8 @@ def process_clip(
 ) -> RunSummary:
     """Process a clip that ends while vision still learns the road."""
     video, site = make_video(folder / "video.mp4"), make_site(folder)
-    return process(RunRequest(video, site, str(folder / "log.db"), kpl_file=kpl), on_progress=on_progress)
+    request = RunRequest(video, site, str(folder / "log.db"), kpl_file=kpl, rate_hz=math.inf)
+    return process(request, on_progress=on_progress)
 
 
 def times_in_log(folder: Path) -> tuple[int, list[int]]:
@@ -43,7 +45,11 @@ def test_progress_stands_while_frames_are_held_and_then_goes_on_frame_by_frame(t
     told: list[int] = []
     summary = process_clip(tmp_path, lambda progress: told.append(progress.frames))
     assert told == [*[0] * FRAMES, *range(1, FRAMES)]
-    assert (summary.status, summary.progress.frames, summary.progress.media_us) == ("finished", FRAMES, 59 * 40_000)
+    assert (summary.status, summary.progress.frames, summary.progress.media_us) == (
+        "finished",
+        FRAMES,
+        (FRAMES - 1) * 40_000,
+    )
 
 
 def test_text_of_the_user_runs_as_the_shipped_one(tmp_path: Path) -> None:
@@ -63,7 +69,7 @@ def test_stream_of_frames_carries_frames_as_they_come(tmp_path: Path) -> None:
     summary = process_clip(tmp_path)
     frames, objects = summary.streams[:2]
     assert (frames.rate_hz, objects.updates, objects.lag_us) == (25.0, FRAMES, 0)
-    assert "Frame(index=59" in str(frames.last_value)
+    assert f"Frame(index={FRAMES - 1}" in str(frames.last_value)
 
 
 def test_interrupt_is_heeded_between_two_held_frames(tmp_path: Path) -> None:
@@ -95,8 +101,10 @@ def test_interrupt_while_frames_are_held_does_not_wait_for_them(tmp_path: Path) 
 def test_what_is_held_when_the_video_breaks_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read = VideoSource.frames
 
-    def breaking(video: VideoSource, prepare: Callable[[Frame], Frame] | None = None) -> Iterator[Frame]:
-        for frame in read(video, prepare):
+    def breaking(
+        video: VideoSource, prepare: Callable[[Frame], Frame] | None = None, *, rate_hz: float = math.inf
+    ) -> Iterator[Frame]:
+        for frame in read(video, prepare, rate_hz=rate_hz):
             if frame.index == 50:
                 raise VideoBroken(path="v.mp4", t_us=49 * 40_000, frame_index=50, reason="damage")
             yield frame

@@ -1,5 +1,6 @@
 """What does a run say of a video of which a part could not be decoded?"""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,7 @@ def test_run_on_a_video_with_a_damaged_frame_finishes_and_says_so(tmp_path: Path
     flip_first_picture(video)
     site.write_text(SITE)
     url = f"sqlite:///{tmp_path / 'log.db'}"
-    summary = process(RunRequest(input=video, site=site, log_url=url))
+    summary = process(RunRequest(input=video, site=site, log_url=url, rate_hz=math.inf))
     told = "1 frame could not be decoded, the first at 0.00 s"
     assert (summary.status, summary.reason, summary.progress.frames) == ("finished", told, 39)
     assert f"v.mp4: {told}" in summary.warnings

@@ -51,7 +51,7 @@ def processed(folder: Path, video: Path, *options: str, site: str = SITE) -> Run
 
 def test_a_run_knows_its_video_and_the_first_time_stamp(tmp_path: Path) -> None:
     video = write_video(tmp_path / "v.mkv", first_ms=19)
-    record = processed(tmp_path, video)
+    record = processed(tmp_path, video, "--rate", "full")
     assert record.file == InputFile(
         path=str(video),
         size_bytes=video.stat().st_size,

@@ -28,7 +28,7 @@ from tests.vision.onnx_file import blob_finder
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
 from vision.networks.onnx_settings import Layout
 
-SIZE_PX, METRES_PER_PIXEL, FRAMES = (256, 64), 0.25, 60
+SIZE_PX, METRES_PER_PIXEL, FRAMES = (256, 64), 0.25, 61
 SPEED_MPS, NORTH_M = 12.0, 8.0
 SITE = """
 name = "Test road"
@@ -132,7 +132,7 @@ def test_mot_file_is_joined_to_a_video_that_shows_nothing(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("kind", ["mot", "metres"])
 def test_file_of_detections_stands_alone(tmp_path: Path, kind: str) -> None:
-    site = make_site(tmp_path, "[detector]\nrate_hz = 25\nsize_px = [256, 64]\n" if kind == "mot" else "")
+    site = make_site(tmp_path, "[detector]\nfile_rate_hz = 25\nsize_px = [256, 64]\n" if kind == "mot" else "")
     found = make_mot(tmp_path) if kind == "mot" else make_ground_csv(tmp_path)
     log = tmp_path / "log.db"
     assert run(["process", "--detections", str(found), "--site", str(site), "--log", str(log)]) == 0
@@ -170,7 +170,7 @@ def test_detections_past_the_end_of_the_video_are_warned_of_or_refused(tmp_path:
     video, site = make_video(tmp_path / "video.mp4"), load_site(make_site(tmp_path))
     some = open_input(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES - 2, FRAMES + 3))}")
     assert some.warnings == ("found.txt: 3 of 5 detections lie past the video's end",)
-    with pytest.raises(InputError, match=r"expected detections in the 60 frames of the video, got all of them later"):
+    with pytest.raises(InputError, match=r"expected detections in the 61 frames of the video, got all of them later"):
         open_input(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES, FRAMES + 3))}")
 
 
@@ -229,7 +229,7 @@ def test_unknown_detectors_are_refused(tmp_path: Path, wanted: str) -> None:
         (["video.mp4", "--detector", "file:none.txt"], "--detector: expected the path of a file, got 'none.txt'"),
         (["video.mp4", "--detector", "motion:thermal"], "expected a [camera.thermal] in the site file"),
         (["video.mp4", "--detector", "motion", "--detections", "a.csv"], "one of --detector and --detections"),
-        (["--detections", "found.txt"], "expected rate_hz in [detector] for detections by frame without a video"),
+        (["--detections", "found.txt"], "expected file_rate_hz in [detector] for detections by frame without a video"),
         (["net.onnx", "--detector", "onnx:net.onnx"], "net.onnx"),  # the decoder says what it met
     ],
     ids=["nothing", "no file", "no thermal", "two", "no rate", "no video"],
@@ -256,7 +256,7 @@ def test_wrong_requests_end_before_a_log_is_written(
     ("table", "message"),
     [
         ("use = 3", r"detector.use: expected a text that is not empty, got 3"),
-        ("rate_hz = 0", r"detector.rate_hz: expected frames a second from 0.1 to 1000, got 0"),
+        ("file_rate_hz = 0", r"detector.file_rate_hz: expected frames a second from 0.1 to 1000, got 0"),
         ("size_px = [1280.5, 720]", r"detector.size_px: expected width and height in whole pixels"),
         ('classes = { "1" = "horse" }', r"detector.classes: expected a table such as .*, got 1 = 'horse'"),
         ("treshold = 1", r"detector.treshold: expected one of use, .*; did you mean score_threshold"),

@@ -63,7 +63,7 @@ def test_numbers_of_the_site_reach_the_vision_of_every_kind_of_input(tmp_path: P
     video, thermal = make_video(tmp_path / "video.mp4"), make_video(tmp_path / "thermal.mp4")
     textured = make_textured_video(tmp_path / "textured.mp4")
     network, mot, metres = make_network(tmp_path), make_mot(tmp_path), make_ground_csv(tmp_path)
-    moving, alone = "moving = true\n", "[detector]\nrate_hz = 25\nsize_px = [256, 64]\n"
+    moving, alone = "moving = true\n", "[detector]\nfile_rate_hz = 25\nsize_px = [256, 64]\n"
     kinds = {
         "fixed": (video, "", None),
         "moving": (textured, moving, None),
