@@ -69,7 +69,7 @@ def test_time_off_by_two_frames_is_told(golden: Tables, table: str) -> None:
 
 
 def test_time_of_an_event_off_by_two_frames_is_told(golden: Tables) -> None:
-    assert "start_us: expected 3586154, got 3666154" in only(golden, "events", moved("start_us", 80_000, place=0))
+    assert "start_us: expected 3576383, got 3656383" in only(golden, "events", moved("start_us", 80_000, place=0))
     text = {"start": "2026-05-01T08:00:03.665531Z"}
     assert "body.start: expected '2026-05-01T08:00:03.5" in only(
         golden, "events", in_body(lambda body: body.update(text))

@@ -35,7 +35,7 @@ class Case:
 
 
 CASES = (
-    Case("rural_video", "video.mp4", frame_us=40_000),
+    Case("rural_video", "video.mp4", frame_us=80_000),
     Case("junction_tracks", "tracks.csv", frame_us=100_000),
     Case("detections", "found.csv", frame_us=80_000, options=("--detections",)),
 )
