@@ -151,13 +151,22 @@ def measure_log(url: str, scene: Path, *, run: str, seconds: float) -> Measured:
     with open_log(url) as log:
         states = [state for state in log.states(run) if state.linked]
         told = {event_type: load_events(log, run, event_type) for event_type in ("pass", "near_miss")}
+        frame_us = np.array([t_us for _, t_us in log.frames(run)])
     cars = positions_from_rows(
         (state.t_us for state in states), (state.car for state in states), [(state.x_m, state.y_m) for state in states]
     )
     events, vehicles = load_truth(scene)
     judged = [_judged(event, truth) for event in events]
     scores = {name: evaluate_events(rows, cars, judged, vehicles, event_type=name) for name, rows in told.items()}
-    return compare_shown(truth, states, eye_m, scores, seconds=seconds)
+    return compare_shown(_looked_at(truth, frame_us), states, eye_m, scores, seconds=seconds)
+
+
+def _looked_at(truth: ShownTruth, frame_us: IntArray) -> ShownTruth:
+    """Keep the rows of the frames that were looked at: of the others nothing is told."""
+    times_us = np.unique(truth.t_us)
+    places = nearest_times(frame_us, times_us)
+    kept = np.isin(truth.t_us, times_us[places[places >= 0]])
+    return ShownTruth(truth.t_us[kept], truth.name[kept], truth.centre_m[kept], truth.counts[kept])
 
 
 def load_shown(path: Path) -> ShownTruth:
