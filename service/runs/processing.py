@@ -5,6 +5,7 @@ interrupts, leaves the events up to that moment in the log, with the reason.
 """
 
 import hashlib
+import os
 import signal
 import time
 from collections import deque
@@ -37,6 +38,7 @@ from service.times import utc_us
 from vision.errors import VideoBroken
 from vision.video.frames import VideoSource
 
+WORTH_A_PROCESS_US = 15_000_000  # beginning one takes a second
 HISTORY_US = 330_000_000  # longer than any interval of the library's chronicles
 
 
@@ -60,6 +62,7 @@ class RunRequest:
     final : events are told when nothing can take them back any more.
     min_confidence : how sure events must be, instead of what chronicles ask for; what is less sure is kept as doubtful.
     again : also a run that the log has, finished.
+    workers : processes beside this one to look at a video: 0, 1, or None for 1 where it is worth its start.
     """
 
     input: Path
@@ -76,6 +79,7 @@ class RunRequest:
     final: bool = False
     min_confidence: float | None = None
     again: bool = False
+    workers: int | None = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +172,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
     engines = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
     settings = replace(engines, linkage=linkage, early_events=not request.final)
-    feed = source.feed()
+    feed = source.feed(apart=_looks_apart(request.workers, source.video))
     pipeline = declared_pipeline(
         feed,
         source.network,
@@ -188,6 +192,18 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         )
     notes = feed.vision.notes() if feed.vision else ()
     return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
+
+
+def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
+    """Tell whether vision gets a process of its own: if asked for, or if a core is free and the video not soon over."""
+    if workers is None:
+        return cores() > 1 and video is not None and (video.duration_us or 0) >= WORTH_A_PROCESS_US
+    return workers > 0
+
+
+def cores() -> int:
+    """Count the processor's cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _run(

@@ -53,7 +53,7 @@ class OnnxDetector:
     ) -> None:
         self._path = path
         self._settings = settings
-        self._image_size_px = image_size_px
+        self._image_size_px, self._part_px = image_size_px, part_px
         whole = next(_tiles((0, 0, *image_size_px), settings))
         self._tiles = tuple(_tiles(_checked_part(part_px, image_size_px), settings))
         width, height = image_size_px
@@ -66,6 +66,10 @@ class OnnxDetector:
             grey = np.full((height, width, 3), PADDING, np.uint8)
             self._at_once = self._count_at_once(grey)
             self._look(grey)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Go to another process by what it was made of: the runtime's network stays where it is."""
+        return OnnxDetector, (self._path, self._settings, self._image_size_px, self._part_px)
 
     def on_whole_picture(self) -> OnnxDetector:
         """Make the same for a camera that has moved: a part of the picture is no part of the world any more."""

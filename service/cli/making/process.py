@@ -5,7 +5,7 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -56,6 +56,9 @@ def process(
     ] = False,
     min_confidence: MinConfidence = None,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
+    workers: Annotated[
+        Literal["auto", "0", "1"], typer.Option(help="Processes that look at the video, beside the one that thinks.")
+    ] = "auto",
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,
@@ -81,6 +84,7 @@ def process(
         final=final,
         min_confidence=min_confidence,
         again=again,
+        workers=None if workers == "auto" else int(workers),
     )
     if as_json:
         told = _every(REPORT_EVERY_S, lambda now: print_json({"type": "progress", **_progress_record(now)}))

@@ -84,7 +84,7 @@ class DetectionInput(Input):
             camera=None if camera is None else camera_record(camera, size_px),
         )
 
-    def feed(self) -> Feed:
+    def feed(self, *, apart: bool = False) -> Feed:
         """Give the moments of the file, and the tracking to look at them."""
         poses = None if self.motion is None else self.motion.poses
         with told(InputError, self.path, "with the camera and roads of its site"):

@@ -97,8 +97,12 @@ class Input(ABC):
         """
 
     @abstractmethod
-    def feed(self) -> Feed:
+    def feed(self, *, apart: bool = False) -> Feed:
         """Give what a pipeline is fed with; may be taken once.
+
+        Parameters
+        ----------
+        apart : look at the frames in a process of its own, where there are any.
 
         Raises
         ------

@@ -254,6 +254,6 @@ class TrajectoryInput(Input):
         """Return what was read of it: a pipe gives its bytes but once."""
         return self.trajectories.size_bytes, self.trajectories.digest
 
-    def feed(self) -> Feed:
+    def feed(self, *, apart: bool = False) -> Feed:
         """Give the objects of each time; nothing needs to look at them."""
         return Feed(TRAJECTORIES, (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories))

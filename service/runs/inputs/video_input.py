@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from dyknow.sample import Sample
 from gis.camera import GroundCamera
@@ -26,9 +26,11 @@ from service.runs.inputs.site_review import review
 from service.runs.inputs.toml_tables import told
 from service.runs.inputs.trajectories import is_trajectories
 from service.runs.inputs.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
+from service.runs.inputs.vision_apart import VisionApart
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import FixedView
+from vision.networks.box_detector import Instant
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.registration.watch import noticed_px
@@ -43,6 +45,7 @@ MOST_SPEEDING = 2.0
 # noticed by vision. A scale wants more traffic than that.
 NOTICED_US = 6_000_000
 SCALE_SPAN_US = 10_000_000
+InstantT = TypeVar("InstantT", bound=Instant)
 CAMERA_AND_ROADS = "with the camera and roads of its site"
 
 
@@ -77,12 +80,18 @@ class VideoInput(Input):
             return _with_detector(source, choice.low) if is_low else source
         return _with_detector(source, choice)
 
-    def feed(self) -> Feed:
+    def feed(self, *, apart: bool = False) -> Feed:
         """Give the frames, and the vision of this camera to look at them."""
         with told(InputError, self.path, CAMERA_AND_ROADS):
             vision = self.sensor.vision()
-        samples = (Sample(frame.t_us, frame.t_us, frame) for frame in self.sensor.frames(vision))
-        return Feed(VIDEO, samples, vision)
+        if not apart or is_read_once(self.path):
+            return Feed(VIDEO, map(_sample, self.sensor.frames(vision)), vision)
+        there = VisionApart(self.sensor, vision.settings)
+        return Feed(VIDEO, map(_sample, there.frames()), there)
+
+
+def _sample(instant: InstantT) -> Sample[InstantT]:
+    return Sample(instant.t_us, instant.t_us, instant)
 
 
 def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:

@@ -1,0 +1,135 @@
+"""Vision in a process of its own: the same rows, and the same end, whatever comes to an end first."""
+
+import multiprocessing
+import os
+import signal
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.errors import InputError
+from service.runs.processing import Progress, RunRequest, RunSummary, process
+from tests.service.runs.inputs.test_detectors import SITE, make_mot, make_network, make_video
+from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
+
+TABLES = ("car_states", "seen_objects", "frames", "views", "events", "relations", "links", "hypotheses")
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_video(tmp_path_factory.mktemp("apart") / "video.mp4")
+
+
+def processed(
+    video: Path,
+    folder: Path,
+    *,
+    workers: int,
+    camera: str = "",
+    detector: str | None = None,
+    on_progress: Callable[[Progress], None] = lambda _: None,
+) -> tuple[RunSummary, dict[str, list[object]]]:
+    site, log = folder / "site.toml", folder / f"{workers}.db"
+    site.write_text(SITE + camera, encoding="utf-8")
+    request = RunRequest(video, site, str(log), detector=detector, workers=workers)
+    summary = process(request, on_progress=on_progress)
+    assert not multiprocessing.active_children()
+    with sqlite3.connect(log) as connection:
+        return summary, {name: connection.execute(f"SELECT * FROM {name}").fetchall() for name in TABLES}
+
+
+@pytest.mark.parametrize("kind", ["motion", "moving", "onnx", "file"])
+def test_rows_are_the_same(video: Path, tmp_path: Path, kind: str) -> None:
+    camera = "moving = true\n" if kind == "moving" else ""
+    detector = {"onnx": f"onnx:{make_network(tmp_path)}", "file": f"file:{make_mot(tmp_path)}"}.get(kind)
+    (here, own), (there, others) = (
+        processed(video, tmp_path, workers=workers, camera=camera, detector=detector) for workers in (0, 1)
+    )
+    assert len(own["frames"]) > 20
+    assert own == others
+    assert (here.status, here.warnings, here.progress.frames) == (there.status, there.warnings, there.progress.frames)
+
+
+def test_damage_is_told_and_what_was_seen_before_it_is_kept(video: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.mp4"
+    broken.write_bytes(video.read_bytes()[:-1500])
+    (here, own), (there, others) = (processed(broken, tmp_path, workers=workers) for workers in (0, 1))
+    assert here.status == there.status == "broken"
+    assert here.reason == there.reason
+    assert own == others
+
+
+def test_process_that_is_killed_ends_the_run_as_broken(video: Path, tmp_path: Path) -> None:
+    def kill(progress: Progress) -> None:
+        if progress.frames == 5:
+            (child,) = multiprocessing.active_children()
+            os.kill(child.pid or 0, signal.SIGKILL)
+
+    summary, rows = processed(long_video(tmp_path), tmp_path, workers=1, on_progress=kill)
+    assert summary.status == "broken"
+    assert summary.reason.endswith("got the end of the process that looks at it (SIGKILL)")
+    assert 5 <= len(rows["frames"]) < 400
+
+
+def test_interrupt_ends_both(tmp_path: Path) -> None:
+    def stop(progress: Progress) -> None:
+        if progress.frames == 50:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    summary, rows = processed(long_video(tmp_path), tmp_path, workers=1, on_progress=stop)
+    assert (summary.status, summary.progress.frames) == ("interrupted", 50)
+    assert rows["car_states"]
+
+
+def test_error_of_vision_is_raised_here(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Failing:
+        def __reduce__(self) -> tuple[object, ...]:
+            return failing, ()
+
+    monkeypatch.setattr("service.runs.inputs.vision_apart.multiprocessing.get_context", context_sending(Failing()))
+    with pytest.raises(InputError, match="expected vehicles, got a fair"):
+        processed(video, tmp_path, workers=1)
+    assert not multiprocessing.active_children()
+
+
+def context_sending(sensor: object) -> Callable[[str], object]:
+    """Make `get_context` send this instead of the sensor."""
+    real = multiprocessing.get_context("spawn")
+
+    class Context:
+        Pipe = staticmethod(real.Pipe)
+
+        @staticmethod
+        def Process(*, args: tuple[object, ...], **rest: object) -> object:  # noqa: N802  (the name of multiprocessing)
+            return real.Process(args=(sensor, args[1]), **rest)  # type: ignore[arg-type]
+
+    return lambda _: Context
+
+
+class FailingSensor:
+    """A sensor of which the vision fails."""
+
+    def vision(self) -> None:
+        """Fail."""
+        raise InputError("fair.mp4 at 1.00 s: expected vehicles, got a fair")
+
+
+def failing() -> FailingSensor:
+    return FailingSensor()
+
+
+def long_video(folder: Path) -> Path:
+    """Make a video that takes longer than it takes to stop who looks at it."""
+    size_px = (256, 64)
+    camera = top_view(size_px, 0.25)
+    pictures = [
+        np.rint(
+            draw_boxes(size_px, make_boxes([(k % 160 * 0.4, 8.0, 0.0, 4.5, 2.25)]), [250.0], camera, ground=70.0)
+        ).astype(np.uint8)
+        for k in range(1600)
+    ]
+    write_video(folder / "long.mp4", pictures)
+    return folder / "long.mp4"
