@@ -22,11 +22,19 @@ REPORT_EVERY_S = 1.0
 
 
 def process(
+    context: typer.Context,
     *,
-    input_file: Annotated[
-        Path | None, typer.Argument(metavar="[INPUT]", help="A video, or a trajectory file (.csv).")
+    inputs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="INPUT", help="A video, or a trajectory file (.csv); with --logs several, folders, patterns."
+        ),
     ] = None,
-    log: Annotated[str, typer.Option(help="Event log: sqlite:///PATH or PATH.db; made if missing.")],
+    log: Annotated[str | None, typer.Option(help="Event log: sqlite:///PATH or PATH.db; made if missing.")] = None,
+    logs: Annotated[Path | None, typer.Option(help="Folder of logs, one for each input; made if missing.")] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Inputs processed at once, with --logs. Default: a core each.")
+    ] = None,
     site: Annotated[Path | None, typer.Option(help="Site file: roads, camera, start time.")] = None,
     chronicles: Annotated[
         list[Path] | None, typer.Option(help="Chronicle file; repeat for several. Default: the whole library.")
@@ -63,12 +71,14 @@ def process(
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,
 ) -> None:
-    """Process a video, a trajectory file or a file of detections into an event log."""
+    """Process a video, a trajectory file or a file of detections into an event log; with --logs, many of them."""
     from service.runs.processing import RunRequest
     from service.runs.processing import process as run
     from service.times import parse_utc_us
 
-    source, looks = chosen_input(input_file, detector, detections)
+    if logs is not None or log is None:
+        raise typer.Exit(_process_many(context, inputs or [], log, logs, site, jobs=jobs, workers=workers))
+    source, looks = chosen_input(inputs or [], detector, detections)
     request = RunRequest(
         input=source,
         site=site,
@@ -100,23 +110,54 @@ def process(
         raise typer.Exit(SIGNALLED + summary.stopped_by if summary.status == "interrupted" else INVALID)
 
 
-def chosen_input(input_file: Path | None, detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
+def _process_many(
+    context: typer.Context,
+    inputs: list[Path],
+    log: str | None,
+    logs: Path | None,
+    site: Path | None,
+    *,
+    jobs: int | None,
+    workers: str,
+) -> int:
+    """Process every input by this command, with its other options, in a process of its own."""
+    from service.cli.making.many import expanded, jobs_of, process_many, repeated_options
+    from service.runs.processing import cores
+
+    if logs is None or log is not None:
+        raise typer.BadParameter(f"expected one of --log and --logs, got {'neither' if logs is None else 'both'}")
+    if not inputs:
+        raise typer.BadParameter("--logs: expected INPUT, got none")
+    todo = jobs_of(expanded(inputs), logs)
+    if len(todo) > 1 and context.params["detections"] is not None:
+        raise typer.BadParameter(f"--detections: expected one input to go with a file of boxes, got {len(todo)}")
+    at_once = min(jobs or cores(), len(todo))
+    # A core that has an input of its own is not free for another process.
+    workers = "0" if workers == "auto" and at_once >= cores() else workers
+    options = repeated_options(context, "log", "logs", "jobs", "site", "workers", "as_json")
+    as_json = bool(context.params["as_json"])
+    return process_many(todo, [*options, "--workers", workers], site=site, at_once=at_once, as_json=as_json)
+
+
+def chosen_input(inputs: list[Path], detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
     """Tell what to process and with which detector.
 
     Raises
     ------
     typer.BadParameter
-        If there is nothing to process, or two detectors.
+        If there is nothing to process, more than one thing, or two detectors.
 
     Examples
     --------
-    >>> chosen_input(None, None, Path("found.csv"))
+    >>> chosen_input([], None, Path("found.csv"))
     (PosixPath('found.csv'), 'file:found.csv')
     """
     if detections is not None and detector is not None:
         raise typer.BadParameter(f"expected one of --detector and --detections, got {detector!r} and {detections!s}")
     looks = detector if detections is None else f"file:{detections}"
-    source = input_file or detections
+    if len(inputs) > 1:
+        raise typer.BadParameter(f"--log: expected one input, got {len(inputs)}; --logs DIR gives each a log")
+    source = inputs[0] if inputs else detections
     if source is None:
         raise typer.BadParameter("expected INPUT, or --detections alone; got neither")
     return source, looks
