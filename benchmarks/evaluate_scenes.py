@@ -16,7 +16,6 @@ from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
 from data_gen.scene import generate
-from service.runs.pipeline import VIDEO, shipped_kpl
 from service.runs.processing import RunRequest, process
 from service.scoring.evaluate import Evaluation
 from service.scoring.evaluate_log import evaluate_log
@@ -33,7 +32,7 @@ class SceneKind:
     Attributes
     ----------
     camera, weather, options, poses, occluders, size_px : as `data_gen.scene.generate` takes them.
-    frames_per_s : what vision gets; a divisor of 25.
+    rate_hz : frames that are looked at in a second; None for the usual.
     aims : the least figure by column, of `error_m` the greatest.
     """
 
@@ -44,7 +43,7 @@ class SceneKind:
     poses: bool = False
     occluders: tuple[str, ...] = ()
     size_px: tuple[int, int] = (1280, 720)
-    frames_per_s: int = 25
+    rate_hz: float | None = None
     aims: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -58,7 +57,7 @@ LARGE_PX = (1920, 1080)
 KINDS: Mapping[str, SceneKind] = {
     "rural": SceneKind("rural_overtaking", aims=STATIC),
     "rural 1080p": SceneKind("rural_overtaking", size_px=LARGE_PX, aims=STATIC | {"speed": 5.0}),
-    "rural 5 fps": SceneKind("rural_overtaking", frames_per_s=5, aims={"overtake_recall": 0.90}),
+    "rural 5 fps": SceneKind("rural_overtaking", rate_hz=5.0, aims={"overtake_recall": 0.90}),
     "rural clouds": SceneKind("rural_overtaking", weather="clouds"),
     "rural trees": SceneKind("rural_overtaking", occluders=("trees",), aims=HIDDEN),
     "rural bridge": SceneKind("rural_overtaking", occluders=("bridge",), aims=HIDDEN),
@@ -96,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = _parse(arguments)
     seen, recognised = [_header(SEEN_TITLES)], [_header(OVERTAKE_TITLES)]
     for name in options.only or KINDS:
-        scenes = [_measure(name, seed, options.seconds, options.folder) for seed in options.seeds]
+        scenes = [_measure(name, seed, options) for seed in options.seeds]
         named = list(zip((f"{name}, seed {seed}" for seed in options.seeds), scenes, strict=True))
         named = [*(named if options.by_seed else ()), (name, _pool(scenes))]
         seen += [_seen_row(title, one, KINDS[name].aims) for title, one in named]
@@ -111,18 +110,17 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seconds", type=int, default=120)
     parser.add_argument("--only", nargs="+", choices=tuple(KINDS), help="kinds of scenes; default: all")
     parser.add_argument("--by-seed", action="store_true")
+    parser.add_argument("--rate", type=float, help="frames looked at in a second, inf for all; default: as usual")
     parser.add_argument("--folder", type=Path, default=Path("out/evaluation"))
     return parser.parse_args(arguments)
 
 
-def _measure(name: str, seed: int, seconds: int, folder: Path) -> Measured:
+def _measure(name: str, seed: int, options: argparse.Namespace) -> Measured:
     kind = KINDS[name]
-    scene = folder / f"{_scene_name(kind)}_seed{seed}_{seconds}s"
-    if not (scene / "site.toml").exists():  # written last, so a scene that was cut short is made anew
-        _make(kind, scene, seed, seconds)
-    log = folder / f"{name.replace(' ', '_')}_seed{seed}_{seconds}s.db"
-    request = RunRequest(scene / "video.mp4", scene / "site.toml", str(log), kpl_file=_thinned(kind, folder))
-    summary = process(request)
+    scene = made_scene(kind, options.folder, seed=seed, seconds=options.seconds)
+    log = options.folder / f"{name.replace(' ', '_')}_seed{seed}_{options.seconds}s.db"
+    rate_hz = kind.rate_hz or options.rate
+    summary = process(RunRequest(scene / "video.mp4", scene / "site.toml", str(log), rate_hz=rate_hz))
     return Measured(
         (compare_log(str(log), scene, run=summary.run),),
         evaluate_log(str(log), scene, event_type=TYPE, run=summary.run),
@@ -137,7 +135,11 @@ def _scene_name(kind: SceneKind) -> str:
     return "_".join(part for part in (*parts, *options, f"{kind.size_px[1]}p") if part)
 
 
-def _make(kind: SceneKind, scene: Path, seed: int, seconds: int) -> None:
+def made_scene(kind: SceneKind, folder: Path, *, seed: int, seconds: int) -> Path:
+    """Make a scene of a kind, unless the folder has it; return where it is."""
+    scene = folder / f"{_scene_name(kind)}_seed{seed}_{seconds}s"
+    if (scene / "site.toml").exists():  # written last, so a scene that was cut short is made anew
+        return scene
     generate(
         kind.scenario,
         seed=seed,
@@ -151,21 +153,7 @@ def _make(kind: SceneKind, scene: Path, seed: int, seconds: int) -> None:
         occluders=kind.occluders,
         options=kind.options,
     )
-
-
-def _thinned(kind: SceneKind, folder: Path) -> Path | None:
-    """Write the streams of a pipeline that gets only some of the frames; None for all of them."""
-    if kind.frames_per_s == 25:
-        return None
-    text = shipped_kpl(VIDEO).text
-    sampled = f"frames with sample every {1000 // kind.frames_per_s}ms, use most recent, strict order"
-    changes = {"frames with strict order": sampled, "recorded_frames = frames;": f"recorded_frames = {sampled};"}
-    for shipped, changed in changes.items():
-        assert text.count(shipped) == 1, shipped
-        text = text.replace(shipped, changed)
-    path = folder / f"{kind.frames_per_s}fps.kpl"
-    path.write_text(text, encoding="utf-8")
-    return path
+    return scene
 
 
 def _pool(scenes: Sequence[Measured]) -> Measured:
