@@ -1,6 +1,6 @@
 """How does chronicle recognition sit in a stream graph? A DyKnow process: relation changes in, occurrences out."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
@@ -52,6 +52,11 @@ class RecognitionUnit:
         self._recogniser = recogniser
         self._horizon_us = horizon_us
         self._now_us = 0
+
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Count by chronicle the instances that were beyond its limits."""
+        return {f"instances of {name}": count for name, count in self._recogniser.left_out.items()}
 
     def update(self, sample: Sample[FrameChanges[_Change]]) -> Iterable[Sample[Occurrence]]:
         """Take what one frame decided, all at once, then let time pass up to the frame."""

@@ -13,6 +13,7 @@ are older than the watermark; see `execution/live/revision.py`.
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from operator import attrgetter
 from typing import Any  # Any: checkpoints are plain nested data
@@ -25,6 +26,7 @@ from chronicles.execution.live.plain_data import from_plain, to_plain
 from chronicles.execution.live.revision import Revision, Verdict
 from chronicles.execution.stored.backfill import recognise_columns
 from chronicles.execution.stored.columns import EventColumns
+from chronicles.limits import USUAL, Limits
 
 _EXECUTORS = ("eager", "backfill")
 
@@ -41,6 +43,7 @@ class Recogniser:
         early answers everything waits until the hypotheses are decided, is told once and stands.
     patience_us : how long after a revision of early answers the next one waits, so that it serves many verdicts and
         late events; what comes meanwhile waits with it.
+    limits : what each chronicle may cost; instances beyond it are left out, the later ones first.
 
     Attributes
     ----------
@@ -71,6 +74,7 @@ class Recogniser:
         executor: str = "eager",
         early: bool = True,
         patience_us: int = 0,
+        limits: Limits = USUAL,
     ) -> None:
         if executor != "eager":
             stored = "; the other one, 'backfill', is for stored events, in `recognise`"
@@ -79,14 +83,15 @@ class Recogniser:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
         self._setup: dict[str, Any] = {
-            "format": 3,
+            "format": 4,
             "chronicles": [[plan.name, plan.version] for plan in chronicles.plans],
             "lateness_us": lateness_us,
             "executor": executor,
             "early": early,
             "patience_us": patience_us,
+            "limits": [limits.most_waiting, limits.most_matches],
         }
-        self._make_engine: Callable[[], Engine] = lambda: Engine(chronicles, lateness_us)
+        self._make_engine: Callable[[], Engine] = lambda: Engine(chronicles, lateness_us, limits=limits)
         self._engine = self._make_engine()
         self._revision: Revision | None = None
 
@@ -120,6 +125,11 @@ class Recogniser:
         Events that still wait for the watermark are not looked at.
         """
         return tuple(self._live.partial_instances())
+
+    @property
+    def left_out(self) -> Counter[str]:
+        """How many instances were beyond the limits, by chronicle; where a revision looks again they count again."""
+        return self._live.left_out
 
     # ---- hypotheses
 

@@ -4,6 +4,7 @@ The engine keeps the clock and the watermark, gives events to the stages that lo
 to later stages. It knows nothing of late events or of events taken back: `recogniser.py` sees to those.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from heapq import heappush
 from typing import Any  # states are plain nested data
@@ -16,6 +17,7 @@ from chronicles.execution.live.eager import Completed, EagerExecutor
 from chronicles.execution.occurrences import Finding
 from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage
+from chronicles.limits import USUAL, Limits
 
 BEFORE_ALL_US = -UNBOUNDED_US
 
@@ -28,6 +30,7 @@ class Engine:
     chronicles, lateness_us : as for a recogniser.
     stored : all events that will ever come, in the order of time; the instances of chronicles that look at no emitted
         events are then given to `conclude`. None: they come one by one, to `observe`.
+    limits : what each chronicle may cost.
 
     Attributes
     ----------
@@ -36,13 +39,20 @@ class Engine:
     due_us : the least watermark at which there is something to do.
     """
 
-    def __init__(self, chronicles: ChronicleSet, lateness_us: int, stored: Sequence[Event] | None = None) -> None:
+    def __init__(
+        self,
+        chronicles: ChronicleSet,
+        lateness_us: int,
+        stored: Sequence[Event] | None = None,
+        *,
+        limits: Limits = USUAL,
+    ) -> None:
         self.clock_us = BEFORE_ALL_US
         self.watermark_us = BEFORE_ALL_US
         self.lateness_us = lateness_us
         self.due_us = UNBOUNDED_US
         self._sequence = 0
-        self._stages = _stages(chronicles, is_stored=stored is not None)
+        self._stages = _stages(chronicles, limits, is_stored=stored is not None)
         self._stages_of: dict[str, list[Stage]] = {}
         # Without lateness, and emitted events to wait for, nothing can come before an event: it needs no buffer.
         self._direct = self._stages[0] if len(self._stages) == 1 and lateness_us == 0 else None
@@ -51,6 +61,11 @@ class Engine:
         for stage in self._stages[0 if stored is None else 1 :]:
             for name in stage.names:
                 self._stages_of.setdefault(name, []).append(stage)
+
+    @property
+    def left_out(self) -> Counter[str]:
+        """How many instances were beyond the limits, by chronicle."""
+        return sum((stage.left_out for stage in self._stages), Counter())
 
     @property
     def names(self) -> frozenset[str]:
@@ -150,12 +165,12 @@ def _told(findings: list[Finding], unbuilt: list[Unbuilt]) -> Sequence[Occurrenc
     return Results(findings, unbuilt) if findings or unbuilt else []
 
 
-def _stages(chronicles: ChronicleSet, *, is_stored: bool) -> list[Stage]:
+def _stages(chronicles: ChronicleSet, limits: Limits, *, is_stored: bool) -> list[Stage]:
     placed = levels(chronicles.plans)
     stages = []
     for level in range(1 + max((one for one, _ in placed.values()), default=-1)):
         plans = {rank: plan for rank, plan in enumerate(chronicles.plans) if placed[plan.name][0] == level}
         delay_us = max(placed[plan.name][1] for plan in plans.values())
-        executor = EagerExecutor({} if is_stored and level == 0 else plans)
+        executor = EagerExecutor({} if is_stored and level == 0 else plans, limits)
         stages.append(Stage(plans, delay_us=delay_us, defaults=chronicles.defaults, executor=executor))
     return stages

@@ -5,6 +5,7 @@ such an event can still be emitted. So every stage sees all its events in the or
 depend on how the input is cut into steps.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from typing import Any  # states are plain nested data
@@ -48,6 +49,11 @@ class Stage:
         for matcher in self._matchers.values():
             for name in matcher.conclusions.names:
                 self._listeners.setdefault(name, []).append(matcher.conclusions.append)
+
+    @property
+    def left_out(self) -> Counter[str]:
+        """How many instances were beyond the limits, by chronicle."""
+        return self._executor.left_out
 
     @property
     def names(self) -> frozenset[str]:

@@ -10,6 +10,7 @@ And the comparisons are written as Python programs (`live.programs`).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from operator import itemgetter
@@ -22,6 +23,7 @@ from chronicles.execution.event_tests import Code
 from chronicles.execution.instances import Instance, Record, no_records, record_builder
 from chronicles.execution.live.partial_rows import Row, Rows
 from chronicles.execution.live.programs import extend_code, read_code, row_places
+from chronicles.limits import USUAL, Limits
 
 # Numbers of chronicles, each with instances that have all their events; a chronicle may come more than once.
 Completed = list[tuple[int, Sequence[Instance]]]
@@ -105,13 +107,17 @@ class EagerExecutor:
     Parameters
     ----------
     plans : the chronicles; results name them by their keys.
+    limits : what they may cost.
 
     Attributes
     ----------
     names : names of the events that instances expect.
+    left_out : how many instances were beyond the limits, by chronicle.
     """
 
-    def __init__(self, plans: Mapping[int, Plan]) -> None:
+    def __init__(self, plans: Mapping[int, Plan], limits: Limits = USUAL) -> None:
+        self._limits = limits
+        self.left_out: Counter[str] = Counter()
         self._codes: list[Code] = []
         self._recent: list[Record] = no_records(_RECENT)
         self._rows: list[Rows] = []
@@ -211,13 +217,17 @@ class EagerExecutor:
         complete: Completed = []
         created = 0
         for before, after, made in extended:
+            room = self._limits.most_matches if after is None else self._limits.most_waiting - len(after.rows.queue)
+            kept = made if len(made) <= room else made[: max(room, 0)]
+            if len(kept) < len(made):
+                self.left_out[before.chronicle.plan.name] += len(made) - len(kept)
             if after is None:
-                complete.append((before.chronicle.number, made))
+                complete.append((before.chronicle.number, kept))
             else:
                 if not after.is_open:
                     self._open(after)
-                after.rows.add(made, t_us)
-                created += len(made)
+                after.rows.add(kept, t_us)
+                created += len(kept)
         return complete, created
 
     # ---- states are made when the first instance reaches them: most sets of positions never occur
