@@ -12,7 +12,7 @@ So it is not late, as the monitors get each frame's relations before the chronic
 made after it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence
@@ -75,6 +75,11 @@ class MonitoredRecognitionUnit:
     def __init__(self, recogniser: Recogniser, *, horizon_us: int) -> None:
         self._recogniser = recogniser
         self._recognition = RecognitionUnit(recogniser, horizon_us=horizon_us)
+
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Count by chronicle the instances that were beyond its limits."""
+        return self._recognition.left_out
 
     def update(self, index: int, sample: Sample[FrameRelations] | Sample[MonitorEvent]) -> Iterable[Sample[Occurrence]]:
         """Take one frame's relations, or one message such as ``careful_violated[car7]``."""

@@ -22,6 +22,8 @@ from anchoring.anchorer import Anchorer
 from anchoring.hypotheses.language import LinkageText
 from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
+from chronicles.limits import USUAL as USUAL_LIMITS
+from chronicles.limits import Limits
 from chronicles.recogniser import Recogniser
 from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
 from dyknow.node import Node
@@ -123,12 +125,14 @@ class EngineSettings:
     Attributes
     ----------
     linkage : what anchoring links to what; None: as usual.
+    limits : what each chronicle may cost.
     early_events : events that rest on open hypotheses are told as tentative; else only when they are decided.
     """
 
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
     relations: RelationSettings = field(default_factory=RelationSettings)
     linkage: LinkageText | None = None
+    limits: Limits = USUAL_LIMITS
     early_events: bool = True
 
 
@@ -224,7 +228,13 @@ def _host_code(
     registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(lambda: MonitoringUnit(monitors, lag_us=wait_us))
     registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
         lambda: MonitoredRecognitionUnit(
-            Recogniser(chronicle_set, wait_us, early=settings.early_events, patience_us=PATIENCE_US),
+            Recogniser(
+                chronicle_set,
+                wait_us,
+                early=settings.early_events,
+                patience_us=PATIENCE_US,
+                limits=settings.limits,
+            ),
             horizon_us=wait_us,
         )
     )

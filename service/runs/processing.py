@@ -170,7 +170,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
-    engines = EngineSettings(site.anchoring, site.relations) if site else EngineSettings()
+    engines = EngineSettings(site.anchoring, site.relations, limits=site.limits) if site else EngineSettings()
     settings = replace(engines, linkage=linkage, early_events=not request.final)
     feed = source.feed(apart=_looks_apart(request.workers, source.video))
     pipeline = declared_pipeline(

@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from anchoring.settings import AnchoringSettings
+from chronicles.limits import Limits
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraTrack, read_camera_track
 from gis.errors import GisError
@@ -116,6 +117,7 @@ class SiteFile(Struct, kw_only=True):
     anchoring: AnchoringSettings = AnchoringSettings()
     relations: RelationSettings = RelationSettings()
     vision: VisionSettings = VisionSettings()
+    chronicles: Limits = Limits()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,6 +168,7 @@ class Site:
     anchoring, relations, vision : the numbers of these engines, with what the tables of these names change in them.
     size_px : of the picture that the camera was measured in; None if the file does not say.
     rate_hz : frames of a video to look at in a second, infinite for all; None if the file does not say.
+    limits : what each chronicle may cost.
     points : (n, 4) pixel and ground of the marks that the camera was fitted to; None if it was not.
     """
 
@@ -185,6 +188,7 @@ class Site:
     vision: VisionSettings = field(default_factory=VisionSettings)
     size_px: tuple[int, int] | None = None
     rate_hz: float | None = None
+    limits: Limits = field(default_factory=Limits)
     points: FloatArray | None = None
 
 
@@ -237,6 +241,7 @@ def load_site(path: str | Path) -> Site:
         relations=said.relations,
         vision=said.vision,
         size_px=view.size_px,
+        limits=said.chronicles,
         rate_hz=math.inf if view.rate_hz == "full" else view.rate_hz,
         points=np.array([(*one.pixel, *one.ground_m) for one in view.point]) if view.point else None,
     )

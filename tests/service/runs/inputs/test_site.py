@@ -151,14 +151,14 @@ def test_the_documentation_names_every_field() -> None:
             HEAD + "[camara]\n",
             (
                 "camara: expected one of name, start_utc, network, frame, camera, detector, anchoring, "
-                "relations, vision; got an unknown field; did you mean camera?"
+                "relations, vision, chronicles; got an unknown field; did you mean camera?"
             ),
         ),
         (
             'road_mask = "mask.png"\n' + HEAD,
             (
                 "road_mask: expected one of name, start_utc, network, frame, camera, detector, anchoring, "
-                "relations, vision; got an unknown field; road_mask belongs in [camera]"
+                "relations, vision, chronicles; got an unknown field; road_mask belongs in [camera]"
             ),
         ),
         (
