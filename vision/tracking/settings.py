@@ -76,6 +76,9 @@ class TrackingSettings:
     # What is measured counts by the time for which it was seen, so that frame rates do not matter: neighbouring frames
     # have the same errors. A sighting counts no longer than this after the one before.
     most_step_us: int = 100_000
+    # The noise that detections claim is that of sightings so far apart; rarer ones tell as much in the same time, until
+    # `most_step_us` makes them errors of their own. Gates believe the claim.
+    claimed_us: int = 40_000
     # Sizes are averages over about this time, so that they go on correcting themselves.
     size_memory_us: int = 1_600_000
     # One measurement moves the sum behind a size by at most this much: like a median, it forgets outliers.

@@ -188,7 +188,7 @@ class Tracker:
         is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & ~detections.divided[chosen]
         is_gauge &= ~room.any(axis=(1, 2))
         self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)], self._seen_us)
-        noise = noise * doubt(squared, self._settings.gate_sigmas)[:, None, None] + room
+        noise = self._worth() * noise * doubt(squared, self._settings.gate_sigmas)[:, None, None] + room
         corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
         tracks.state[rows] = self._inert(rows, state, corrected)
         tracks.turn_ahead()
@@ -206,6 +206,11 @@ class Tracker:
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
         tracks.is_clipped[rows] = detections.cut[chosen] != 0
+
+    def _worth(self) -> float:
+        """Give the factor on the noise of a sighting that stands for more time, or less, than it claims."""
+        step_us = self._step_us
+        return self._settings.claimed_us / step_us if 0 < step_us <= self._settings.most_step_us else 1.0
 
     def _inert(self, rows: IntArray, predicted: FloatArray, corrected: FloatArray) -> FloatArray:
         """Limit how fast driving vehicles change their speed; returns (n, 4) states."""

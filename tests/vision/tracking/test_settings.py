@@ -94,6 +94,17 @@ def cars_too_fast_for_the_limit(settings: TrackingSettings) -> object:
     return told
 
 
+def car_that_turns(settings: TrackingSettings) -> object:
+    """See a car turn at 12.5 frames a second: where is it said to be?"""
+    watch, told = Watch(settings, step_us=80_000, spread_m=0.3), []
+    for k in range(30):
+        angle_rad = min(max(0.08 * (k - 12), 0.0), 1.57)
+        told = watch.see(
+            (10 * np.sin(angle_rad) + min(0.8 * (k - 12), 0.0), 10 - 10 * np.cos(angle_rad), angle_rad, 4.5, 1.8)
+        )
+    return [tenth(one) for one in told.centre_m[0]]
+
+
 def creeping_cars(settings: TrackingSettings) -> object:
     """See cars creep away from where their boxes point: where do they head, and which are expected to go on?"""
     watch = Watch(settings, spread_m=0.05)
@@ -378,6 +389,7 @@ NOTICED_IN: dict[Callable[[TrackingSettings], object], Sequence[str]] = {
     creeping_cars: ("heading_speed_mps",),
     cars_that_back: ("sure_sigmas", "sure_mps"),
     sightings_beside_the_course: ("gate_sigmas",),
+    car_that_turns: ("claimed_us",),
     bus_at_the_view_edge: ("clipped_noise_m",),
     cars_in_one_blob: ("divided_noise",),
     oncoming_while_unseen: ("reverse_speed_mps",),
