@@ -119,7 +119,9 @@ def process_many(jobs: Sequence[Job], options: Sequence[str], *, site: Path | No
     with Interrupts() as interrupts, _shown(jobs, as_json=as_json) as show, ThreadPoolExecutor(at_once) as pool:
         todo = {pool.submit(_run, job, [*COMMAND, *_arguments(job, options, site)]) for job in jobs}
         while todo:
-            _, todo = wait(todo, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
+            done, todo = wait(todo, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
+            for one in done:
+                one.result()  # raises what kept the command from being run at all
             show()
             if interrupts.came:  # those that run end in the ordinary way, with what they have
                 pool.shutdown(wait=False, cancel_futures=True)
@@ -128,28 +130,22 @@ def process_many(jobs: Sequence[Job], options: Sequence[str], *, site: Path | No
                         job.child.terminate()
                 todo = {one for one in todo if not one.cancelled()}
     _print_summary(jobs, as_json=as_json)
-    worst = max(OK if job.code is None else job.code for job in jobs)
-    return SIGNALLED + interrupts.came if interrupts.came else worst
+    return SIGNALLED + interrupts.came if interrupts.came else max(job.code or OK for job in jobs)
 
 
 def _arguments(job: Job, options: Sequence[str], site: Path | None) -> list[str]:
     site = site or site_beside(job.input)
-    return [
-        *options,
-        *(() if site is None else ("--site", str(site))),
-        "--log",
-        str(job.log),
-        "--json",
-        "--",
-        str(job.input),
-    ]
+    known = () if site is None else ("--site", str(site))
+    return [*options, *known, "--log", str(job.log), "--json", "--", str(job.input)]
 
 
 def _run(job: Job, command: Sequence[str]) -> None:
     import msgspec
 
     # Messages come between the records: whatever is no record is one.
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as job.child:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
+    ) as job.child:
         assert job.child.stdout is not None
         for line in job.child.stdout:
             if line.startswith("{"):
