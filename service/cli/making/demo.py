@@ -45,7 +45,7 @@ def demo(
     with drawing_bar("drawing") as on_frame:
         generate(SCENARIO, seed=seed, duration_us=round(seconds * 1e6), out_dir=scene, progress=on_frame)
     say("2. The video goes through vision, anchoring, relations and chronicles ...")
-    request = RunRequest(scene / "video.mp4", scene / "site.toml", log)
+    request = RunRequest(scene / "video.mp4", scene / "site.toml", log, workers=None)
     with progress_bar("processing") as on_progress:
         summary = process(request, on_progress=on_progress)
     evaluation = evaluate_log(log, scene, event_type="overtake", run=summary.run)
