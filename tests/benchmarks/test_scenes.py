@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.evaluate_scenes import KINDS, Measured, _figure, _overtake_row, _scene_name, _seen_row, _thinned
+from benchmarks.evaluate_scenes import KINDS, Measured, _figure, _overtake_row, _scene_name, _seen_row, made_scene
 from data_gen.scenarios.catalogue import SCENARIOS
-from service.runs.pipeline import VIDEO, shipped_kpl
 from service.scoring.evaluate import evaluate_events, positions_from_rows
 from service.scoring.scene_scores import CARS, OBJECTS, Compared
 from tests.service.scoring.support import rows
@@ -23,14 +22,12 @@ def test_kinds_share_a_scene_only_if_they_differ_in_how_it_is_processed() -> Non
     assert len(set(names)) == len(names) - 1
 
 
-def test_slower_input_changes_what_vision_reads_and_nothing_else(tmp_path: Path) -> None:
-    assert _thinned(KINDS["rural"], tmp_path) is None
-    path = _thinned(KINDS["rural 5 fps"], tmp_path)
-    assert path is not None
-    shipped = shipped_kpl(VIDEO).text.splitlines()
-    changed = [line for line in path.read_text(encoding="utf-8").splitlines() if line not in shipped]
-    assert len(changed) == 2
-    assert all("frames with sample every 200ms, use most recent, strict order" in line for line in changed)
+def test_scene_that_is_there_is_not_made_again(tmp_path: Path) -> None:
+    scene = tmp_path / f"{_scene_name(KINDS['rural'])}_seed3_60s"
+    scene.mkdir()
+    (scene / "site.toml").write_text("written last")
+    assert made_scene(KINDS["rural 5 fps"], tmp_path, seed=3, seconds=60) == scene
+    assert [one.name for one in scene.iterdir()] == ["site.toml"]
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def test_every_command_of_the_pages_is_one() -> None:
 
 @pytest.mark.parametrize(
     "line",
-    ["proces a.mp4 --log a.db", "events a.db --form csv", "process a.mp4", "tracks a.db --format text"],
+    ["proces a.mp4 --log a.db", "events a.db --form csv", "draw a.mp4 a.db", "tracks a.db --format text"],
     ids=["command", "option", "missing", "value"],
 )
 def test_a_wrong_command_is_told(line: str) -> None:
