@@ -64,6 +64,7 @@ class VisionApart:
         self._items: deque[_Item] = deque()
         self._last = StoredInstant(-1, 0)
         self._notes: Sequence[str] = ()
+        self._is_at_end = False
         self._process: SpawnProcess | None = None
         self._pipe: Connection | None = None
 
@@ -89,6 +90,7 @@ class VisionApart:
         except GeneratorExit:
             self._leave()
             raise
+        self._is_at_end = True
         if item.broken is not None:
             raise item.broken
 
@@ -98,7 +100,9 @@ class VisionApart:
             yield item
 
     def finish(self) -> Iterator[VisionObjects]:
-        """Give the results still held at the end of the video; none where nobody is there to ask."""
+        """Give the results still held at the end of the video; none where the frames were not read to their end."""
+        if not self._is_at_end:  # what comes now is of frames that nobody asked for
+            self._leave()
         while self._pipe is not None:
             item = self._next()
             if isinstance(item, VisionObjects):

@@ -4,7 +4,7 @@ import multiprocessing
 import os
 import signal
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -74,14 +74,22 @@ def test_process_that_is_killed_ends_the_run_as_broken(video: Path, tmp_path: Pa
     assert 5 <= len(rows["frames"]) < 400
 
 
-def test_interrupt_ends_both(tmp_path: Path) -> None:
-    def stop(progress: Progress) -> None:
-        if progress.frames == 50:
-            os.kill(os.getpid(), signal.SIGINT)
+@pytest.mark.parametrize("calls", [10, 150], ids=["while frames are held", "later"])
+def test_interrupt_ends_both_where_it_ends_one(tmp_path: Path, calls: int) -> None:
+    video = long_video(tmp_path)
+    kept = []
+    for workers in (0, 1):
+        left = iter(range(calls))
 
-    summary, rows = processed(long_video(tmp_path), tmp_path, workers=1, on_progress=stop)
-    assert (summary.status, summary.progress.frames) == ("interrupted", 50)
-    assert rows["car_states"]
+        def stop(_: Progress, left: Iterator[int] = left) -> None:
+            if next(left, None) is None:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        summary, rows = processed(video, tmp_path, workers=workers, on_progress=stop)
+        assert summary.status == "interrupted"
+        kept.append((summary.progress.frames, rows))
+    assert kept[0] == kept[1]
+    assert 0 < len(kept[0][1]["frames"]) <= calls + 1
 
 
 def test_error_of_vision_is_raised_here(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
