@@ -28,9 +28,8 @@ from vision.video.frames import open_video
 SECONDS, HOUR_S = 60, 3600
 USUAL = ("rural", "rural 1080p", "rural uav", "motorway", "junction", "junction oblique")
 STAGES = {"vision": "vision_objects", "anchoring": "cars", "relations": "relations", "chronicles": "occurrences"}
-TITLES = (
-    *("scene", "decode", *STAGES, "rest", "all CPU s", "ms a frame", "x real time", "x decoding", "log MB", "RSS MB"),
-)
+RATIOS = ("ms a frame", "x real time", "x decoding", "log MB", "RSS MB")
+TITLES = ("scene", "decode", *STAGES, "rest", "all CPU s", *RATIOS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ class Limits:
 
     Attributes
     ----------
-    most_waiting : how many may wait with the same events matched, two or more of them. By reason: a hundred times what
-        a junction with 30 vehicles makes; instances of one event alone are bounded by the events themselves.
+    most_waiting : how many may wait with the same events matched, two or more of them; by reason, as is the other.
+        Instances of one event alone are bounded by the events themselves.
     most_matches : how many one event may complete, from the same events matched before.
 
     Raises

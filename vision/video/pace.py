@@ -27,7 +27,6 @@ class Pace:
     LENIENT: ClassVar[float] = 1.01  # what a container announces is a mean: 25 frames a second may be said to be 24.9
 
     def __init__(self, rate_hz: float, source_hz: float) -> None:
-        source_hz = source_hz if source_hz > 0 else 0.0
         self.every = max(1, int(self.LENIENT * source_hz / rate_hz))
         self._takes_all = source_hz > 0 and self.every == 1
         self._step_us = self.every * 1e6 / source_hz if source_hz else 1e6 / rate_hz

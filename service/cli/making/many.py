@@ -162,13 +162,14 @@ def _shown(jobs: Sequence[Job], *, as_json: bool) -> Iterator[Callable[[], None]
     told: set[Path] = set()
 
     def tell_ended() -> None:
+        """Tell of those that have ended since the last time."""
         for job in jobs:
             if job.code is None or job.input in told:
                 continue
             told.add(job.input)
             if as_json:
                 print_json({"type": "job", **_record(job)})
-            elif not sys.stderr.isatty():
+            else:
                 print(f"{job.input} ({len(told)} of {len(jobs)}): {job.status}", file=sys.stderr, flush=True)
 
     if as_json or not sys.stderr.isatty():
@@ -188,6 +189,7 @@ def _shown(jobs: Sequence[Job], *, as_json: bool) -> Iterator[Callable[[], None]
         tasks = [bars.add_task(job.input.name, total=None, status=job.status) for job in jobs]
 
         def show() -> None:
+            """Move all bars."""
             for task, job in zip(tasks, jobs, strict=True):
                 done, total = job.told.get("frames", 0), job.told.get("frame_count")
                 bars.update(task, completed=done, total=done if job.code is not None else total, status=job.status)

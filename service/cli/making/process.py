@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from service.records import RunRecord
-    from service.runs.processing import Progress, RunSummary
+    from service.runs.processing import Progress, RunRequest, RunSummary
 
 REPORT_EVERY_S = 1.0
 
@@ -73,7 +73,6 @@ def process(
 ) -> None:
     """Process a video, a trajectory file or a file of detections into an event log; with --logs, many of them."""
     from service.runs.processing import RunRequest
-    from service.runs.processing import process as run
     from service.times import parse_utc_us
 
     if logs is not None or log is None:
@@ -96,14 +95,21 @@ def process(
         again=again,
         workers=None if workers == "auto" else int(workers),
     )
+    _process_one(request, as_json=as_json)
+
+
+def _process_one(request: "RunRequest", *, as_json: bool) -> None:
+    """Process one input, tell how far it is and what came of it, and leave if it was stopped."""
+    from service.runs.processing import process as run
+
     if as_json:
         told = _every(REPORT_EVERY_S, lambda now: print_json({"type": "progress", **_progress_record(now)}))
         summary = run(request, on_progress=told)
         print_json(_summary_record(summary))
     else:
-        with progress_bar(source.name) as on_progress:
+        with progress_bar(request.input.name) as on_progress:
             summary = run(request, on_progress=on_progress)
-        print_summary(summary, log)
+        print_summary(summary, request.log_url)
     if summary.status != "finished":
         kept = "the events up to there are kept" if summary.is_kept else "the run in the log came further and stays"
         print(f"error: {summary.reason}; {kept}", file=sys.stderr)

@@ -20,6 +20,7 @@ import msgspec
 from msgspec import Meta
 
 from anchoring.errors import AnchoringError
+from chronicles.errors import ChronicleError
 from gis.errors import GisError
 from qsr.errors import QsrError
 from service.errors import InputError, SiteError
@@ -68,7 +69,7 @@ def told(error_type: type[InputError], *places: object) -> Iterator[None]:
     """Turn what an engine refuses into an error of the user's file, with its places from the outside in."""
     try:
         yield
-    except (AnchoringError, GisError, QsrError, VisionError) as error:
+    except (AnchoringError, ChronicleError, GisError, QsrError, VisionError) as error:
         raise error_type(": ".join([*filter(None, map(str, places)), str(error)])) from error
 
 

@@ -83,7 +83,7 @@ class VideoInput(Input):
     def feed(self, *, apart: bool = False) -> Feed:
         """Give the frames, and the vision of this camera to look at them."""
         with told(InputError, self.path, CAMERA_AND_ROADS):
-            vision = self.sensor.vision()
+            vision = self.sensor.vision()  # made here in any case: what is wrong is told before anything is written
         if not apart or is_read_once(self.path):
             return Feed(VIDEO, map(_sample, self.sensor.frames(vision)), vision)
         there = VisionApart(self.sensor, vision.settings)

@@ -21,7 +21,7 @@ from vision.settings import VisionSettings
 from vision.video.frames import Frame, VideoSource
 
 USUAL_RATE_HZ = 12.5
-"""Frames looked at in a second: twice as many cost half as much again and see no more (docs/evaluation.md)."""
+"""Frames looked at in a second: twice as many cost nearly twice as much and see no more (docs/evaluation.md)."""
 
 
 @dataclass(frozen=True, slots=True)

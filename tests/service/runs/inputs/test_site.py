@@ -168,6 +168,7 @@ def test_the_documentation_names_every_field() -> None:
                 "name belongs at the top of the file"
             ),
         ),
+        (HEAD + "[chronicles]\nmost_waiting = 0\n", "chronicles: limits: most_waiting must be 1 or more, got 0"),
         (
             HEAD + "[camera]\nwind = 3\n",
             (
