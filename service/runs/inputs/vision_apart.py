@@ -122,7 +122,7 @@ class VisionApart:
         while not self._items:
             try:
                 self._items.extend(self._pipe.recv())
-            except EOFError:
+            except (EOFError, OSError):  # the latter where a message is cut short
                 raise self._lost() from None
         item = self._items.popleft()
         if isinstance(item, Exception):

@@ -5,6 +5,7 @@ import os
 import signal
 import sqlite3
 from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,20 @@ def test_process_that_is_killed_ends_the_run_as_broken(video: Path, tmp_path: Pa
     assert summary.status == "broken"
     assert summary.reason.endswith("got the end of the process that looks at it (SIGKILL)")
     assert 5 <= len(rows["frames"]) < 400
+
+
+def test_message_that_is_cut_short_is_the_end_of_the_process(
+    video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def cut(_: Connection) -> None:
+        (child,) = multiprocessing.active_children()
+        child.kill()
+        raise OSError("got end of file during message")
+
+    monkeypatch.setattr(Connection, "recv", cut)
+    summary, _ = processed(video, tmp_path, workers=1)
+    assert summary.status == "broken"
+    assert summary.reason.endswith("got the end of the process that looks at it (SIGKILL)")
 
 
 @pytest.mark.parametrize("calls", [10, 150], ids=["while frames are held", "later"])
