@@ -22,8 +22,10 @@ from dyknow.mtl.formula import Monitor
 from dyknow.mtl.printer import print_monitors
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
-from dyknow.mtl.progression.states import State, Verdict
+from dyknow.mtl.progression.states import State, StateError, Verdict
 from dyknow.mtl.structure import horizon_us
+from dyknow.mtl.watching.plan import plan_of
+from dyknow.mtl.watching.watch import Watch, Watching
 
 Outcome = Literal["violated", "satisfied"]
 Objects = tuple[str, ...]
@@ -119,6 +121,8 @@ class Monitors:
     def __init__(self, definitions: Iterable[Monitor], *, calm_us: int = 0) -> None:
         shared = SharedWork()
         self._runs = tuple(_Run(one, calm_us, shared) for one in definitions)
+        self._t_us: int | None = None  # of the last state
+        self._least_us: int | None = None  # of the next one
 
     def update(self, t_us: int, state: State) -> tuple[MonitorEvent, ...]:
         """Take the next state.
@@ -135,8 +139,15 @@ class Monitors:
         Raises
         ------
         StateError
-            If the time is not later, or a value is of the wrong type.
+            If the time is not later, or before a time told to `advance`, or a value is of the wrong type.
         """
+        if self._t_us is not None and t_us <= self._t_us:
+            raise StateError(f"monitors: expected a state later than {self._t_us} us, got one at {t_us} us")
+        if self._least_us is not None and t_us < self._least_us:
+            raise StateError(
+                f"monitors: expected a state at {self._least_us} us or later as promised, got one at {t_us} us"
+            )
+        self._t_us = t_us
         return tuple(event for run in self._runs for event in run.step(t_us, state))
 
     def advance(self, t_us: int) -> tuple[MonitorEvent, ...]:
@@ -152,6 +163,7 @@ class Monitors:
         >>> [(one.name, one.t_us) for t_us in (10_000_000, 12_000_000) for one in monitors.advance(t_us)]
         [('starts_violated', 12000000)]
         """
+        self._least_us = t_us if self._least_us is None else max(self._least_us, t_us)
         return tuple(event for run in self._runs for event in run.advance(t_us))
 
     def finish(self) -> None:
@@ -174,6 +186,8 @@ class _Run:
         self._version = version_of(monitor)
         self._recovery_us = max(calm_us, horizon_us(monitor.formula))
         self._shared = shared
+        plan = plan_of(monitor.formula, self._variables)
+        self._watching = None if plan is None else Watching(plan)
         self._instances: dict[Objects, _Instance] = {}
         self._told: dict[Outcome, int] = {"violated": 0, "satisfied": 0}
         self._undecided = 0
@@ -183,10 +197,16 @@ class _Run:
         before = self._instances
         self._instances = {}
         for objects in product(*map(state.members, self._sorts)):
-            instance = before.pop(objects, None) or _Instance(t_us, self._progressor(objects))
+            instance = before.pop(objects, None) or _Instance(t_us, self._watch(objects))
             self._instances[objects] = instance
-            if instance.progressor is not None:
-                yield from self._progress(objects, instance, t_us, state)
+            watch = instance.watch
+            if watch is None:
+                continue
+            if instance.begins_anew:
+                instance.since_us, instance.begins_anew = t_us, False
+            verdict = watch.progress(t_us, state)
+            if verdict is not Verdict.UNKNOWN or instance.is_violated or watch.is_final:
+                yield from self._conclude(verdict, objects, instance, t_us)
         yield from self._let_pass(before, t_us)
         self._undecided += sum(one.is_open for one in before.values())
 
@@ -202,34 +222,29 @@ class _Run:
         running = sum(one.is_open for one in self._instances.values())
         return MonitorReport(self._monitor.name, running, **self._told, undecided=self._undecided)
 
-    def _progress(self, objects: Objects, instance: _Instance, t_us: int, state: State) -> Iterator[MonitorEvent]:
-        progressor = instance.progressor
-        assert progressor is not None
-        if instance.begins_anew:
-            instance.since_us, instance.begins_anew = t_us, False
-        yield from self._conclude(progressor.progress(t_us, state), objects, instance, t_us)
-
     def _let_pass(self, instances: Mapping[Objects, _Instance], t_us: int) -> Iterator[MonitorEvent]:
         for objects, instance in instances.items():
             if instance.is_open:
-                assert instance.progressor is not None
-                yield from self._conclude(instance.progressor.advance(t_us), objects, instance, t_us)
+                assert instance.watch is not None
+                yield from self._conclude(instance.watch.advance(t_us), objects, instance, t_us)
 
     def _conclude(self, verdict: Verdict, objects: Objects, instance: _Instance, t_us: int) -> Iterator[MonitorEvent]:
         if verdict is Verdict.FALSE:
             if not instance.is_violated:
                 yield self._event("violated", objects, instance, t_us)
-            instance.progressor, instance.begins_anew, instance.is_violated = self._progressor(objects), True, True
+            instance.watch, instance.begins_anew, instance.is_violated = self._watch(objects), True, True
         elif verdict is Verdict.TRUE:
-            instance.progressor = None
+            instance.watch = None
             yield self._event("satisfied", objects, instance, t_us)
-        elif instance.is_final:
-            instance.progressor = None
+        elif instance.watch is not None and instance.watch.is_final:
+            instance.watch = None
             self._undecided += 1
         elif instance.is_violated and t_us - instance.since_us >= self._recovery_us:
             instance.is_violated = False
 
-    def _progressor(self, objects: Objects) -> Progressor:
+    def _watch(self, objects: Objects) -> Watch | Progressor:
+        if self._watching is not None:
+            return self._watching.watch(objects)
         return Progressor(self._monitor.formula, dict(zip(self._variables, objects, strict=True)), shared=self._shared)
 
     def _event(self, outcome: Outcome, objects: Objects, instance: _Instance, t_us: int) -> MonitorEvent:
@@ -243,24 +258,20 @@ class _Instance:
 
     Attributes
     ----------
-    since_us : the first state of the progressor, once it has had one.
-    progressor : None once the last word is spoken.
-    begins_anew : the progressor took over from one that was violated, and has had no state yet.
+    since_us : the first state of the watch, once it has had one.
+    watch : None once the last word is spoken.
+    begins_anew : the watch took over from one that was violated, and has had no state yet.
     is_violated : a violation was told and is not over.
     """
 
-    __slots__ = ("begins_anew", "is_violated", "progressor", "since_us")
+    __slots__ = ("begins_anew", "is_violated", "since_us", "watch")
 
-    def __init__(self, since_us: int, progressor: Progressor) -> None:
+    def __init__(self, since_us: int, watch: Watch | Progressor) -> None:
         self.since_us = since_us
-        self.progressor: Progressor | None = progressor
+        self.watch: Watch | Progressor | None = watch
         self.begins_anew = False
         self.is_violated = False
 
     @property
-    def is_final(self) -> bool:
-        return self.progressor is not None and self.progressor.is_final
-
-    @property
     def is_open(self) -> bool:
-        return self.progressor is not None and not self.begins_anew
+        return self.watch is not None and not self.begins_anew

@@ -12,9 +12,9 @@ import pytest
 from dyknow.monitors.monitors import MonitorEvent, Monitors
 from dyknow.mtl.formula import Monitor, Subject, Variable
 from dyknow.mtl.parser import parse_formula, parse_monitors
-from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.states import DictState, StateError
 from dyknow.mtl.structure import horizon_us
+from dyknow.mtl.watching.watch import Watch
 from tests.dyknow.mtl.oracle import F, Sequences, T
 from tests.dyknow.mtl.support import random_formula, random_states
 
@@ -111,17 +111,17 @@ def test_a_state_that_is_not_later_is_refused() -> None:
 
 
 def test_nothing_is_kept_of_objects_that_have_left() -> None:
-    before = progressor_count()
+    before = watch_count()
     monitors = Monitors(parse_monitors("monitor back per Car: always (p[?c] or eventually[0s, 9s] p[?c])"))
     for t_us in range(300):
         monitors.update(t_us, world(**{f"car{t_us}": True, f"car{t_us + 1}": False}))
-    assert progressor_count() - before == 2
+    assert watch_count() - before == 2
     assert monitors.report()[0].running == 2
 
 
-def progressor_count() -> int:
+def watch_count() -> int:
     gc.collect()
-    return sum(isinstance(one, Progressor) for one in gc.get_objects())
+    return sum(isinstance(one, Watch) for one in gc.get_objects())
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,12 @@ def state_test(formula: Formula, slots: Mapping[str, int] = {}) -> StateTest:  #
 def _proposition(feature: model.Feature, slots: Slots) -> StateTest:
     if any(isinstance(one, model.Variable) for one in feature.arguments):
         read = _feature(feature, slots)
-        return lambda state, bound: _truth(read(state, bound), feature)
+
+        def test_of_variables(state: State, bound: Bound) -> bool | None:
+            value = read(state, bound)
+            return value if value is True or value is False else _truth(value, feature)
+
+        return test_of_variables
     name, objects = feature.name, tuple(one.name for one in feature.arguments)
 
     def test(state: State, _bound: Bound) -> bool | None:
@@ -198,6 +203,9 @@ def _feature(feature: model.Feature, slots: Slots) -> Reader:
     if len(arguments) == 1:
         only = variables[0]
         return lambda state, bound: state.value(name, (bound[only],))
+    if len(variables) == len(arguments):
+        objects_of = operator.itemgetter(*variables)
+        return lambda state, bound: state.value(name, objects_of(bound))
     places = tuple(slots[one.name] if isinstance(one, model.Variable) else one.name for one in arguments)
     return lambda state, bound: state.value(
         name, tuple([bound[place] if isinstance(place, int) else place for place in places])
