@@ -3,10 +3,6 @@
 Where states come at a steady pace, the same residuals come again, seen from the time of the last state. The automaton
 remembers for each of them where a valuation of the tests and a time step lead. It grows while it runs, up to a cap:
 deadlines at fine steps, or irregular time stamps, have too many residuals, and then plain progression goes on.
-
-Between two deadlines of a residual, a state that opens no new window leaves the same behind whenever it comes. So does
-one whose new windows are all made superfluous at once, if that does not hang on when they were opened. Such steps are
-remembered in a `Lull`, so that states at irregular times cost little while nothing is at stake.
 """
 
 from __future__ import annotations
@@ -26,12 +22,11 @@ from dyknow.mtl.progression.residual import (
     is_timeless,
     next_end_us,
     size_of_residual,
-    windows_in,
 )
 from dyknow.mtl.progression.state_test import Bound, StateTest
 from dyknow.mtl.progression.states import State, Verdict
 from dyknow.mtl.progression.table import FormulaTable
-from dyknow.mtl.progression.templates import NEVER_US, Following, ForEach, Operator, Shape, Template, Test, every
+from dyknow.mtl.progression.templates import NEVER_US, Following, ForEach, Shape, Template, Test, every
 
 Values: TypeAlias = "bool | tuple[bool | None, ...] | None"
 Step: TypeAlias = "tuple[int | None, Values]"
@@ -192,73 +187,3 @@ def _relative(residual: Residual, t_us: int) -> Relative:
             return residual
         case Guarded():
             raise AssertionError(f"expected a formula without sorts over time, got {residual!r}")
-
-
-class Lull:
-    """A residual until its next deadline.
-
-    Attributes
-    ----------
-    until_us : the first time at which a window of the residual opens or ends; only before it the edges are valid.
-    edges : what follows a state, by the values of the tests.
-    """
-
-    __slots__ = ("edges", "residual", "until_us", "verdict")
-
-    def __init__(self, residual: Residual) -> None:
-        self.residual = residual
-        self.verdict = verdict_of(residual)
-        self.until_us = _next_deadline(residual)
-        self.edges: dict[Values, Lull] = {}
-
-
-def leads_alike(before: Residual, after: Residual, *, opens_in_order: bool) -> bool:
-    """Tell whether a step that opened windows leaves the same at any other time before the next deadline.
-
-    From a residual without times, another time moves all that is left by the same amount; where nothing of it has a
-    time, it is the same. With windows that open in order, which of two is superfluous does not hang on the time of the
-    state: whatever was open before ends before what is opened now. So the same parts stay, whenever the state comes,
-    and they are the same if none of them is new.
-
-    Parameters
-    ----------
-    before, after : what was left before and after the state; of one progressor, and without sorts over time.
-    opens_in_order : see `opens_in_order`, of the formula.
-    """
-    if is_timeless(before):
-        return is_timeless(after)
-    return opens_in_order and _ends(after) <= _ends(before)
-
-
-def opens_in_order(template: Template) -> bool:
-    """Tell whether of two windows of one shape the one that was opened later always ends later.
-
-    It is so where every shape has one window, and that begins in the state where it is asked.
-
-    Examples
-    --------
-    >>> from dyknow.mtl.parser import parse_formula
-    >>> from dyknow.mtl.progression.templates import TemplateMaker
-    >>> def of(text):
-    ...     return opens_in_order(TemplateMaker().make(parse_formula(text), ()))
-    >>> of("always (p implies eventually[0s, 2s] q)"), of("always (p implies eventually[1s, 2s] q)")
-    (True, False)
-    >>> of("always ((p implies eventually[0s, 2s] q) and (r implies eventually[0s, 9s] q))")
-    False
-    """
-    ends_us: dict[Shape, int] = {}
-    return all(
-        one.start_us == 0 and ends_us.setdefault(one.shape, one.end_us) == one.end_us
-        for one in every(template)
-        if isinstance(one, Operator)
-    )
-
-
-def _ends(residual: Residual) -> set[tuple[Shape, int]]:
-    """Give the windows of a residual that end; all began by now, and all are about the same objects."""
-    return {(one.shape, one.end_us) for one in windows_in(residual) if one.end_us != NEVER_US}
-
-
-def _next_deadline(residual: Residual) -> int:
-    windows = windows_in(residual)
-    return min([one.end_us if one.start_us == STARTED_US else one.start_us for one in windows], default=NEVER_US)

@@ -38,28 +38,16 @@ def ask(template: Template, bound: Bound, moment: Moment, table: FormulaTable) -
     """
     key = (template, bound)
     found = moment.memo.get(key)
-    if found is not None:
-        moment.has_opened = moment.has_opened or key in moment.openers
-        return found
-    had_opened, moment.has_opened = moment.has_opened, False
-    found = moment.memo[key] = _asked(template, bound, moment, table)
-    if moment.has_opened:
-        moment.openers.add(key)
-    moment.has_opened = moment.has_opened or had_opened
+    if found is None:
+        found = moment.memo[key] = _asked(template, bound, moment, table)
     return found
 
 
 def progress(residual: Residual, moment: Moment, table: FormulaTable) -> Residual:
     """Take one more state: what is left of a residual after it?"""
     found = moment.memo.get(residual)
-    if found is not None:
-        moment.has_opened = moment.has_opened or residual in moment.openers
-        return found
-    had_opened, moment.has_opened = moment.has_opened, False
-    found = moment.memo[residual] = _progressed(residual, moment, table)
-    if moment.has_opened:
-        moment.openers.add(residual)
-    moment.has_opened = moment.has_opened or had_opened
+    if found is None:
+        found = moment.memo[residual] = _progressed(residual, moment, table)
     return found
 
 
@@ -196,7 +184,6 @@ def _unrolled(  # noqa: PLR0917 - the inner loop: keywords cost
         later: Residual = waiting
     else:
         later = table.waiting(shape, bound, STARTED_US if t_us >= start_us else start_us, end_us)
-        moment.has_opened = moment.has_opened or end_us != NEVER_US or t_us < start_us
     if shape.other is not None:
         other = ask(shape.other, bound, moment, table)
         later = table.join((other, later), is_conjunction=not is_universal)

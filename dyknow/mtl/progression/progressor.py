@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dyknow.mtl.formula import Formula
 from dyknow.mtl.printer import print_formula
 from dyknow.mtl.progression import progression
-from dyknow.mtl.progression.automaton import Lull, Place, Step, Values, leads_alike, residual_at, verdict_of
+from dyknow.mtl.progression.automaton import Place, Step, residual_at, verdict_of
 from dyknow.mtl.progression.residual import Known, Residual, is_timeless, next_end_us, size_of_residual
 from dyknow.mtl.progression.residual_printer import formula_with_objects, print_residual
 from dyknow.mtl.progression.shared_work import SharedWork
@@ -54,7 +54,6 @@ class Progressor:
         "_bound",
         "_generation",
         "_least_us",
-        "_lull",
         "_place",
         "_residual",
         "_residual_us",
@@ -84,9 +83,8 @@ class Progressor:
         # A promise that the next state has to keep. While there is one the automaton is put aside, so that `progress`
         # need not look for promises where every nanosecond counts.
         self._least_us: int | None = None
-        # What is left of the formula, in one of three forms; all are None before the first state.
+        # What is left of the formula, in one of two forms; both are None before the first state.
         self._place: Place | None = None
-        self._lull: Lull | None = None
         self._residual: Residual | None = None
         self._residual_us: int | None = None  # beside a place the residual may be of an earlier state
         self._before: Place | Residual | None = None
@@ -170,23 +168,16 @@ class Progressor:
             if self._least_us is not None:
                 return self._resume(self._least_us, t_us, state)
             return self._keep(self._progressed(t_us, state), t_us, self._residual)
-        values = automaton.values(state, self._bound)
         place = self._place
-        if place is not None or last_us is None:
-            edges = automaton.start if place is None else place.edges
-            step = (None if last_us is None else t_us - last_us, values)
-            following = edges.get(step)
-            if following is None:
-                return self._extend(edges, step, t_us, state)
-            self._t_us, self._before, self._place = t_us, place, following
-            return following.verdict
-        lull = self._lull
-        if lull is not None and last_us < t_us < lull.until_us:
-            after = lull.edges.get(values)
-            if after is not None:
-                self._t_us, self._before, self._residual, self._lull = t_us, lull.residual, after.residual, after
-                return after.verdict
-        return self._keep_lull(lull, values, t_us, state)
+        if place is None and last_us is not None:
+            return self._keep(self._progressed(t_us, state), t_us, self._residual)
+        edges = automaton.start if place is None else place.edges
+        step = (None if last_us is None else t_us - last_us, automaton.values(state, self._bound))
+        following = edges.get(step)
+        if following is None:
+            return self._extend(edges, step, t_us, state)
+        self._t_us, self._before, self._place = t_us, place, following
+        return following.verdict
 
     def advance(self, t_us: int) -> Verdict:
         """Let time pass: no state will come before `t_us`, so windows that end before it are over.
@@ -230,7 +221,7 @@ class Progressor:
         residual = self._current()
         if residual is None:
             return Verdict.UNKNOWN
-        self._place = self._lull = None
+        self._place = None
         return self._keep(progression.finish(residual), self._t_us, residual)
 
     def _let_pass(self, t_us: int, last_us: int) -> None:
@@ -242,11 +233,10 @@ class Progressor:
         after = progression.advance(residual, t_us, table)
         if after is residual:
             return
-        place, self._place, self._lull = self._place, None, None
+        place, self._place = self._place, None
         automaton = self._shared.automaton(self._template)
-        if automaton is not None and not isinstance(after, Known):
-            self._place = automaton.place_of(after, last_us) if place is not None else None
-            self._lull = self._shared.lull(self._template, after) if self._place is None else None
+        if automaton is not None and place is not None and not isinstance(after, Known):
+            self._place = automaton.place_of(after, last_us)
         self._before, self._residual, self._residual_us = residual, after, last_us
 
     def _resume(self, least_us: int, t_us: int, state: State) -> Verdict:
@@ -269,28 +259,6 @@ class Progressor:
             return self._keep(residual, t_us, before)
         self._before, self._residual, self._residual_us, self._t_us = before, residual, t_us, t_us
         return self._place.verdict
-
-    def _keep_lull(self, lull: Lull | None, values: Values, t_us: int, state: State) -> Verdict:
-        """Progress, and remember the step if it would be the same at any other time before the next deadline."""
-        moment = self._shared.moment(t_us, state)
-        if lull is not None and self._generation != self._shared.table.generation:
-            # A step from a residual of an older generation would lead into this one, and never back to itself.
-            self._residual = self._adopted(lull.residual)
-            lull = self._shared.lull(self._template, self._residual)
-        moment.has_opened = False
-        residual = self._progressed(t_us, state)
-        after = self._shared.lull(self._template, residual)
-        if (
-            lull is not None
-            and t_us < lull.until_us
-            and (not moment.has_opened or self._leads_alike(lull.residual, residual))
-        ):
-            lull.edges[values] = after
-        self._lull = after
-        return self._keep(residual, t_us, self._residual)
-
-    def _leads_alike(self, before: Residual, after: Residual) -> bool:
-        return leads_alike(before, after, opens_in_order=self._shared.opens_in_order(self._template))
 
     def _keep(self, residual: Residual, t_us: int | None, before: Place | Residual | None) -> Verdict:
         self._before, self._residual, self._t_us = before, residual, t_us

@@ -1,7 +1,7 @@
 """What do progressors have in common? Work done for one of them serves the others."""
 
-from dyknow.mtl.progression.automaton import Automaton, Lull, automaton_of, opens_in_order
-from dyknow.mtl.progression.residual import Moment, Residual
+from dyknow.mtl.progression.automaton import Automaton, automaton_of
+from dyknow.mtl.progression.residual import Moment
 from dyknow.mtl.progression.states import State
 from dyknow.mtl.progression.table import FormulaTable
 from dyknow.mtl.progression.templates import Template, TemplateMaker
@@ -12,20 +12,17 @@ class SharedWork:
 
     Parameters
     ----------
-    remembers : whether steps are remembered (automata and lulls); without, every state is progressed. The verdicts are
-        the same, so this serves comparisons.
+    remembers : whether steps are remembered in automata; without, every state is progressed. The verdicts are the
+        same, so this serves comparisons.
     least_kept : how many residuals the table always remembers.
     """
 
-    __slots__ = ("_automata", "_generation", "_lulls", "_moment", "_opens_in_order", "_remembers", "table", "templates")
+    __slots__ = ("_automata", "_moment", "_remembers", "table", "templates")
 
     def __init__(self, *, remembers: bool = True, least_kept: int = 10_000) -> None:
         self.table = FormulaTable(least_kept)
         self.templates = TemplateMaker()
         self._automata: dict[Template, Automaton | None] = {}
-        self._lulls: dict[tuple[Template, Residual], Lull] = {}
-        self._opens_in_order: dict[Template, bool] = {}
-        self._generation = 0
         self._remembers = remembers
         self._moment: Moment | None = None
 
@@ -34,26 +31,6 @@ class SharedWork:
         if self._remembers and template not in self._automata:
             self._automata[template] = automaton_of(template)
         return self._automata.get(template)
-
-    def lull(self, template: Template, residual: Residual) -> Lull:
-        """Give what is remembered about a residual of a formula; forgotten together with the residuals.
-
-        Two formulas may leave the same residual, but each has its own tests in its own order.
-        """
-        if self._generation != self.table.generation:
-            self._lulls = {}
-            self._generation = self.table.generation
-        found = self._lulls.get((template, residual))
-        if found is None:
-            found = self._lulls[template, residual] = Lull(residual)
-        return found
-
-    def opens_in_order(self, template: Template) -> bool:
-        """Tell whether a formula opens its windows in the order in which they end; see `lull`."""
-        found = self._opens_in_order.get(template)
-        if found is None:
-            found = self._opens_in_order[template] = opens_in_order(template)
-        return found
 
     def moment(self, t_us: int, state: State) -> Moment:
         """Give the memory of one state, the same for all who come with the same time and the same state object."""

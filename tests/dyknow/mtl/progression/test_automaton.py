@@ -1,4 +1,4 @@
-"""Steps that are remembered between deadlines, against direct evaluation: many pairs, irregular times, shared work."""
+"""Progression against direct evaluation: many pairs, irregular times, shared work, beside the automaton."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PAIRS = tuple(permutations("abcde", 2))
 NAMES = ("near", "slow", "beside")
 MEMBERS = {"Car": tuple("abcde")}
 
-# What people write of pairs; from the seventh on, windows do not open in the order in which they end.
+# What people write of pairs.
 WRITTEN = (
     "always (near[?a, ?b] implies eventually[0us, 20us] not near[?a, ?b])",
     "always (near[?a, ?b] implies eventually[0us, 20us] always[0us, 9us] not near[?a, ?b])",
@@ -125,7 +125,7 @@ def agree(seed: int, formulas: list[Formula], *, state_count: int, pairs: tuple[
 
 @pytest.mark.parametrize("text", WRITTEN)
 def test_pairs_that_share_their_work_agree_with_direct_evaluation(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(automaton, "_MOST_STEPS", 0)  # else few states would not leave the automaton
+    monkeypatch.setattr(automaton, "_MOST_STEPS", 0)
     agree(WRITTEN.index(text), [parse_formula(text, variables=["a", "b"])], state_count=14)
 
 
@@ -140,30 +140,6 @@ def test_drawn_formulas_agree_with_direct_evaluation(seed: int, monkeypatch: pyt
     rng = np.random.default_rng([12, seed])
     formulas: list[Formula] = [model.Always(drawn_formula(rng, 1 + pick(rng, 3)), model.Window(0)) for _ in range(4)]
     agree(seed, formulas, state_count=14, pairs=PAIRS[:6])
-
-
-def test_steps_are_taken_from_memory_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Else the tests above would compare nothing but progression."""
-    monkeypatch.setattr(automaton, "_MOST_STEPS", 0)
-    progressed, states = 0, 0
-    whole = Progressor._progressed
-
-    def counted(one: Progressor, t_us: int, state: DictState) -> object:
-        nonlocal progressed
-        progressed += 1
-        return whole(one, t_us, state)
-
-    monkeypatch.setattr(Progressor, "_progressed", counted)
-    rng, shared = np.random.default_rng(13), SharedWork()
-    formula = parse_formula(WRITTEN[0], variables=["a", "b"])
-    watched = [Watched(formula, pair, shared) for pair in PAIRS]
-    held = {(name, pair): bool(rng.random() < 0.5) for name in NAMES for pair in PAIRS}
-    for t_us in np.cumsum(rng.integers(1, 6, 20)).tolist():
-        state = drawn_state(rng, held)
-        for one in watched:
-            states += 1
-            assert one.agrees(t_us, state)
-    assert progressed < states / 2
 
 
 def test_a_window_that_was_superfluous_once_is_not_always(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,12 +1,9 @@
 """Remembered steps never change an answer, and stay few."""
 
-import gc
-
 import numpy as np
 import pytest
 
 from dyknow.mtl.parser import parse_formula
-from dyknow.mtl.progression.automaton import Lull
 from dyknow.mtl.progression.progressor import Progressor
 from dyknow.mtl.progression.shared_work import SharedWork
 from dyknow.mtl.progression.states import DictState, Verdict
@@ -154,18 +151,6 @@ def test_a_second_run_over_the_same_states_finds_the_same() -> None:
     assert runs[0][-1] is Verdict.FALSE
 
 
-def test_steps_at_irregular_times_are_forgotten_with_their_residuals() -> None:
-    rng = np.random.default_rng(4)
-    shared = SharedWork(least_kept=200)
-    progressor = Progressor(parse_formula("always (p implies eventually[0us, 5ms] q)"), shared=shared)
-    for t_us in np.cumsum(rng.integers(1, 200, 10_000)).tolist():
-        state = DictState({"p": bool(rng.random() < 0.5), "q": bool(rng.random() < 0.5)})
-        assert progressor.progress(t_us, state) is Verdict.UNKNOWN
-    assert shared.table.generation > 5
-    gc.collect()  # a step that leaves all as it was is a cycle of references
-    assert 0 < sum(isinstance(one, Lull) for one in gc.get_objects()) < 500
-
-
 def test_leaving_the_automaton_for_an_older_residual_is_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dyknow.mtl.progression.automaton._MOST_STEPS", 2)
     progressor = Progressor(parse_formula("always (p or eventually q)"))
@@ -174,18 +159,3 @@ def test_leaving_the_automaton_for_an_older_residual_is_no_rest(monkeypatch: pyt
         progressor.progress(t_us, DictState({name: name in values for name in "pq"}))
         idle.append(progressor.is_idle)
     assert idle == [False, False, False, False, False, True]
-
-
-@pytest.mark.parametrize("other", ["car7", "car8"])
-def test_windows_that_are_superfluous_at_once_do_not_hinder_remembering(other: str) -> None:
-    rng = np.random.default_rng(5)
-    shared = SharedWork()
-    formula = parse_formula("always (near[?c] implies eventually[0us, 1s] not near[?c])", variables=["c"])
-    unknown, busy = Progressor(formula, {"c": "far"}, shared=shared), Progressor(formula, {"c": other}, shared=shared)
-    made = []
-    for t_us in np.cumsum(rng.integers(30, 50, 200)).tolist():
-        state = DictState({("near", (other,)): True})
-        unknown.progress(t_us, state)
-        busy.progress(t_us, state)
-        made.append(len(shared.table))
-    assert made[-1] == made[100]
