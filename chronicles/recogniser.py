@@ -15,6 +15,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import suppress
 from operator import attrgetter
 from typing import Any  # Any: checkpoints are plain nested data
 
@@ -26,6 +27,7 @@ from chronicles.execution.live.plain_data import from_plain, to_plain
 from chronicles.execution.live.revision import Revision, Verdict
 from chronicles.execution.stored.backfill import recognise_columns
 from chronicles.execution.stored.columns import EventColumns
+from chronicles.execution.stored.matches import TooManyMatches
 from chronicles.limits import USUAL, Limits
 
 _EXECUTORS = ("eager", "backfill")
@@ -266,6 +268,8 @@ def recognise(
     *,
     until_us: int | None = None,
     executor: str = "backfill",
+    limits: Limits = USUAL,
+    left_out: Counter[str] | None = None,
 ) -> Sequence[Occurrence]:
     """Recognise chronicles in events that are all at hand.
 
@@ -275,7 +279,9 @@ def recognise(
     events : in any order, or stored columns.
     until_us : the time up to which the events are complete; the latest event's time if not given. An absence that ends
         later stays open: nobody saw it come true.
-    executor : "eager" or "backfill".
+    executor : "eager" or "backfill", which leaves it to "eager" where an event completes more than the limits allow.
+    limits : what each chronicle may cost; instances beyond it are left out, the later ones first.
+    left_out : gets how many instances were beyond the limits, by chronicle.
 
     Returns
     -------
@@ -303,12 +309,16 @@ def recognise(
         raise ChronicleError(f"recognise: expected until_us, a whole number of us, got {until_us!r}")
     if executor == "backfill":
         columns = events if isinstance(events, EventColumns) else EventColumns.from_events(events)
-        return recognise_columns(chronicles, columns, until_us=until_us)
-    recogniser = Recogniser(chronicles)
+        with suppress(TooManyMatches):
+            return recognise_columns(chronicles, columns, until_us=until_us, limits=limits)
+        events = columns
+    recogniser = Recogniser(chronicles, limits=limits)
     stream = events.events if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
     found = [occurrence for event in stream for occurrence in recogniser.observe(event)]
     if until_us is not None:
         found += recogniser.advance(until_us)
+    if left_out is not None:
+        left_out.update(recogniser.left_out)
     return found
 
 

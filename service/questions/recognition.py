@@ -1,5 +1,6 @@
 """Do other chronicles occur in what was stored? Recognition over the events of a log or a file."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,14 +72,17 @@ def recognise_stored(
         loaded = load_chronicle_files(chronicle_files, stream)
         stored, warnings = _read_file(source, loaded.merged, until_us)
     chronicles, late_count = loaded.merged, 0
+    left_out: Counter[str] = Counter()
     if lateness_us is None:
-        found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor or "backfill")
+        executor = executor or "backfill"
+        found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor, left_out=left_out)
     else:
         recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
         found = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
         found += recogniser.advance(stored.until_us + lateness_us)
-        late_count = recogniser.late_count
-    return Recognised(found, late_count, warnings, loaded.stream, loaded.doubts)
+        late_count, left_out = recogniser.late_count, recogniser.left_out
+    beyond = (f"{source}: chronicle {name}: {count} instances were left out" for name, count in left_out.items())
+    return Recognised(found, late_count, (*warnings, *beyond), loaded.stream, loaded.doubts)
 
 
 def _refuse(expected: str, came: str, **options: object) -> None:

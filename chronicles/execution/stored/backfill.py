@@ -7,9 +7,9 @@ and orders is the same code.
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from heapq import merge
 from itertools import groupby
 from operator import attrgetter, itemgetter
@@ -18,6 +18,7 @@ import numpy as np
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
+from chronicles.compilation.plan import Plan
 from chronicles.events import Event, Occurrence
 from chronicles.execution.engine import Engine
 from chronicles.execution.history import AttributeHistory
@@ -28,12 +29,18 @@ from chronicles.execution.results import Told, is_told_at_once
 from chronicles.execution.stored.columns import EventColumns, Rows, Times
 from chronicles.execution.stored.joins import MOST_ROWS
 from chronicles.execution.stored.matches import Matches, find_matches
+from chronicles.limits import USUAL, Limits
 
 _MATCHES_AT_A_TIME = 1 << 12
 
 
 def recognise_columns(
-    chronicles: ChronicleSet, columns: EventColumns, *, until_us: int | None = None, most_rows: int = MOST_ROWS
+    chronicles: ChronicleSet,
+    columns: EventColumns,
+    *,
+    until_us: int | None = None,
+    most_rows: int = MOST_ROWS,
+    limits: Limits = USUAL,
 ) -> Sequence[Occurrence]:
     """Recognise chronicles in stored columns; the results are those of a recogniser fed event by event.
 
@@ -43,13 +50,20 @@ def recognise_columns(
     columns : the events.
     until_us : the time up to which the events are complete; the latest event's time if not given.
     most_rows : how many rows a block of time or a table in between may have; bounds the memory used on the way.
-    """
-    if all(is_told_at_once(plan) for plan in chronicles.plans):
-        return FoundOccurrences([find_matches(plan, columns, most_rows=most_rows) for plan in chronicles.plans])
+    limits : what each chronicle may cost.
 
-    engine = Engine(chronicles, 0, columns.events)
+    Raises
+    ------
+    TooManyMatches
+        If one event completes more than the limits allow: what is left out then is known only event by event.
+    """
+    find = partial(find_matches, columns=columns, most_rows=most_rows, most_matches=limits.most_matches)
+    if all(is_told_at_once(plan) for plan in chronicles.plans):
+        return FoundOccurrences([find(plan) for plan in chronicles.plans])
+
+    engine = Engine(chronicles, 0, columns.events, limits=limits)
     found: list[Occurrence] = []
-    for step, complete in _completed(chronicles, columns, most_rows, engine.names):
+    for step, complete in _completed(chronicles, columns, find, engine.names):
         found += _let_pass(engine, columns.events, step)
         found += engine.conclude(columns.events[step], complete)
     found += _let_pass(engine, columns.events, len(columns))
@@ -59,12 +73,12 @@ def recognise_columns(
 
 
 def _completed(
-    chronicles: ChronicleSet, columns: EventColumns, most_rows: int, names: frozenset[str]
+    chronicles: ChronicleSet, columns: EventColumns, find: Callable[[Plan], Matches], names: frozenset[str]
 ) -> Iterator[tuple[int, Completed]]:
     """Give the places of events that complete joined instances, each with those, and of events with these names."""
     placed = levels(chronicles.plans)
     plans = [(number, plan) for number, plan in enumerate(chronicles.plans) if placed[plan.name][0] == 0]
-    joined = [_joined(number, find_matches(plan, columns, most_rows=most_rows)) for number, plan in plans]
+    joined = [_joined(number, find(plan)) for number, plan in plans]
     named = [(step, -1, None) for step, event in enumerate(columns.events) if event.name in names] if names else []
     for step, parts in groupby(merge(named, *joined, key=itemgetter(0, 1)), key=itemgetter(0)):
         yield step, [(number, [instance]) for _, number, instance in parts if instance is not None]

@@ -60,7 +60,11 @@ class Matches:
         return self.columns.table(kind_of(self.plan.positions[position].test))
 
 
-def find_matches(plan: Plan, columns: EventColumns, *, most_rows: int) -> Matches:
+class TooManyMatches(Exception):  # noqa: N818 - no error: the recogniser knows what to leave out
+    """One event completes more instances than the limits allow."""
+
+
+def find_matches(plan: Plan, columns: EventColumns, *, most_rows: int, most_matches: int) -> Matches:
     """Find the instances whose events are all there.
 
     Parameters
@@ -68,12 +72,22 @@ def find_matches(plan: Plan, columns: EventColumns, *, most_rows: int) -> Matche
     plan : of the chronicle.
     columns : all events it looks at.
     most_rows : bounds the memory used on the way, see `joins.py`.
+    most_matches : how many of them one event may complete.
+
+    Raises
+    ------
+    TooManyMatches
+        If one event completes more.
     """
     found = [fitting(columns, position.test) for position in plan.positions]
-    parts = [
-        np.stack([one.rows[place] for one, place in zip(found, places, strict=True)])
-        for places in complete_rows(plan, found, most_rows=most_rows)
-    ]
+    parts: list[Rows] = []
+    completed = np.zeros(len(columns), np.int64)
+    for places in complete_rows(plan, found, most_rows=most_rows):
+        parts.append(np.stack([one.rows[place] for one, place in zip(found, places, strict=True)]))
+        steps = Matches(plan, columns, parts[-1]).steps()
+        np.add.at(completed, steps, 1)
+        if completed[steps].max(initial=0) > most_matches:
+            raise TooManyMatches
     if len(parts) == 1:
         return Matches(plan, columns, parts[0])
     empty = np.empty((len(plan.positions), 0), np.int64)

@@ -1,5 +1,6 @@
 """The backfill against a recogniser fed event by event, and how its results are looked at."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import pytest
@@ -9,7 +10,9 @@ from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
 from chronicles.execution.stored.backfill import FoundOccurrences, recognise_columns
 from chronicles.execution.stored.columns import EventColumns
-from chronicles.recogniser import Recogniser
+from chronicles.execution.stored.matches import TooManyMatches
+from chronicles.limits import Limits
+from chronicles.recogniser import Recogniser, recognise
 from tests.cases import seeds
 from tests.chronicles.execution.random_cases import CaseMaker
 from tests.chronicles.support import shown, steps, us
@@ -53,6 +56,20 @@ def check_case(seed: int) -> int:
     assert list(found) == expected, seed
     assert len(found) == len(expected)
     return len(expected)
+
+
+def test_beyond_the_limits_the_recogniser_says_what_is_left_out() -> None:
+    text = "chronicle four[?c](t1, t2, t3, t4) { " + " ".join(f"event(ping[?c], t{k})" for k in (1, 2, 3, 4))
+    text += " ".join(f" t{k + 1} - t{k} in [1us, 1min]" for k in (1, 2, 3)) + " }"
+    events = [Event("ping", ("car1",), us(f"{k}s")) for k in range(9)]
+    bounded, unbounded = Limits(most_matches=20), Limits(most_matches=56)  # the last one completes C(8, 3)
+    counts: Counter[str] = Counter()
+    found = recognise(load(text), events, limits=bounded, left_out=counts)
+    assert list(found) == recognise(load(text), events, limits=bounded, executor="eager")
+    assert len(found) + counts["four"] == len(recognise(load(text), events, limits=unbounded)) == 126
+    assert counts["four"] == (35 - 20) + (56 - 20)
+    with pytest.raises(TooManyMatches):
+        recognise_columns(load(text), EventColumns.from_events(events), limits=bounded, most_rows=7)
 
 
 @seeds(range(800), kept=200)
