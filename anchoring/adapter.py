@@ -34,8 +34,8 @@ class Anchored:
     ----------
     hypotheses : the links below each car that are on trial or undecided, lowest first, and what became of those that
         were carried before.
-    former : the cars of earlier times, oldest first, that have got their names only now. They are for the record:
-        relations and monitors look at ``cars`` alone, since what they said of those times is said.
+    former : the cars of earlier times, oldest first, that have got their names only now. Relations begin with them;
+        monitors look at ``cars`` alone, since what they said of those times is said.
     filled : the cars of earlier times that nobody saw then and that are seen again now, oldest first.
     """
 

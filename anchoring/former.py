@@ -1,8 +1,8 @@
 """Where was a car before it had its name? In the rows of its vision object until then.
 
 A vision object is watched for a while before it counts as a car, or is taken for a lost one. What was seen of it
-meanwhile is known to be of that car once it is linked, and is told then: as cars of earlier times, for the record.
-Nothing that was told before changes, and what was concluded from it is not looked at again.
+meanwhile is known to be of that car once it is linked, and is told then: as cars of earlier times. Nothing that was
+told before changes; what follows from such a row is dated back to it.
 """
 
 import math

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Protocol
 
 from dyknow.hypotheses import Hypotheses
@@ -50,13 +51,15 @@ class Cars(Protocol):
 class HasCars(Protocol):
     """Describe a sample value that carries cars, and the hypotheses by which they are the cars they are.
 
-    See `RelationObserver.observe` for ``filled``.
+    ``filled`` and ``former`` are cars of earlier times that were not known then; see `RelationObserver.observe`.
     """
 
     @property
     def cars(self) -> Cars: ...  # noqa: D102
     @property
     def filled(self) -> tuple[Cars, ...]: ...  # noqa: D102
+    @property
+    def former(self) -> tuple[Cars, ...]: ...  # noqa: D102
     @property
     def hypotheses(self) -> Hypotheses: ...  # noqa: D102
 
@@ -95,7 +98,8 @@ class RelationUnit:
         if self._last_us is not None and value.cars.t_us <= self._last_us:
             return ()
         self._last_us = value.cars.t_us
-        seen = Seen(_footprints(value.cars), value.cars.hidden, [_footprints(cars) for cars in value.filled])
+        earlier = sorted((*value.filled, *value.former), key=attrgetter("t_us"))
+        seen = Seen(_footprints(value.cars), value.cars.hidden, [_footprints(cars) for cars in earlier])
         known, before = value.hypotheses, self._doubted
         begun = {
             label: one for one, labels in known.about.items() for label in labels if label not in before.get(one, ())

@@ -111,7 +111,7 @@ class RelationObserver:
         self._serials: LongArray = np.zeros(0, dtype=np.int64)
         self._sorted_ids: list[str] = []
         self._order: LongArray = self._serials
-        self._hidden_time = HiddenTime()
+        self._hidden_time = HiddenTime(settings.backdate_us)
 
     def observe(
         self, footprints: Footprints, *, hidden: Mapping[str, int] = NOBODY, filled: Sequence[Footprints] = ()
@@ -123,8 +123,8 @@ class RelationObserver:
         footprints : of a frame later than the last one.
         hidden : objects that are not in the frame but may come back, and when each was not seen for the first time. Of
             these unknown is told at once, from that time on, but what it was before is kept.
-        filled : where objects of this frame that were hidden, or not observed, were at earlier frames, in order of
-            time. What was told unknown of them counts as not told.
+        filled : where objects of this frame that are new, were hidden, or not observed, were at earlier frames, in
+            order of time. What was told unknown of them counts as not told; of new ones the last change alone is told.
 
         Returns
         -------
@@ -143,15 +143,21 @@ class RelationObserver:
         self._check_places(footprints)
         changes = [_stated(turn, t_us) for turn in self._turns]
         self._turns = ()
+        known = set(self._ids)
         for then, returned in self._hidden_time.moments(filled):
-            found = self._update(then, self._measure(then), returned)
+            quantities, found = self._measure(then), list[RelationChange]()
+            if then.ids != self._ids:
+                found += self._rearrange(then, quantities, NOBODY)
+            found += self._update(then, quantities, returned)
             changes += [replace(one, decided_us=t_us) for one in found]
+        fresh = set(self._ids) - known
         footprints = self._hidden_time.complete(footprints, hidden)
         quantities, gone = self._measure(footprints), dict[str, Gone]()
         if footprints.ids != self._ids:
             gone = self._hidden_time.gone(footprints)
             changes += self._rearrange(footprints, quantities, gone)
         changes += self._update(footprints, quantities, gone=gone)
+        changes = _settled(changes, fresh) if fresh else changes
         doubt = self._hidden_time.doubt(footprints, hidden, self._order.tolist())
         if doubt is not None:
             changes += self._doubt(doubt, t_us)
@@ -247,6 +253,19 @@ def _as_sure_as_objects(changes: Sequence[RelationChange], footprints: Footprint
         else replace(one, confidence=round(one.confidence * math.prod([sure.get(name, 1.0) for name in one.args]), 3))
         for one in changes
     ]
+
+
+def _settled(changes: Sequence[RelationChange], fresh: set[str]) -> list[RelationChange]:
+    """Of objects that are new, say what holds in the end, and since when; rows before a name are too doubtful for more."""
+    begun: dict[tuple[str, tuple[str, ...]], RelationChange] = {}
+    settled = []
+    for one in changes:
+        if fresh.isdisjoint(one.args):
+            settled.append(one)
+        else:
+            first = begun.setdefault((one.name, one.args), one)
+            begun[one.name, one.args] = replace(one, old=first.old, confidence=first.confidence)
+    return settled + [one for one in begun.values() if one.new is not one.old]
 
 
 def _stated(turn: Turn, t_us: int) -> RelationChange:

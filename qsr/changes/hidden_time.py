@@ -1,7 +1,8 @@
-"""What is kept for the time when somebody comes back whom nobody sees? Where all the others were meanwhile.
+"""What is kept for the time when somebody turns out to have been there? Where all the others were meanwhile.
 
 An object that is hidden stays among the objects, at its last place and not measured, so that all relations of it stay
-as they were. When it is known where it was, the frames since its loss are looked at again, for its relations alone.
+as they were. When it is known where it was, the frames since its loss are looked at again, for its relations alone. So
+are those in which an object was seen already that has got its name only now.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,11 +15,17 @@ from qsr.measuring.footprints import Footprints, pick_rows
 
 
 class HiddenTime:
-    """Keep who is not seen, and the frames since the first of them was lost."""
+    """Keep who is not seen, and the frames since the first of them was lost, but at least the latest ones.
 
-    __slots__ = ("_frames", "_last", "_since_us", "_told")
+    Parameters
+    ----------
+    back_us : how far back a frame is kept in any case.
+    """
 
-    def __init__(self) -> None:
+    __slots__ = ("_back_us", "_frames", "_last", "_since_us", "_told")
+
+    def __init__(self, back_us: int) -> None:
+        self._back_us = back_us
         self._last: Footprints | None = None
         self._since_us: dict[str, int] = {}
         self._told: frozenset[str] = frozenset()
@@ -34,28 +41,29 @@ class HiddenTime:
         kept = [one for one in hidden if one in known and one not in frame.ids]
         return pick_rows(frame.t_us, (*present, *kept), (frame, _unseen(last)))
 
-    def moments(self, filled: Sequence[Footprints]) -> Iterator[tuple[Footprints, frozenset[str]]]:
+    def moments(self, earlier: Sequence[Footprints]) -> Iterator[tuple[Footprints, frozenset[str]]]:
         """Give the frames to be looked at again, with those of whom it is known now where they were.
 
         Parameters
         ----------
-        filled : where those who are seen again were at earlier frames, in order of time.
+        earlier : where those who are seen now were at earlier frames, in order of time.
 
         Returns
         -------
-        Rows of all objects of the last frame, in its order.
+        Rows of all objects of the last frame, in its order, and of those that are new, from their first row on.
         """
         if self._last is None:
             return
-        last = _unseen(self._last)
-        for rows in filled:
+        known = _unseen(self._last)
+        for rows in earlier:
             then = self._frames.get(rows.t_us)
             if then is not None and rows.ids:
-                known = pick_rows(
-                    rows.t_us, last.ids, (replace(rows, observed=np.ones(len(rows.ids), np.bool_)), then, last)
-                )
-                self._frames[rows.t_us] = known
-                yield known, frozenset(rows.ids)
+                seen = replace(rows, observed=np.ones(len(rows.ids), np.bool_))
+                ids = (*known.ids, *[one for one in rows.ids if one not in known.ids])
+                at_once = pick_rows(rows.t_us, ids, (seen, then, known))
+                known = _unseen(at_once)
+                self._frames[rows.t_us] = at_once
+                yield at_once, frozenset(rows.ids)
 
     def gone(self, frame: Footprints) -> dict[str, Gone]:
         """Find who was there in the last frame and is not in this one, as it is completed."""
@@ -79,9 +87,8 @@ class HiddenTime:
         unseen = [one for one, is_seen in zip(frame.ids, frame.observed.tolist(), strict=True) if not is_seen]
         self._since_us = {one: self._since_us.get(one, frame.t_us) for one in unseen}
         self._last, self._told = frame, frozenset(hidden)
-        if unseen:
-            self._frames[frame.t_us] = frame
-        first_us = min(self._since_us.values(), default=NEVER_US)
+        self._frames[frame.t_us] = frame
+        first_us = min([frame.t_us - self._back_us, *self._since_us.values()])
         while self._frames and (oldest := next(iter(self._frames))) < first_us:
             del self._frames[oldest]
         return doubt
