@@ -73,7 +73,9 @@ class PatternResolver:
             message = f"expected {wanted}, got the unknown name {named.name!r}"
             near = suggest(named.name, list(self._symbols.signatures))
             if near.edit is None:
-                near = Hint("; ".join(filter(None, [f"declare it: {_declaration(named)}", near.text])))
+                near = Hint(
+                    "; ".join(filter(None, [f"if the events have it, declare it: {_declaration(named)}", near.text]))
+                )
             self._reporter.error("C0201", message, named.name_span, near)
             return undeclared
         if (signature.value is None) != is_message:

@@ -78,7 +78,8 @@ def _explained(text: str, at: int, before: str) -> Strange:
     if found := _SINGLE_QUOTED.match(text, at):
         inner = found.group()[1:-1]
         edit = None if '"' in inner or "\\" in inner else f'"{inner}"'
-        return Strange(found.group(), Hint("texts stand in double quotes", edit), "STRING", marked=len(found.group()))
+        hint = Hint("texts stand in double quotes" + (f": {edit}" if edit else ""), edit)
+        return Strange(found.group(), hint, "STRING", marked=len(found.group()))
     if found := _OTHER_COMMENT.match(text, at):
         hint = Hint("comments start with # and end with their line")
         return Strange(found.group(), hint, COMMENT, came=repr(found.group()[:2]), marked=2)

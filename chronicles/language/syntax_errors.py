@@ -41,6 +41,15 @@ _STARTS = (
 _MIRRORED = MappingProxyType({"<": ">", "<=": ">=", "=": "=", ">=": "<=", ">": "<"})
 _LENGTHS = ("DURATION", "NUMBER", "NAME")
 _SIGNS = ("POSITIVE", "NEGATIVE")
+_UNITS = MappingProxyType({"second": "s", "sec": "s", "": "s", "minute": "min", "min": "min", "hour": "h", "h": "h"})
+# What logic and other languages write where a statement of this one starts.
+_FOREIGN = MappingProxyType(
+    {
+        "and": "all statements must hold anyway: leave out 'and'",
+        "or": "write a chronicle for each way it can happen; all may emit the same event",
+        "not": "write noevent(...) for what must not happen, with its window: noevent(stopped[?car], (t1, t2))",
+    }
+)
 # What may follow a finished statement says nothing about the mistake inside an unfinished one.
 _MOST_LISTED = 5
 
@@ -77,17 +86,34 @@ def _expected(misfit: Misfit) -> tuple[str, tuple[str, ...]]:
 
 
 def _statement_hint(misfit: Misfit, words: tuple[str, ...]) -> Hint:
+    text, after = misfit.text(), misfit.words[misfit.index + 1 : misfit.index + 2]
+    if text in _FOREIGN and "EVENT" in misfit.expected:
+        return Hint(_FOREIGN[text])
+    if misfit.kind() == "NAME" and [one.text for one in after] == ["["]:
+        return Hint(
+            "a value is compared by a monitor, and its verdict is an event here: "
+            f"monitor m per Car: always {text}[?car] < 90 km/h gives event(m_violated[?car], t1)"
+        )
     if misfit.kind() == "NAME":
-        return suggest(misfit.text(), words)
+        return suggest(text, words)
     return Hint("one of " + ", ".join(map(repr, words)) + " starts here")
 
 
-def _hint(misfit: Misfit) -> Hint:
+def _hint(misfit: Misfit) -> Hint:  # noqa: PLR0911 - one mistake each
     word, expected = misfit.words[misfit.index], misfit.expected
     if word.kind == "SAME" and "EQUAL" in expected:
         return Hint("time points are compared with '=', variables with '=='", "=")
     if word.kind == "EQUAL" and "SAME" in expected:
         return Hint("variables are compared with '==' and '!=', time points with '='", "==")
+    if word.text == "," and "COLON" in expected:
+        return Hint("say which value is held, such as hold(moving[?car]:true, (t1, t2))")
+    before = misfit.words[misfit.index - 1]
+    if before.kind == "NUMBER" and (unit := _unit(misfit.words, misfit.index)):
+        return Hint(f"the unit stands close by: {before.text}{unit}")
+    if before.text == ":" and "LPAR" in expected:
+        return Hint(
+            "an event is a change: moving[?car]:(false, true), where ? stands for any value; what lasts is a hold"
+        )
     if word.kind == "INFINITE":
         return Hint("'oo' is the end of a range without a bound, such as t2 - t1 in [0s, oo]")
     if word.kind == "NAME":
@@ -138,6 +164,11 @@ def _kinds(words: Sequence[Word], start: int, *wanted: Sequence[str]) -> bool:
     return len(found) == len(wanted) and all(one.kind in kinds for one, kinds in zip(found, wanted, strict=True))
 
 
+def _unit(words: Sequence[Word], at: int) -> str:
+    """Give the unit of time that is written out at an index; "" if none is."""
+    return _UNITS.get(words[at].text.lower().rstrip("s"), "") if _kinds(words, at, ["NAME"]) else ""
+
+
 def _is_comparator(word: Word) -> bool:
     return word.text in _MIRRORED
 
@@ -149,6 +180,7 @@ def _difference(words: Sequence[Word], at: int) -> str:
     if not _kinds(words, at + 1, _LENGTHS):
         return "write a range such as t2 - t1 in [0s, 5s]"
     later, earlier, length, sign = words[at - 3].text, words[at - 1].text, words[at + 1].text, words[at].text
+    length += _unit(words, at + 2)
     low, high = ("0s", length) if sign[0] == "<" else (length, length if sign == "=" else "oo")
     return f"write {later} {sign} {earlier} + {length}, or a range such as {later} - {earlier} in [{low}, {high}]"
 

@@ -78,7 +78,10 @@ _ELSEWHERE: Mapping[str, str] = {
 _ADVICE: Mapping[str, str] = {
     "if": "write p implies q",
     "xor": "write not (p iff q)",
-    **dict.fromkeys(("since", "once", "historically", "previously"), "formulas speak of the future only"),
+    **dict.fromkeys(
+        ("since", "once", "historically", "previously"),
+        "there are no past operators: begin where it began, as in always (p implies eventually[0s, 10s] q)",
+    ),
 }
 _TWO_SIGNS: Mapping[str, str] = {
     "= =": "values are compared with '='",

@@ -17,7 +17,7 @@ from qsr.relations import RANK
 from service.errors import InputError
 from service.monitoring.monitor_messages import NO_MESSAGES, Messages, check_uses, misuses
 from service.records import ChronicleRecord, RunRecord, SourceText
-from service.texts.text_streams import Stream, stream_of
+from service.texts.text_streams import Stream, library_events, stream_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +138,15 @@ def chronicles_of(run: RunRecord) -> ChronicleSet:
 
 
 def with_relations(texts: Sequence[tuple[str, str]], stream: Stream = "traffic") -> list[tuple[str, str]]:
-    """Put the declarations of our relations before texts (name, text) about traffic, which so need not repeat them."""
-    relations = [("relations.chronicle", library.relations_text())] if stream == "traffic" else []
-    return [*relations, *texts]
+    """Put our relations, and what is used of the library, before texts (name, text) about traffic that need them.
+
+    Examples
+    --------
+    >>> twice = "chronicle twice[?a](t1, t2) { event(overtake[?a, ?, ?], t1) event(overtake[?a, ?, ?], t2) t1 < t2 }"
+    >>> [name for name, _ in with_relations([("mine", twice)])]
+    ['relations.chronicle', 'overtake.chronicle', 'mine']
+    """
+    return [*(library.texts(library_events(texts)) if stream == "traffic" else []), *texts]
 
 
 def read_text(path: Path, what: str = "text file", error_type: type[InputError] = InputError) -> str:

@@ -22,8 +22,8 @@ _NEARLY = 0.85  # "clse" for "close", but not "light" for "right"
 def stream_of(texts: Sequence[tuple[str, str]]) -> Stream:
     """Tell which stream texts (name, text) are about.
 
-    They are about "traffic" if they use a name of the relations' file that they do not declare, or nearly one: texts
-    without declarations may use any name, and a slip of the pen would pass unseen.
+    They are about "traffic" if they use a name of the relations' file that they do not declare, or nearly one, or an
+    event of the library: texts without declarations may use any name, and a slip of the pen would pass unseen.
 
     Examples
     --------
@@ -35,7 +35,19 @@ def stream_of(texts: Sequence[tuple[str, str]]) -> Stream:
     used, declared = _names(texts)
     given = _names([("", library.relations_text())])[1]
     is_traffic = any(get_close_matches(name, given, n=1, cutoff=_NEARLY) for name in used - declared)
-    return "traffic" if is_traffic else "own"
+    return "traffic" if is_traffic or library_events(texts) else "own"
+
+
+def library_events(texts: Sequence[tuple[str, str]]) -> list[str]:
+    """Name the events of the library that texts (name, text) use without declaring them.
+
+    Examples
+    --------
+    >>> library_events([("mine", "chronicle a[?x](t1) { event(overtake[?x, ?, ?], t1) }")])
+    ['overtake']
+    """
+    used, declared = _names(texts)
+    return sorted((used - declared).intersection(library.names()))
 
 
 def _names(texts: Sequence[tuple[str, str]]) -> tuple[set[str], set[str]]:

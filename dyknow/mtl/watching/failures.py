@@ -95,7 +95,7 @@ def everywhere_up_to(body: Runs, other: Runs, start_us: int, end_us: int, horizo
 
 
 def somewhere_until(body: Runs, other: Runs, start_us: int, end_us: int, horizon: Horizon) -> Runs:
-    """Give the states that fail `somewhere`, or have only failing ones up to the first where `other` fails, and there."""
+    """Give the states that fail `somewhere`, or from which only failing ones come until `other` fails too."""
     found = somewhere(body, start_us, end_us, horizon)
     times_us, before = horizon.times_us, horizon.first
     for begin, end in other:
