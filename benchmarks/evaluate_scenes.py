@@ -120,7 +120,8 @@ def _measure(name: str, seed: int, options: argparse.Namespace) -> Measured:
     scene = made_scene(kind, options.folder, seed=seed, seconds=options.seconds)
     log = options.folder / f"{name.replace(' ', '_')}_seed{seed}_{options.seconds}s.db"
     rate_hz = kind.rate_hz or options.rate
-    summary = process(RunRequest(scene / "video.mp4", scene / "site.toml", str(log), rate_hz=rate_hz))
+    request = RunRequest(scene / "video.mp4", scene / "site.toml", str(log), again=True, rate_hz=rate_hz)
+    summary = process(request)
     return Measured(
         (compare_log(str(log), scene, run=summary.run),),
         evaluate_log(str(log), scene, event_type=TYPE, run=summary.run),
