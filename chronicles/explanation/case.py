@@ -66,6 +66,37 @@ def open_case(
     return Case(plan, ChronicleText(chronicles, name), log, emitters, occurrences, known_us)
 
 
+def looked_at(chronicles: ChronicleSet, name: str) -> frozenset[str]:
+    """Name the events that a chronicle looks at, and those whose emitted events it rests on.
+
+    Examples
+    --------
+    >>> from chronicles import library
+    >>> sorted(looked_at(library.load_library(), "pass"))
+    ['ahead', 'behind', 'beside', 'moving']
+    """
+    return frozenset().union(*(plan.consumes for plan in _involved(chronicles, chronicles.plan(name)).plans))
+
+
+def is_about_roles(chronicles: ChronicleSet, name: str) -> bool:
+    """Tell whether all that a chronicle, or one that it rests on, counts or wants to last is about one of its roles.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> alone = load("chronicle alone[?car](t1) { event(enter[?car], t1) noevent(enter[?], (t1 + 1us, t1 + 5s)) }")
+    >>> once = load("chronicle once[?car](t1) { event(enter[?car], t1) noevent(enter[?car], (t1 + 1us, t1 + 5s)) }")
+    >>> is_about_roles(alone, "alone"), is_about_roles(once, "once")
+    (False, True)
+    """
+    for plan in _involved(chronicles, chronicles.plan(name)).plans:
+        roles = {filling.slot for _, filling in plan.roles}
+        bound = [one.test.variables for one in plan.counts] + [one.bound for one in plan.persistences]
+        if any(roles.isdisjoint(slot for _, slot in one) for one in bound):
+            return False
+    return True
+
+
 def fixed_values(plan: Plan, roles: Mapping[str, str]) -> Values:
     """Give the slots that the values of some roles fix.
 

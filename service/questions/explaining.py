@@ -5,14 +5,18 @@ is added here: by which links each car was taken for the one it is.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any  # JSON values
 
 from msgspec.structs import asdict
 
 from chronicles.chronicle_set import ChronicleSet
+from chronicles.errors import ChronicleError
 from chronicles.events import Occurrence
+from chronicles.explanation.case import is_about_roles, looked_at
 from chronicles.explanation.explanations import Explanation, WhyNot
 from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
@@ -23,7 +27,7 @@ from service.errors import FilterError, NotInLogError, QueryError
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
-from service.questions.stored_events import StoredEvents, check_watched, stored_events
+from service.questions.stored_events import Part, StoredEvents, check_watched, stored_events
 from service.questions.thresholds import with_settings
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
@@ -34,6 +38,9 @@ from service.times import format_media
 Json = dict[str, Any]  # Any: a JSON object
 
 MAX_NEAR_MISSES = 50
+
+_AROUND_US = 2_000_000
+"""Beyond an event, and beyond the lives of its cars: windows of chronicles reach by seconds beyond their events."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,10 +131,28 @@ class Explainer:
         if event.chronicle.name in (one.name for one in run.monitors):
             came = f"one of the monitor {event.chronicle.name!r}"
             raise NotInLogError(f"event {event_id!r}: expected one of a chronicle, got {came}")
+        return EventExplanation(event, self._why(event, run), _identities(self._log, event))
+
+    def _why(self, event: EventRecord, run: RunRecord) -> Explanation:
+        """Look again at the lives of the cars that take part, or at the whole run if that is not enough."""
+        chronicles, occurrence = self._chronicles(run), _occurrence(event)
+        from_us, to_us = event.start_us - _AROUND_US, event.recognised_us + _AROUND_US
+        cars = tuple(event.roles.values())
+        first_us, last_us = self._log.life_us(run.id, cars) or (event.start_us, event.end_us)
+        part = Part(
+            names=looked_at(chronicles, occurrence.chronicle),
+            from_us=from_us,
+            to_us=to_us,
+            about=cars,
+            first_us=min(first_us - _AROUND_US, from_us),
+            last_us=max(last_us + _AROUND_US, to_us),
+        )
         # An event that was taken back rests on refuted links: it is explained by what was believed then.
-        stored = stored_events(self._log, event.run, believed=event.hypotheses)
-        explanation = why(self._chronicles(run), _occurrence(event), stored.events)
-        return EventExplanation(event, explanation, _identities(self._log, event))
+        read = partial(stored_events, self._log, run.id, believed=event.hypotheses)
+        if is_about_roles(chronicles, occurrence.chronicle):
+            with suppress(ChronicleError):  # it rests on events of others, whose things take no part in this one
+                return why(chronicles, occurrence, read(part=part).events)
+        return why(chronicles, occurrence, read().events)
 
     def explain_absence(self, question: AbsenceQuestion, chronicle_files: Sequence[Path] = ()) -> WhyNot:
         """Say why a chronicle was not recognised in a run.
@@ -240,7 +265,7 @@ def _occurrence(event: EventRecord) -> Occurrence:
 
 
 def _identities(log: EventLog, event: EventRecord) -> dict[str, list[IdentityLink]]:
-    below = links_below(log, event.run)
+    below = links_below(log, event.run, event.roles.values())
     chains = {role: chain_of(below, symbol, until_us=event.end_us) for role, symbol in event.roles.items()}
     return {role: links for role, links in chains.items() if links}
 

@@ -4,7 +4,7 @@ A car is what it is by links, from a vision object up. The log holds their chang
 with the verdict on each. Whatever stands between two intervals of the lowest level is time in which the car was hidden.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -81,7 +81,7 @@ def links_of(log: EventLog, run: RunRecord, car: str) -> list[IdentityLink]:
         If the run has no such car.
     """
     check_car(log, run, car)
-    return chain_of(links_below(log, run.id), car)
+    return chain_of(links_below(log, run.id, [car]), car)
 
 
 def check_car(log: EventLog, run: RunRecord, car: str) -> None:
@@ -93,11 +93,25 @@ def check_car(log: EventLog, run: RunRecord, car: str) -> None:
         raise NotInLogError(expected + hinted(car, cars))
 
 
-def links_below(log: EventLog, run_id: str) -> dict[str, list[IdentityLink]]:
-    """List the links below every upper object of a run, oldest first."""
-    verdicts = {one.label: one.verdict for one in log.hypotheses(run_id)}
+def links_below(log: EventLog, run_id: str, cars: Collection[str] | None = None) -> dict[str, list[IdentityLink]]:
+    """List the links below every upper object of a run, oldest first; of some cars, those of their chains alone."""
+    if cars is None:
+        return _laid_out(log.links(run_id), {one.label: one.verdict for one in log.hypotheses(run_id)})
+    changes: list[LinkRecord] = []
+    pending, seen = set(cars), set(cars)
+    while pending:
+        found = list(log.links(run_id, uppers=pending))
+        pending = {one.lower for one in found if one.lower} - seen
+        seen |= pending
+        changes += found
+    labels = {one.label for one in changes if one.label}
+    return _laid_out(changes, {one.label: one.verdict for one in log.hypotheses(run_id, labels=labels)})
+
+
+def _laid_out(changes: Iterable[LinkRecord], verdicts: Mapping[str, str]) -> dict[str, list[IdentityLink]]:
+    """Turn the changes of links into intervals, by upper object; those of one object come as they were decided."""
     found: dict[str, list[IdentityLink]] = {}
-    for change in log.links(run_id):
+    for change in changes:
         links = found.setdefault(change.upper, [])
         if change.kind in ("established", "reestablished"):
             links.append(_begun(change, verdicts.get(change.label, "open" if change.label else "")))

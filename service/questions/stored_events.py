@@ -7,7 +7,8 @@ they had never come.
 import heapq
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from operator import itemgetter
+from itertools import chain
+from operator import attrgetter, itemgetter
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event
@@ -17,8 +18,12 @@ from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import LogError
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import RunRecord
+from service.records import RelationRecord, RunRecord
 from service.store.log import EventLog
+from service.times import TimePoint
+
+_OF_THE_MAP = ("turn",)
+"""Relations that are told once, with the first frame, and hold for ever."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,31 +39,68 @@ class StoredEvents:
     until_us: int
 
 
-def stored_events(log: EventLog, run_id: str, *, believed: Collection[str] = ()) -> StoredEvents:
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Say which events of a run are wanted: of some relations, in some time, and of some things in a longer one.
+
+    Attributes
+    ----------
+    names : of the relations.
+    from_us, to_us : all within [from_us, to_us).
+    about : the things of which more is wanted.
+    first_us, last_us : of those things, all within [first_us, last_us).
+    """
+
+    names: Collection[str]
+    from_us: int
+    to_us: int
+    about: Collection[str]
+    first_us: int
+    last_us: int
+
+
+def stored_events(
+    log: EventLog, run_id: str, *, believed: Collection[str] = (), part: Part | None = None
+) -> StoredEvents:
     """Read the events of a run.
 
     Parameters
     ----------
     believed : labels of refuted links whose changes are wanted all the same.
+    part : which events are wanted, besides what the map told at the start; None for all.
     """
-    refuted = {one.label for one in log.hypotheses(run_id) if one.verdict == "refuted"}.difference(believed)
+    refuted = {one.label for one in log.hypotheses(run_id, verdict="refuted")}.difference(believed)
     changes = (
         (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence))
-        for one in log.relations(run_id)
+        for one in (log.relations(run_id) if part is None else _changes(log, run_id, part))
         if refuted.isdisjoint(one.hypotheses)
     )
     # At equal times merge gives the first first: verdicts came before what was decided at the same frame.
-    merged = heapq.merge(_messages(log, run_id), changes, key=itemgetter(0))
+    merged = heapq.merge(_messages(log, run_id, part), changes, key=itemgetter(0))
     return StoredEvents(tuple(event for _, event in merged), log.last_us(run_id))
 
 
-def _messages(log: EventLog, run_id: str) -> Iterator[tuple[int, Event]]:
+def _changes(log: EventLog, run_id: str, part: Part) -> list[RelationRecord]:
+    changes = chain(
+        log.relations(run_id, names=_OF_THE_MAP, to_us=part.from_us),
+        log.relations(run_id, names=part.names, about=part.about, from_us=part.first_us, to_us=part.from_us),
+        log.relations(run_id, names=part.names, from_us=part.from_us, to_us=part.to_us),
+        log.relations(run_id, names=part.names, about=part.about, from_us=part.to_us, to_us=part.last_us),
+    )
+    return sorted(changes, key=attrgetter("decided_us"))
+
+
+def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[int, Event]]:
     """Give the events of the run's monitors as the messages they were to its chronicles, and when their states came."""
     monitors = {(one.name, one.version) for one in log.run(run_id).monitors}
     if not monitors:
         return
     lag_us = RelationSettings().backdate_us
-    for event in map(decode_event, iterate_events(log, EventFilter(runs=(run_id,)))):
+    asked = EventFilter(runs=(run_id,))
+    if part is not None:
+        first, last = TimePoint(part.first_us, "media"), TimePoint(part.last_us, "media")
+        asked = EventFilter(runs=(run_id,), from_=first, to=last)
+    for event in map(decode_event, iterate_events(log, asked)):
         if (event.chronicle.name, event.chronicle.version) in monitors:
             message = Event(event.type, tuple(event.roles.values()), event.start_us)
             yield event.start_us + lag_us, message

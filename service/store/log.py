@@ -16,14 +16,14 @@ Questions about events are in `service.questions.queries`.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Literal, Self, TypeVar
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import ColumnElement, Connection, Engine, Select, func, inspect, select
+from sqlalchemy import ColumnElement, Connection, Engine, Select, Text, func, inspect, or_, select, type_coerce
 
 from service.errors import LogError, NotInLogError
 from service.records import (
@@ -35,6 +35,7 @@ from service.records import (
     RunRecord,
     SeenObject,
     StreamRecord,
+    Verdict,
     ViewRecord,
 )
 from service.store import schema
@@ -242,13 +243,17 @@ class EventLog:
         query = select(table.c.number, table.c.t_us).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
         return ((number, t_us) for number, t_us in self._stream(query))
 
-    def links(self, run_id: str) -> Iterator[LinkRecord]:
-        """Stream the changes of the identity chain of a run in the order in which they were decided."""
-        return self._records(LinkRecord, run_id)
+    def links(self, run_id: str, *, uppers: Collection[str] | None = None) -> Iterator[LinkRecord]:
+        """Stream the changes of the identity chain of a run, or of some upper objects, as they were decided."""
+        return self._records(LinkRecord, run_id, *_among(schema.links.c.upper, uppers))
 
-    def hypotheses(self, run_id: str) -> Iterator[HypothesisRecord]:
-        """Stream what has become of the links on trial, in the order in which it was decided."""
-        return self._records(HypothesisRecord, run_id)
+    def hypotheses(
+        self, run_id: str, *, labels: Collection[str] | None = None, verdict: Verdict | None = None
+    ) -> Iterator[HypothesisRecord]:
+        """Stream what has become of the links on trial, all or some of them, as it was decided."""
+        table = schema.hypotheses
+        verdicts = _among(table.c.verdict, None if verdict is None else [verdict])
+        return self._records(HypothesisRecord, run_id, *_among(table.c.label, labels), *verdicts)
 
     def streams(self, run_id: str) -> tuple[StreamRecord, ...]:
         """List the processes of a run and what they did, inputs before what reads them; empty if it told nothing."""
@@ -270,17 +275,43 @@ class EventLog:
             first_us, last_us = connection.execute(query).one()
         return None if first_us is None else (first_us, last_us)
 
+    def life_us(self, run_id: str, cars: Collection[str]) -> tuple[int, int] | None:
+        """Return when the first of some cars was first seen, and the last one last; None if there are none of them."""
+        table = schema.cars
+        query = select(func.min(table.c.first_us), func.max(table.c.last_us))
+        with self.connect() as connection:
+            life = query.where(_of_run(table.c.run_no, run_id), table.c.car.in_(sorted(cars)))
+            first_us, last_us = connection.execute(life).one()
+        return None if first_us is None else (first_us, last_us)
+
     def last_us(self, run_id: str) -> int:
         """Return the time of the last frame of a run, up to which everything is known; 0 if it has none."""
         return (self.covered_us(run_id) or (0, 0))[1]
 
     def relations(
-        self, run_id: str, *, name: str | None = None, from_us: int | None = None, to_us: int | None = None
+        self,
+        run_id: str,
+        *,
+        names: Collection[str] | None = None,
+        about: Collection[str] = (),
+        from_us: int | None = None,
+        to_us: int | None = None,
     ) -> Iterator[RelationRecord]:
-        """Stream the relation changes of a run with `from_us <= t_us < to_us` in the order they were decided."""
+        """Stream the relation changes of a run with `from_us <= t_us < to_us` in the order they were decided.
+
+        Parameters
+        ----------
+        names : of relations; None for all.
+        about : only changes with one of these among their arguments are wanted.
+        """
         table = schema.relations
-        conditions = [] if name is None else [table.c.name == name]
-        return self._records(RelationRecord, run_id, *conditions, *_between(table.c.t_us, from_us, to_us))
+        conditions = [*_among(table.c.name, names), *_between(table.c.t_us, from_us, to_us)]
+        if about:
+            args = type_coerce(table.c.args, Text)
+            conditions.append(
+                or_(*(args.contains(msgspec.json.encode(one).decode(), autoescape=True) for one in about))
+            )
+        return self._records(RelationRecord, run_id, *conditions)
 
     def _records(self, kind: type[_Record], run_id: str, *conditions: ColumnElement[bool]) -> Iterator[_Record]:
         """Stream records of a kind, in the order of the primary key of their table."""
@@ -303,6 +334,10 @@ class EventLog:
 
 def _of_run(run_no: ColumnElement[int], run_id: str) -> ColumnElement[bool]:
     return run_no == select(schema.runs.c.run_no).where(schema.runs.c.id == run_id).scalar_subquery()
+
+
+def _among(column: ColumnElement[str], values: Collection[str] | None) -> list[ColumnElement[bool]]:
+    return [] if values is None else [column.in_(sorted(values))]
 
 
 def _between(t_us: ColumnElement[int], from_us: int | None, to_us: int | None) -> list[ColumnElement[bool]]:

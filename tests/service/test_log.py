@@ -27,7 +27,14 @@ def test_what_a_run_wrote_is_read_back(tmp_path: Path) -> None:
             RelationRecord(20_000, 40_000, "moving", ("car7",), "false", "true"),
             RelationRecord(30_000, 40_000, "turn", ("car7", "from", "j1"), "unknown", "left"),
         ]
-        assert [one.name for one in log.relations("r1", name="moving")] == ["moving"]
+        assert [one.name for one in log.relations("r1", names=["moving"])] == ["moving"]
+        assert [one.name for one in log.relations("r1", about=["car10"])] == ["behind"]
+        assert [one.name for one in log.relations("r1", about=["car1", "car"])] == []
+        assert [one.name for one in log.relations("r1", about=["car7", "j1"], from_us=20_000)] == ["moving", "turn"]
+        assert [one.label for one in log.links("r1", uppers=["car7"])] == ["o1->car7#1"]
+        assert list(log.links("r1", uppers=["car10"])) == []
+        assert log.life_us("r1", ["car7", "j1"]) == (0, 80_000)
+        assert log.life_us("r1", ["j1"]) is None
 
 
 def test_states_come_in_the_order_of_time_and_first_sight(tmp_path: Path) -> None:

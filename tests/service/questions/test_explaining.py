@@ -1,7 +1,7 @@
 """Explanations from a log: why an event is in it, why another one is not, and who the cars were."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import pytest
@@ -11,7 +11,8 @@ from service.api.app import create_app
 from service.cli.app import run
 from service.errors import LogError, QueryError
 from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.stored_events import stored_events
+from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.stored_events import Part, StoredEvents, stored_events
 from service.records import (
     ChronicleRef,
     EventDraft,
@@ -24,6 +25,7 @@ from service.records import (
 )
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import chronicles_of, load_chronicle_files
+from tests.conftest import Demo
 from tests.service.http import Client
 
 MET = """\
@@ -133,6 +135,79 @@ def test_an_event_is_explained_with_the_room_of_its_constraints(log: EventLog) -
     assert found is not None
     [constraint] = found.explanation.constraints
     assert (constraint.value_us, constraint.slack_us) == (2 * SECOND, 2 * SECOND)
+
+
+def test_what_is_read_to_explain_an_event_is_enough(demo: Demo, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[int] = []
+
+    def counted(
+        log: EventLog, run_id: str, *, believed: Collection[str] = (), part: Part | None = None
+    ) -> StoredEvents:
+        found = stored_events(log, run_id, believed=believed, part=part)
+        read.append(len(found.events))
+        return found
+
+    def whole(log: EventLog, run_id: str, *, believed: Collection[str] = (), part: Part | None = None) -> StoredEvents:
+        return stored_events(log, run_id, believed=believed)
+
+    with open_log(str(demo.log)) as log:
+        every = EventFilter(statuses=("recognised", "tentative", "confirmed", "retracted", "doubtful"))
+        ids = [decode_event(text).id for text in iterate_events(log, every)]
+        explained = []
+        for reader in (counted, whole):
+            monkeypatch.setattr("service.questions.explaining.stored_events", reader)
+            explained.append([_shown(Explainer(log), one) for one in ids])
+        assert explained[0] == explained[1]
+        assert len(read) == len(ids) > 10
+        assert max(read) < len(stored_events(log, log.run().id).events) / 2
+
+
+def _shown(explainer: Explainer, event_id: str) -> tuple[str, object]:
+    found = explainer.explain_event(event_id)
+    assert found is not None
+    return found.render(), found.as_record()
+
+
+def test_what_was_true_long_before_of_others_is_looked_up(tmp_path: Path) -> None:
+    path = tmp_path / "passed.chronicle"
+    path.write_text("""\
+message passed[?a] { ?a in Car }
+chronicle passed[?a](t1) {
+  event(close[?a, ?b]:(false, true), t1)
+  hold(moving[?b]:false, (t1, t1 + 1s))
+  when recognised { emit passed[?a] }
+}
+""")
+    loaded = load_chronicle_files([path])
+    record = RunRecord(
+        id="r1",
+        source="a.mp4",
+        start_utc_us=0,
+        chronicles=loaded.records,
+        relations=("close", "moving"),
+        texts=loaded.texts,
+    )
+    with open_log(str(tmp_path / "a.db"), "w") as log:
+        writer = log.begin_run(record)
+        writer.append_frames([0, 900 * SECOND])
+        writer.append(
+            [RelationRecord(0, 0, "moving", ("parked",), "unknown", "false"), relation(600, "close", "car1", "parked")]
+        )
+        chronicle = ChronicleRef("passed", loaded.records[0].version)
+        draft = EventDraft(
+            type="passed",
+            chronicle=chronicle,
+            start_us=600 * SECOND,
+            end_us=600 * SECOND,
+            roles={"a": "car1"},
+            recognised_us=601 * SECOND,
+            sub_events=(SubEvent("t1", 600 * SECOND),),
+        )
+        writer.append_events([draft])
+        writer.finish("finished")
+        found = Explainer(log).explain_event("r1-1")
+        assert found is not None
+        assert "moving[parked] was false from 0.000 s" in found.render()
 
 
 def test_an_event_is_explained_by_who_its_cars_were_up_to_its_end(log: EventLog) -> None:
