@@ -22,7 +22,7 @@ from sqlalchemy import ColumnElement, Connection, bindparam, exists, func, or_, 
 from service.errors import CursorError, FilterError, QueryError
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog
-from service.store.schema import durations, event_roles, events, meta, revisions, role_names, runs
+from service.store.schema import HIDDEN_STATUSES, durations, event_roles, events, meta, revisions, role_names, runs
 from service.times import TimePoint
 
 Match = Literal["overlap", "start", "end", "inside"]
@@ -216,8 +216,10 @@ class _Plan:
 
 def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
     conditions = [*_one_of(events.c.road, wanted.roads), *_one_of(events.c.source, wanted.sources)]
-    hidden = ("retracted",) if wanted.min_confidence is not None else ("retracted", "doubtful")
+    hidden = ("retracted",) if wanted.min_confidence is not None else HIDDEN_STATUSES
     conditions += _one_of(events.c.status, wanted.statuses) or [events.c.status.not_in(hidden)]
+    if wanted.statuses and set(wanted.statuses) <= set(HIDDEN_STATUSES):
+        conditions.append(_IS_HIDDEN)
     if wanted.min_confidence is not None:
         conditions.append(events.c.confidence >= wanted.min_confidence)
     conditions.append(~exists().where(revisions.c.revised == events.c.id))
@@ -344,6 +346,10 @@ def _ordered(plan: _Plan, *columns: ColumnElement[int]) -> list[ColumnElement[in
 _LAST_SEQ = select(meta.c.value).where(meta.c.key == "last_seq")
 _LONGEST = select(func.max(durations.c.longest_us))
 _LONGEST_OF_ONE = _LONGEST.where(durations.c.type == bindparam("event_type"))
+
+
+# The condition of an index, which is taken only where a query has it word for word.
+_IS_HIDDEN = events.c.status.in_(bindparam(None, HIDDEN_STATUSES, expanding=True, literal_execute=True))
 
 
 def _last_seq(connection: Connection) -> int:

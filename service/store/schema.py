@@ -36,12 +36,15 @@ from sqlalchemy import (
     Table,
     Text,
     TypeDecorator,
+    column,
 )
 
 from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, SeenObject, ViewRecord
 
-SCHEMA_VERSION = 5  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 6  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
+HIDDEN_STATUSES = ("retracted", "doubtful")
+"""Of events that only who asks for them is told of."""
 
 metadata = MetaData()
 
@@ -120,6 +123,8 @@ events = Table(
     Index("events_by_source", "source", "start_us", "seq"),
     Index("events_by_road", "road", "start_us", "seq"),
     Index("events_by_run", "run_no", "start_us", "seq"),
+    # Few among many.
+    Index("events_by_status", "status", "start_us", "seq", sqlite_where=column("status").in_(HIDDEN_STATUSES)),
 )
 
 event_roles = Table(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sqlalchemy import event
 
 from service.errors import CursorError, FilterError, QueryError
 from service.questions.queries import (
@@ -227,3 +228,19 @@ def test_other_times_are_refused_with_the_parameter(text: str) -> None:
         parse_time(text, parameter="from")
     assert refused.value.parameter == "from"
     assert repr(text) in str(refused.value)
+
+
+@pytest.mark.parametrize("statuses", [("retracted",), ("doubtful",), ("retracted", "doubtful")])
+def test_hidden_events_are_found_by_their_own_index(log: EventLog, statuses: tuple[EventStatus, ...]) -> None:
+    asked: list[tuple[str, tuple[object, ...]]] = []
+
+    def note(_connection: object, _cursor: object, statement: str, parameters: tuple[object, ...], *_: object) -> None:
+        asked.append((statement, parameters))
+
+    with log.connect() as connection:
+        event.listen(connection.engine, "before_cursor_execute", note)
+        list(iterate_events(log, EventFilter(statuses=statuses)))
+        event.remove(connection.engine, "before_cursor_execute", note)
+        [(statement, parameters)] = [one for one in asked if "FROM events" in one[0]]
+        plan = connection.exec_driver_sql(f"explain query plan {statement}", parameters).fetchall()
+    assert "events_by_status" in str(plan)
