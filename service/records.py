@@ -356,6 +356,13 @@ class InputFile(Struct, frozen=True, kw_only=True):
     height_px: int | None = None
 
 
+class SiteRecord(Struct, frozen=True):
+    """The site file that a run read: its absolute path then, and a digest of all files that it depends on."""
+
+    path: str
+    digest: str
+
+
 class RunRecord(Struct, frozen=True, kw_only=True):
     """One pass of one input through the pipeline.
 
@@ -366,6 +373,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     start_utc_us : UTC time of media time zero, microseconds since 1970-01-01.
     start_from : who said so; `unknown` is 1970, or a log from before this was kept.
     file : the input; None in a log from before this was kept.
+    site, site_file : its name, and where it came from; None without one, or in a log from before this was kept.
     camera : None for an input without pixels.
     warnings : what the user was told, such as a missing camera.
     monitors : the monitors that ran beside the chronicles.
@@ -386,6 +394,7 @@ class RunRecord(Struct, frozen=True, kw_only=True):
     input_kind: InputKind = "video"
     input: str = ""
     site: str = ""
+    site_file: SiteRecord | None = None
     detector: str = ""
     camera: CameraRecord | None = None
     chronicles: tuple[ChronicleRecord, ...] = ()

@@ -11,7 +11,7 @@
 another text. A sample carries a whole frame, so the middleware costs a few function calls a frame.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import files
@@ -29,11 +29,8 @@ from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
 from dyknow.node import Node
 from dyknow.registry import Registry
 from dyknow.sample import Sample
-from gis.lane_graph import LaneGraph
 from gis.road_network import RoadNetwork
-from gis.turns import turns
 from qsr.adapter import RelationUnit
-from qsr.observer import RelationObserver
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import InputError
@@ -41,6 +38,7 @@ from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
 from service.monitoring.monitored_states import SynchronisationUnit
 from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit
 from service.records import SourceText
+from service.runs.relations import relation_observer
 from vision.adapter import Vision, VisionUnit
 
 VIDEO, TRAJECTORIES = "video", "trajectories"
@@ -219,7 +217,7 @@ def _host_code(
         )
     )
     registry.unit("qsr", inputs=(CARS,), output=RELATIONS)(
-        lambda: RelationUnit(_observer(network, settings.relations, watched))
+        lambda: RelationUnit(relation_observer(network, settings.relations, watched))
     )
     features = monitors.features if monitors.definitions else None
     registry.unit("synchronisation", inputs=(CARS, RELATIONS), output=STATE)(
@@ -239,17 +237,3 @@ def _host_code(
         )
     )
     return registry
-
-
-def _observer(network: RoadNetwork | None, settings: RelationSettings, only: Sequence[str]) -> RelationObserver:
-    if network is None:
-        return RelationObserver((), (), settings, only=only)
-    return RelationObserver(
-        [road.id for road in network.roads],
-        [junction.id for junction in network.junctions],
-        settings,
-        only=only,
-        lanes=[(lane.id, lane.direction) for lane in network.lanes],
-        turns=turns(network) if "turn" in only else (),
-        graph=LaneGraph.of(network, keep_lanes=True),
-    )

@@ -22,7 +22,7 @@ from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
 from qsr.settings import RelationSettings
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
-from service.records import InputFile, RunRecord, RunStatus, SourceText, StartFrom, software_version
+from service.records import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
@@ -336,6 +336,7 @@ def _run_record(
         input_kind=source.kind,
         input=source.path.name,
         site=site.name if site else "",
+        site_file=SiteRecord(str(site.files[0].absolute()), content_digest(*site.files)) if site else None,
         detector=source.detector,
         camera=source.camera,
         chronicles=chronicles.records,

@@ -10,7 +10,7 @@ import numpy as np
 
 from anchoring.adapter import Anchored
 from anchoring.observations import Cars
-from chronicles.adapter import event_of, value_text
+from chronicles.adapter import event_of
 from chronicles.events import Occurrence, OccurrenceKey
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
@@ -19,7 +19,6 @@ from dyknow.sample import Sample
 from dyknow.streams.stream import Consumer
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
-from qsr.changes.crossings import RelationChange
 from service.errors import InputError
 from service.records import (
     ChronicleRef,
@@ -28,7 +27,6 @@ from service.records import (
     HypothesisRecord,
     LinkRecord,
     Place,
-    RelationRecord,
     SeenObject,
     SubEvent,
     Verdict,
@@ -37,6 +35,7 @@ from service.records import (
 from service.runs.car_states import CarRows
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
+from service.runs.relations import relation_record
 from service.store.writer import RunWriter
 from vision.objects import FloatArray, VisionObjects
 
@@ -170,7 +169,7 @@ class Recorder:
         )
         for change in frame.changes:
             self.unfit.count(event_of(change))
-        self._writer.append(_relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
+        self._writer.append(relation_record(change, frame.hypotheses_of(change)) for change in frame.changes)
 
     def _record_verdict(self, sample: Sample[MonitorEvent]) -> None:
         """Write what a monitor told: a moment, with the beginning of the time that was judged as its first part."""
@@ -297,12 +296,6 @@ def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenOb
     )
     for name, (x_m, y_m), heading, length, width, observed, clipped in columns:
         yield SeenObject(objects.t_us, name, x_m, y_m, heading, length, width, observed, clipped)
-
-
-def _relation_record(change: RelationChange, hypotheses: tuple[str, ...]) -> RelationRecord:
-    old, new = value_text(change.old), value_text(change.new)
-    times_us = change.t_us, change.decided_us
-    return RelationRecord(*times_us, change.name, change.args, old, new, hypotheses, change.confidence)
 
 
 def _status(occurrence: Occurrence, *, is_doubtful: bool) -> EventStatus:
