@@ -23,6 +23,10 @@ ChronicleFiles = Annotated[
     list[Path] | None,
     typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: those of the run, or the library."),
 ]
+SiteOfRun = Annotated[
+    Path | None,
+    typer.Option("--site", help="Site file of the run, if it moved: with it, relations not watched are computed."),
+]
 Texts = Annotated[list[str] | None, typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input.")]
 MinConfidence = Annotated[
     float | None,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import chain, groupby
 from operator import attrgetter
 from pathlib import Path
 from typing import TypeVar
@@ -20,7 +20,7 @@ from service.errors import InputError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_states import TrafficState, TrafficStates
 from service.monitoring.stream_processes import MonitoringUnit
-from service.questions.stored_events import refuse_unwatched
+from service.questions.computed_relations import unwatched_relations
 from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
 
@@ -40,12 +40,15 @@ class Monitored:
     report: tuple[MonitorReport, ...]
 
 
-def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = None) -> Monitored:
+def monitor_log(
+    url: str, monitor_files: Sequence[Path], *, run: str | None = None, site_file: Path | None = None
+) -> Monitored:
     """Run monitors over a run of a log; they tell what they would have told while it was processed.
 
     Parameters
     ----------
     run : which run; may be left out when there is only one.
+    site_file : of the run, for relations that it did not watch; None for where the site file was.
 
     Raises
     ------
@@ -57,10 +60,10 @@ def monitor_log(url: str, monitor_files: Sequence[Path], *, run: str | None = No
         record = log.run(run)
         _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
-        refuse_unwatched(record, monitors.relations, "monitors")  # unknown, so nothing could be violated
+        computed = unwatched_relations(log, record, monitors.relations, site_file)
         lag_us = RelationSettings().backdate_us
         states, unit = TrafficStates(monitors.features, lag_us=lag_us), MonitoringUnit(monitors, lag_us=lag_us)
-        events = [one.value for one in _told(states, unit, _replay(log, record.id, states))]
+        events = [one.value for one in _told(states, unit, _replay(log, record.id, states, computed))]
     return Monitored(record.id, tuple(events), unit.report())
 
 
@@ -95,11 +98,13 @@ def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Samp
         yield from unit.update(Sample(now_us, t_us, state))
 
 
-def _replay(log: EventLog, run_id: str, states: TrafficStates) -> Iterator[tuple[int, _States]]:
+def _replay(
+    log: EventLog, run_id: str, states: TrafficStates, computed: Sequence[RelationRecord]
+) -> Iterator[tuple[int, _States]]:
     """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
     doubtful, predict_us = DoubtfulLinks(), AnchoringSettings().predict_us
     links = _by_frame(log.links(run_id), "t_us")
-    changes = _by_frame(log.relations(run_id), "decided_us")
+    changes = _by_frame(chain(log.relations(run_id), computed), "decided_us")
     verdicts = _by_frame(log.hypotheses(run_id), "t_us")
     linked: dict[tuple[Level, str], str] = {}
     seen_us: dict[str, int] = {}

@@ -24,10 +24,11 @@ from chronicles.explanation.sentences import of_event, seconds
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
 from service.errors import FilterError, NotInLogError, QueryError
+from service.questions.computed_relations import unwatched_relations
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
-from service.questions.stored_events import Part, StoredEvents, check_watched, stored_events
+from service.questions.stored_events import Part, StoredEvents, refuse_thinned, relations_of, stored_events
 from service.questions.thresholds import with_settings
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
@@ -154,12 +155,15 @@ class Explainer:
                 return why(chronicles, occurrence, read(part=part).events)
         return why(chronicles, occurrence, read().events)
 
-    def explain_absence(self, question: AbsenceQuestion, chronicle_files: Sequence[Path] = ()) -> WhyNot:
+    def explain_absence(
+        self, question: AbsenceQuestion, chronicle_files: Sequence[Path] = (), site_file: Path | None = None
+    ) -> WhyNot:
         """Say why a chronicle was not recognised in a run.
 
         Parameters
         ----------
         chronicle_files : texts with the chronicle; none means those of the run.
+        site_file : of the run, for relations that it did not watch; None for where the site file was.
 
         Raises
         ------
@@ -168,13 +172,14 @@ class Explainer:
         NotInLogError
             If there is no such run or chronicle.
         LogError, InputError, ChronicleError
-            If the run did not watch what the chronicle looks at, or a text cannot be used.
+            If what the chronicle looks at was not watched and cannot be computed, or a text cannot be used.
         """
         run = self._log.run(question.run)
         chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
         name = _asked_chronicle(question.chronicle, run, chronicles)
         _check(question, run, chronicles, name)
-        stored = stored_events(self._log, run.id)
+        computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file)
+        stored = stored_events(self._log, run.id, computed=computed)
         self._check_covered(question, run)
         self._check_occur(question, run, stored)
         found = why_not(
@@ -233,7 +238,7 @@ def _asked_chronicle(name: str, run: RunRecord, chronicles: ChronicleSet) -> str
 
 
 def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> None:
-    check_watched(run, chronicles)
+    refuse_thinned(run)
     roles = [role for role, _ in chronicles.plan(name).roles]
     for role in question.roles:
         if role not in roles:

@@ -11,8 +11,9 @@ from chronicles.execution.unfit_events import unfit_events
 from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
 from service.monitoring.monitor_messages import messages_of_run
+from service.questions.computed_relations import unwatched_relations
 from service.questions.event_files import load_events
-from service.questions.stored_events import StoredEvents, check_watched, stored_events
+from service.questions.stored_events import StoredEvents, refuse_thinned, relations_of, stored_events
 from service.store.location import is_log_name
 from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
@@ -43,6 +44,7 @@ def recognise_stored(
     lateness_us: int | None = None,
     stream: Stream | None = None,
     until_us: int | None = None,
+    site_file: Path | None = None,
 ) -> Recognised:
     """Recognise chronicles in stored events.
 
@@ -56,6 +58,7 @@ def recognise_stored(
         order of the source, as if they happened now; those later than that are left out and counted.
     stream : what the texts are about, for a file of events; None leaves it to them. A log has DyKnow's relations.
     until_us : how far time goes on in a file of events; None: to its last event. A log says so itself.
+    site_file : of the run, for relations that it did not watch; None for where the site file was.
 
     Raises
     ------
@@ -66,9 +69,9 @@ def recognise_stored(
     """
     if is_log_name(source):
         _refuse("a file of events", "a log", stream=stream, until=until_us)
-        loaded, (stored, warnings) = _read_log(source, chronicle_files, run)
+        loaded, (stored, warnings) = _read_log(source, chronicle_files, run, site_file)
     else:
-        _refuse("a log", "a file of events", run=run)
+        _refuse("a log", "a file of events", run=run, site=site_file)
         loaded = load_chronicle_files(chronicle_files, stream)
         stored, warnings = _read_file(source, loaded.merged, until_us)
     chronicles, late_count = loaded.merged, 0
@@ -106,12 +109,15 @@ def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> _
     return StoredEvents(tuple(events), end_us), idle_in_file(source, chronicles, events)
 
 
-def _read_log(source: str, chronicle_files: Sequence[Path], run: str | None) -> tuple[LoadedChronicles, _Read]:
+def _read_log(
+    source: str, chronicle_files: Sequence[Path], run: str | None, site_file: Path | None
+) -> tuple[LoadedChronicles, _Read]:
     with open_log(source) as log:
         record = log.run(run)
         messages = messages_of_run(record)
         loaded = load_chronicle_files(chronicle_files, messages=messages)
-        check_watched(record, loaded.merged)
-        stored = stored_events(log, record.id)
+        refuse_thinned(record)
+        asked = relations_of(loaded.merged)
+        stored = stored_events(log, record.id, computed=unwatched_relations(log, record, asked, site_file))
     unfit = unfit_told(source, loaded.merged, unfit_events(loaded.merged, stored.events), is_traffic=True)
     return loaded, (stored, (*idle_in_stream(source, loaded.merged, messages), *unfit))

@@ -5,7 +5,7 @@ they had never come.
 """
 
 import heapq
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from operator import attrgetter, itemgetter
@@ -22,6 +22,7 @@ from service.records import RelationRecord, RunRecord
 from service.store.log import EventLog
 from service.times import TimePoint
 
+_DECIDED_US = attrgetter("decided_us")
 _OF_THE_MAP = ("turn",)
 """Relations that are told once, with the first frame, and hold for ever."""
 
@@ -60,7 +61,12 @@ class Part:
 
 
 def stored_events(
-    log: EventLog, run_id: str, *, believed: Collection[str] = (), part: Part | None = None
+    log: EventLog,
+    run_id: str,
+    *,
+    believed: Collection[str] = (),
+    part: Part | None = None,
+    computed: Iterable[RelationRecord] = (),
 ) -> StoredEvents:
     """Read the events of a run.
 
@@ -68,11 +74,14 @@ def stored_events(
     ----------
     believed : labels of refuted links whose changes are wanted all the same.
     part : which events are wanted, besides what the map told at the start; None for all.
+    computed : changes of relations that the run did not watch, in the order in which they would be decided.
     """
     refuted = {one.label for one in log.hypotheses(run_id, verdict="refuted")}.difference(believed)
     changes = (
         (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence))
-        for one in (log.relations(run_id) if part is None else _changes(log, run_id, part))
+        for one in heapq.merge(
+            log.relations(run_id) if part is None else _changes(log, run_id, part), computed, key=_DECIDED_US
+        )
         if refuted.isdisjoint(one.hypotheses)
     )
     # At equal times merge gives the first first: verdicts came before what was decided at the same frame.
@@ -87,7 +96,7 @@ def _changes(log: EventLog, run_id: str, part: Part) -> list[RelationRecord]:
         log.relations(run_id, names=part.names, from_us=part.from_us, to_us=part.to_us),
         log.relations(run_id, names=part.names, about=part.about, from_us=part.to_us, to_us=part.last_us),
     )
-    return sorted(changes, key=attrgetter("decided_us"))
+    return sorted(changes, key=_DECIDED_US)
 
 
 def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[int, Event]]:
@@ -106,28 +115,21 @@ def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[i
             yield event.start_us + lag_us, message
 
 
-def check_watched(run: RunRecord, chronicles: ChronicleSet) -> None:
-    """Refuse chronicles that look at relations which the run did not watch: their absence would say nothing.
+def relations_of(chronicles: ChronicleSet) -> frozenset[str]:
+    """Name the relations that chronicles look at."""
+    return frozenset[str]().union(*(plan.consumes for plan in chronicles.plans)) & RANK.keys()
+
+
+def refuse_thinned(run: RunRecord) -> None:
+    """Refuse a run that recorded only some of the changes: what is absent would say nothing.
 
     Raises
     ------
     LogError
-        If there is such a relation, or if the run recorded only some of the changes.
+        If it did.
     """
-    consumed: frozenset[str] = frozenset().union(*(plan.consumes for plan in chronicles.plans))
-    refuse_unwatched(run, consumed & RANK.keys(), "chronicles")
     if run.kpl and not _records_relations(run.kpl):
         raise LogError(f"run {run.id!r}: expected all relation changes in the log, got a text in KPL that thins them")
-
-
-def refuse_unwatched(run: RunRecord, relations: Collection[str], asked_by: str) -> None:
-    """Refuse relations that a run did not watch: the log says nothing about them."""
-    missing = sorted(set(relations).difference(run.relations))
-    if missing:
-        raise LogError(
-            f"run {run.id!r}: expected one that watched {', '.join(missing)}, got one that watched "
-            f"{', '.join(run.relations) or 'none'}; process the input again with these {asked_by}"
-        )
 
 
 def _records_relations(kpl: str) -> bool:

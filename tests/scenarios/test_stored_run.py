@@ -7,6 +7,7 @@ import pytest
 
 from chronicles.recogniser import recognise
 from service.cli.app import run
+from service.questions.computed_relations import unwatched_relations
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.questions.stored_events import stored_events
@@ -78,8 +79,12 @@ def test_one_chronicle_alone_costs_and_stores_only_its_relations(
     with open_log(log) as opened:
         assert opened.run().relations == ("in_crossing",)
         assert {one.name for one in opened.relations(opened.run().id)} <= {"in_crossing"}
-    assert run(["recognise", log, "--chronicles", str(LIBRARY / "overtake.chronicle")]) == 3
-    assert "expected one that watched ahead, behind, beside" in capsys.readouterr().err
+    with open_log(log) as opened:
+        asked = ("ahead", "behind", "beside", "in_crossing", "moving", "on")
+        computed = unwatched_relations(opened, opened.run(), asked)
+        assert {one.name for one in computed} == {"ahead", "behind", "beside", "moving", "on"}
+    assert run(["recognise", log, "--chronicles", str(LIBRARY / "overtake.chronicle"), "--format", "jsonl"]) == 0
+    assert {json.loads(line)["chronicle"]["name"] for line in capsys.readouterr().out.splitlines()} == {"overtake"}
 
 
 def test_a_stored_run_is_recognised_from_the_command_line(

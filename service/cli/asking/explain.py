@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.options import AsJson, ChronicleFiles, From, LogName, RunName, To, read_roles, read_window
+from service.cli.options import AsJson, ChronicleFiles, From, LogName, RunName, SiteOfRun, To, read_roles, read_window
 from service.cli.printing import show
 
 
@@ -37,6 +37,7 @@ def why_not(
     limit: Annotated[int, typer.Option(min=1, max=50, help="At most so many near misses.")] = 5,
     run: RunName = None,
     chronicles: ChronicleFiles = None,
+    site: SiteOfRun = None,
     as_json: AsJson = False,
 ) -> None:
     """Say why a chronicle was not recognised: the instances that came closest, and what would have been enough."""
@@ -49,7 +50,7 @@ def why_not(
     given = _one_each(roles or ())
     question = AbsenceQuestion(chronicle=chronicle, run=run, roles=given, start_us=start_us, end_us=end_us, limit=limit)
     with open_log(log) as opened:
-        found = Explainer(opened).explain_absence(question, chronicles or ())
+        found = Explainer(opened).explain_absence(question, chronicles or (), site)
     show(to_json(found), render(found), as_json=as_json)
 
 

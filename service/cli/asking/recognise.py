@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli.options import AsJson, ChronicleFiles, LogName, RunName, StreamOption, hinting_at_stream, tell_stream
+from service.cli.options import (
+    AsJson,
+    ChronicleFiles,
+    LogName,
+    RunName,
+    SiteOfRun,
+    StreamOption,
+    hinting_at_stream,
+    tell_stream,
+)
 from service.cli.printing import counted, format_table, print_json, shown_roles, tell
 
 if TYPE_CHECKING:
@@ -41,6 +50,7 @@ def recognise(
     until: Annotated[
         str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")
     ] = None,
+    site: SiteOfRun = None,
     as_json: AsJson = False,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
@@ -62,6 +72,7 @@ def recognise(
             lateness_us=None if lateness is None else parse_media_us(lateness, parameter="--lateness"),
             stream=stream,
             until_us=None if until is None else parse_media_us(until, parameter="--until"),
+            site_file=site,
         )
     output = "json" if as_json else output
     if out is None:
@@ -129,12 +140,13 @@ def monitor(
     log: LogName,
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of monitors.")],
     run: RunName = None,
+    site: SiteOfRun = None,
     as_json: AsJson = False,
 ) -> None:
     """Run monitors over the stored cars and relations of a log; show what was violated or satisfied, and when."""
     from service.monitoring.stored_monitoring import monitor_log
 
-    found = monitor_log(log, files, run=run)
+    found = monitor_log(log, files, run=run, site_file=site)
     if as_json:
         events = [_verdict_record(event) for event in found.events]
         print_json({"run": found.run, "events": events, "monitors": found.report})

@@ -11,7 +11,7 @@ from dyknow.errors import FormulaError
 from dyknow.monitors.monitors import MonitorEvent
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings
-from service.errors import InputError, LogError, NotInLogError
+from service.errors import InputError, NotInLogError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_features import CAR_FEATURES, SIGNATURE
 from service.monitoring.stored_monitoring import monitor_log
@@ -290,10 +290,15 @@ def write_jump(path: Path, jump_at: int) -> Path:
     return path
 
 
-def test_a_log_that_did_not_watch_a_relation_is_refused(tmp_path: Path) -> None:
-    url = run_race(tmp_path, "", "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }")
-    with pytest.raises(LogError, match="expected one that watched beside, got one that watched close; process the"):
-        monitor_log(url, [written(tmp_path, "b.monitors", APART)])
+def test_a_relation_that_was_not_watched_is_computed(tmp_path: Path) -> None:
+    for name in ("asked", "watched"):
+        (tmp_path / name).mkdir()
+    asked = run_race(tmp_path / "asked", "", "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }")
+    watched = run_race(tmp_path / "watched", APART)
+    monitors = [written(tmp_path, "b.monitors", APART)]
+    found = told(monitor_log(asked, monitors).events)
+    assert found == told(monitor_log(watched, monitors).events)
+    assert found
 
 
 def test_roads_are_refused_where_there_are_none(tmp_path: Path) -> None:

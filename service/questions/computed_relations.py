@@ -1,0 +1,202 @@
+"""Which relation changes would a run have told that watched more? Computed from the cars that its log has.
+
+The same observer looks at the same cars on the same roads as in the run: each car from the moment at which it got its
+name, with its rows of before; of one that nobody saw for a while, what was true holds until it has rows again. The log
+does not keep how sure the place of a car was: so all that is computed is sure by itself, and two symbols of one vehicle
+are not noticed.
+"""
+
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
+from pathlib import Path
+
+import numpy as np
+from msgspec.structs import replace
+
+from anchoring.observations import nowhere
+from anchoring.settings import AnchoringSettings
+from gis.road_network import RoadNetwork
+from qsr.measuring.footprints import Footprints
+from qsr.settings import RelationSettings
+from service.errors import LogError
+from service.questions.identity import IdentityLink, chain_of, links_below
+from service.records import CarState, RelationRecord, RunRecord
+from service.runs.inputs.input_kind import content_digest
+from service.runs.inputs.site import Site, load_site
+from service.runs.relations import relation_observer, relation_record
+from service.store.log import EventLog
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """Hold what the relations of a run depend on beside its cars; no network is open ground."""
+
+    network: RoadNetwork | None
+    anchoring: AnchoringSettings
+    relations: RelationSettings
+
+
+def unwatched_relations(
+    log: EventLog, run: RunRecord, asked: Collection[str], site_file: Path | None = None
+) -> Sequence[RelationRecord]:
+    """Compute those of some relations that a run did not watch; none if it watched all.
+
+    Parameters
+    ----------
+    asked : names of relations.
+    site_file : where the site file of the run is now; None for where it was.
+
+    Raises
+    ------
+    LogError
+        If the log does not have all cars, or the site of the run is not known any more, or is another one.
+    SiteError
+        If it cannot be used.
+    """
+    names = sorted(set(asked).difference(run.relations))
+    if not names:
+        return ()
+    if run.kpl:
+        watched = ", ".join(run.relations) or "none"
+        raise LogError(
+            f"run {run.id!r}: expected one that watched {', '.join(names)}, got one that watched {watched} and whose "
+            "streams a text of its own declares, so that cars may be missing; process the input again"
+        )
+    return tuple(computed_relations(log, run, names, ground_of(run, ", ".join(names), site_file)))
+
+
+def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Ground:
+    """Read the site of a run again; see `unwatched_relations`.
+
+    Parameters
+    ----------
+    asked : what it is for, in messages.
+    """
+    if not run.site and site_file is None:
+        return Ground(None, AnchoringSettings(), RelationSettings())
+    known = run.site_file
+    path = site_file or (Path(known.path) if known else None)
+    where = f"run {run.id!r}: expected the site file of {run.site!r} as it was, to compute {asked} from the cars"
+    if path is None or not path.exists():
+        came = "none in this older log" if path is None else f"no file {str(path)!r}"
+        raise LogError(f"{where}, got {came}; say where it is with --site")
+    site = load_site(path)
+    if not _is_the_same(site, run):
+        raise LogError(f"{where}, got another one in {str(path)!r}")
+    return Ground(site.network, site.anchoring, site.relations)
+
+
+def _is_the_same(site: Site, run: RunRecord) -> bool:
+    """Compare the contents, or the names where an older log has no more."""
+    if run.site_file is None:
+        return site.name == run.site
+    return content_digest(*site.files) == run.site_file.digest
+
+
+def computed_relations(
+    log: EventLog, run: RunRecord, names: Collection[str], ground: Ground
+) -> Iterator[RelationRecord]:
+    """Compute the changes of some relations among the cars of a run, in the order in which they would be decided.
+
+    Parameters
+    ----------
+    names : of the relations.
+    ground : that of the run.
+    """
+    observer = relation_observer(ground.network, ground.relations, names)
+    named_us = {one.upper: one.t_us for one in log.links(run.id) if (one.level, one.kind) == ("car", "established")}
+    last_us = {one.car: one.last_us for one in log.cars(run.id)}
+    rows = _Rows(ground, _taken_for_others(log, run), has_ghosts=run.input_kind != "trajectory")
+    before: dict[str, list[CarState]] = {}  # of cars that have no name yet
+    latest: dict[str, CarState] = {}  # of those that have rows now, or will have some again
+    states = groupby(log.states(run.id), key=attrgetter("t_us"))
+    at_us, here = next(states, (None, iter(())))
+    for _, t_us in log.frames(run.id):
+        former: list[CarState] = []
+        latest = {car: replace(one, t_us=t_us, linked=False) for car, one in latest.items() if last_us[car] >= t_us}
+        if at_us == t_us:
+            for one in here:
+                rows.note(one)
+                if t_us < named_us.get(one.car, 0):
+                    before.setdefault(one.car, []).append(one)
+                else:
+                    latest[one.car] = one
+                    former += before.pop(one.car, ())
+            at_us, here = next(states, (None, iter(())))
+        earlier = [rows.of(then_us, then) for then_us, then in _by_time(former)]
+        for change in observer.observe(rows.of(t_us, list(latest.values())), filled=earlier):
+            yield relation_record(change)
+
+
+def _taken_for_others(log: EventLog, run: RunRecord) -> dict[str, list[IdentityLink]]:
+    """Give for each car the links by which another one was taken for it, as turned out afterwards."""
+    below = links_below(log, run.id)
+    wrong = {
+        one.car: [link for link in chain_of(below, one.car) if link.verdict == "refuted"] for one in log.cars(run.id)
+    }
+    return {car: links for car, links in wrong.items() if links}
+
+
+def _by_time(states: Iterable[CarState]) -> Iterator[tuple[int, list[CarState]]]:
+    ordered = sorted(states, key=attrgetter("t_us"))
+    return ((t_us, list(group)) for t_us, group in groupby(ordered, key=attrgetter("t_us")))
+
+
+class _Rows:
+    """Lays out rows of the log as the relations take cars.
+
+    Parameters
+    ----------
+    taken_for_others : of each car, the links by which it was not the one that was seen.
+    has_ghosts : whether what has never moved may be no car.
+    """
+
+    def __init__(
+        self, ground: Ground, taken_for_others: Mapping[str, Sequence[IdentityLink]], *, has_ghosts: bool
+    ) -> None:
+        self._ground = ground
+        self._taken_for_others = taken_for_others
+        self._has_ghosts = has_ghosts
+        self._first_m: dict[str, tuple[float, float]] = {}
+        self._has_moved: set[str] = set()
+
+    def note(self, one: CarState) -> None:
+        """See a row, in the order of time, before it is laid out."""
+        if self._has_ghosts and one.car not in self._has_moved:
+            first_m = self._first_m.setdefault(one.car, (one.x_m, one.y_m))
+            if math.dist(first_m, (one.x_m, one.y_m)) > self._ground.anchoring.moved_lengths * one.length_m:
+                self._has_moved.add(one.car)
+
+    def of(self, t_us: int, states: Sequence[CarState]) -> Footprints:
+        """Lay out the cars of one time."""
+        centre_m = np.array([(one.x_m, one.y_m) for one in states], dtype=np.float64).reshape(-1, 2)
+        network, settings = self._ground.network, self._ground.anchoring
+        if network is None:
+            places = nowhere(len(states))
+        else:
+            places = network.locate(centre_m, tolerance_m=settings.road_tolerance_m)
+        columns: Mapping[str, list[float]] = {
+            name: [getattr(one, name) for one in states] for name in ("heading_rad", "speed_mps", "length_m", "width_m")
+        }
+        return Footprints(
+            t_us=t_us,
+            ids=tuple([one.car for one in states]),
+            centre_m=centre_m,
+            **{name: np.array(column, dtype=np.float64) for name, column in columns.items()},
+            road=places.road,
+            along_m=places.along_m,
+            across_m=places.across_m,
+            tangent_rad=places.tangent_rad,
+            junction=places.junction,
+            lane=places.lane,
+            observed=np.array([self._is_seen(one) for one in states], dtype=np.bool_),
+            has_moved=np.array([one.car in self._has_moved or not self._has_ghosts for one in states], dtype=np.bool_),
+        )
+
+    def _is_seen(self, one: CarState) -> bool:
+        links = self._taken_for_others.get(one.car, ())
+        is_other = any(link.start_us <= one.t_us and (link.end_us is None or one.t_us < link.end_us) for link in links)
+        return one.linked and not is_other

@@ -1,0 +1,95 @@
+"""Relations that a run did not watch are those of a run that did, or it is said why they cannot be had."""
+
+import re
+import shutil
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from chronicles import library
+from service.cli.app import run
+from service.errors import LogError
+from service.questions.computed_relations import unwatched_relations
+from service.records import RelationRecord, RunRecord
+from service.runs.processing import RunRequest, process
+from service.store.log import open_log
+
+ATTRIBUTES = re.findall(r"^attribute (\w+)(\[[^\]]*\])", library.relations_text(), re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make tracks of a road, a log of them that watched all relations, and one that watched one."""
+    folder = tmp_path_factory.mktemp("tracks")
+    tracks = folder / "tracks.csv"
+    assert run(["trajectories", "rural_overtaking", "--out", str(tracks), "--seed", "3", "--seconds", "40"]) == 0
+    every = [
+        f"chronicle w_{name}[?x](t1) {{ event({name}[?x{args[args.index(',') :] if ',' in args else ']'}:(?, ?), t1) }}"
+        for name, args in ATTRIBUTES
+    ]
+    (folder / "every.chronicle").write_text("\n".join(every))
+    (folder / "one.chronicle").write_text(every[0])
+    for name in ("every", "one"):
+        site, log = folder / "site.toml", str(folder / f"{name}.db")
+        process(RunRequest(tracks, site, log, chronicle_files=(folder / f"{name}.chronicle",)))
+    return folder
+
+
+def _sorted(changes: list[RelationRecord]) -> list[RelationRecord]:
+    without = [msgspec.structs.replace(one, hypotheses=()) for one in changes]
+    return sorted(without, key=lambda one: (one.decided_us, one.t_us, one.name, one.args))
+
+
+def test_they_are_those_of_a_run_that_watched_them(folder: Path) -> None:
+    names = [name for name, _ in ATTRIBUTES]
+    with open_log(str(folder / "every.db")) as every, open_log(str(folder / "one.db")) as one:
+        (watched,) = one.run().relations
+        expected = [change for change in every.relations(every.run().id) if change.name != watched]
+        assert _sorted(list(unwatched_relations(one, one.run(), names))) == _sorted(expected)
+        assert len(expected) > 1000
+        assert unwatched_relations(every, every.run(), names) == ()
+
+
+def test_the_site_may_have_moved_but_must_be_the_same(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    moved, log = tmp_path / "moved", str(tmp_path / "one.db")
+    shutil.copytree(folder, moved)
+    tracks, site = tmp_path / "tracks.csv", tmp_path / "site.toml"
+    for name in ("tracks.csv", "site.toml", "network.net.xml", "one.chronicle"):
+        shutil.copy(folder / name, tmp_path / name)
+    process(RunRequest(tracks, site, log, chronicle_files=(tmp_path / "one.chronicle",)))
+    asked = ["recognise", log, "--chronicles", str(folder / "every.chronicle"), "--format", "jsonl"]
+    assert run(asked) == 0
+    before = capsys.readouterr().out
+    site.unlink()
+    assert run(asked) == 3
+    assert f"got no file {str(site)!r}; say where it is with --site" in capsys.readouterr().err
+    assert run([*asked, "--site", str(moved / "site.toml")]) == 0
+    assert capsys.readouterr().out == before
+    network = moved / "network.net.xml"
+    network.write_text(network.read_text().replace("</net>", "<!-- later --></net>"))
+    assert run([*asked, "--site", str(moved / "site.toml")]) == 3
+    assert "as it was, to compute " in capsys.readouterr().err
+
+
+def test_a_log_that_knows_no_site_file_or_thins_its_cars_is_refused(tmp_path: Path) -> None:
+    with open_log(str(tmp_path / "a.db"), "w") as log:
+        for number, fields in enumerate(({"site": "bend"}, {"kpl": "stream x"})):
+            record = RunRecord(id=f"r{number}", source="a.mp4", start_utc_us=0, **fields)
+            log.begin_run(record).finish("finished")
+        with pytest.raises(
+            LogError, match=r"site file of 'bend' as it was, to compute close .* none in this older log"
+        ):
+            unwatched_relations(log, log.run("r0"), ["close"])
+        with pytest.raises(LogError, match="expected one that watched close, got one that watched none and whose"):
+            unwatched_relations(log, log.run("r1"), ["close"])
+
+
+def test_a_file_of_events_has_no_site(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    events, text = tmp_path / "a.jsonl", tmp_path / "a.chronicle"
+    events.write_text('{"t_us": 0, "name": "honk", "args": ["a"]}\n')
+    text.write_text("chronicle loud[?a](t1) { event(honk[?a], t1) }")
+    assert run(["recognise", str(events), "--chronicles", str(text), "--site", "site.toml"]) == 2
+    assert "--site: expected a log to go with it, got a file of events" in capsys.readouterr().err
