@@ -256,7 +256,7 @@ def _as_sure_as_objects(changes: Sequence[RelationChange], footprints: Footprint
 
 
 def _settled(changes: Sequence[RelationChange], fresh: set[str]) -> list[RelationChange]:
-    """Of objects that are new, say what holds in the end and since when; rows before a name are too doubtful for more."""
+    """Of objects that are new, say what holds in the end and since when: rows before a name are doubtful."""
     begun: dict[tuple[str, tuple[str, ...]], RelationChange] = {}
     settled = []
     for one in changes:

@@ -20,7 +20,7 @@ from service.errors import InputError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_states import TrafficState, TrafficStates
 from service.monitoring.stream_processes import MonitoringUnit
-from service.questions.computed_relations import unwatched_relations
+from service.questions.stored_events import unwatched_relations
 from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
 

@@ -39,37 +39,8 @@ class Ground:
     relations: RelationSettings
 
 
-def unwatched_relations(
-    log: EventLog, run: RunRecord, asked: Collection[str], site_file: Path | None = None
-) -> Sequence[RelationRecord]:
-    """Compute those of some relations that a run did not watch; none if it watched all.
-
-    Parameters
-    ----------
-    asked : names of relations.
-    site_file : where the site file of the run is now; None for where it was.
-
-    Raises
-    ------
-    LogError
-        If the log does not have all cars, or the site of the run is not known any more, or is another one.
-    SiteError
-        If it cannot be used.
-    """
-    names = sorted(set(asked).difference(run.relations))
-    if not names:
-        return ()
-    if run.kpl:
-        watched = ", ".join(run.relations) or "none"
-        raise LogError(
-            f"run {run.id!r}: expected one that watched {', '.join(names)}, got one that watched {watched} and whose "
-            "streams a text of its own declares, so that cars may be missing; process the input again"
-        )
-    return tuple(computed_relations(log, run, names, ground_of(run, ", ".join(names), site_file)))
-
-
 def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Ground:
-    """Read the site of a run again; see `unwatched_relations`.
+    """Read the site of a run again; see `stored_events.unwatched_relations`.
 
     Parameters
     ----------

@@ -24,12 +24,17 @@ from chronicles.explanation.sentences import of_event, seconds
 from chronicles.explanation.why import why
 from chronicles.explanation.why_not import why_not
 from service.errors import FilterError, NotInLogError, QueryError
-from service.questions.computed_relations import unwatched_relations
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
-from service.questions.stored_events import Part, StoredEvents, refuse_thinned, relations_of, stored_events
-from service.questions.thresholds import with_settings
+from service.questions.stored_events import (
+    Part,
+    StoredEvents,
+    refuse_thinned,
+    relations_of,
+    stored_events,
+    unwatched_relations,
+)
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
 from service.texts.chronicle_files import chronicles_of, load_chronicle_files
@@ -193,6 +198,9 @@ class Explainer:
             limit=question.limit,
             floor=float(run.settings["min_confidence"]) if "min_confidence" in run.settings else None,
         )
+        # What measures cars again takes a third of a second to load, and who asks why does not need it.
+        from service.questions.thresholds import with_settings
+
         return with_settings(self._log, run, found)
 
     def _check_covered(self, question: AbsenceQuestion, run: RunRecord) -> None:

@@ -11,9 +11,14 @@ from chronicles.execution.unfit_events import unfit_events
 from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
 from service.monitoring.monitor_messages import messages_of_run
-from service.questions.computed_relations import unwatched_relations
 from service.questions.event_files import load_events
-from service.questions.stored_events import StoredEvents, refuse_thinned, relations_of, stored_events
+from service.questions.stored_events import (
+    StoredEvents,
+    refuse_thinned,
+    relations_of,
+    stored_events,
+    unwatched_relations,
+)
 from service.store.location import is_log_name
 from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files

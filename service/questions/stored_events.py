@@ -5,10 +5,11 @@ they had never come.
 """
 
 import heapq
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from operator import attrgetter, itemgetter
+from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event
@@ -113,6 +114,38 @@ def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[i
         if (event.chronicle.name, event.chronicle.version) in monitors:
             message = Event(event.type, tuple(event.roles.values()), event.start_us)
             yield event.start_us + lag_us, message
+
+
+def unwatched_relations(
+    log: EventLog, run: RunRecord, asked: Collection[str], site_file: Path | None = None
+) -> Sequence[RelationRecord]:
+    """Compute those of some relations that a run did not watch; none if it watched all.
+
+    Parameters
+    ----------
+    asked : names of relations.
+    site_file : where the site file of the run is now; None for where it was.
+
+    Raises
+    ------
+    LogError
+        If the log does not have all cars, or the site of the run is not known any more, or is another one.
+    SiteError
+        If it cannot be used.
+    """
+    names = sorted(set(asked).difference(run.relations))
+    if not names:
+        return ()
+    if run.kpl:
+        watched = ", ".join(run.relations) or "none"
+        raise LogError(
+            f"run {run.id!r}: expected one that watched {', '.join(names)}, got one that watched {watched} and whose "
+            "streams a text of its own declares, so that cars may be missing; process the input again"
+        )
+    # What only this needs, the anchoring and relations of the pipeline, takes most of a second to load.
+    from service.questions.computed_relations import computed_relations, ground_of
+
+    return tuple(computed_relations(log, run, names, ground_of(run, ", ".join(names), site_file)))
 
 
 def relations_of(chronicles: ChronicleSet) -> frozenset[str]:

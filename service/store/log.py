@@ -318,7 +318,10 @@ class EventLog:
         table = schema.TABLE_OF[kind]
         columns = [table.c[name] for name in kind.__struct_fields__]
         query = select(*columns).where(_of_run(table.c.run_no, run_id), *conditions)
-        return (kind(*row) for row in self._stream(query.order_by(*table.primary_key.columns)))
+        *first, last = table.primary_key.columns
+        # Asked for the order of an index, SQLite goes through all rows of the run instead of looking for the few.
+        ordered = query.order_by(*first, last + 0 if conditions else last)
+        return (kind(*row) for row in self._stream(ordered))
 
     def _stream(self, query: Select[Any]) -> Iterator[Any]:  # Any: a row has the types of the query's columns
         with self.connect() as connection:

@@ -7,10 +7,9 @@ import pytest
 
 from chronicles.recogniser import recognise
 from service.cli.app import run
-from service.questions.computed_relations import unwatched_relations
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import stored_events
+from service.questions.stored_events import stored_events, unwatched_relations
 from service.records import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log

@@ -10,7 +10,7 @@ import pytest
 from chronicles import library
 from service.cli.app import run
 from service.errors import LogError
-from service.questions.computed_relations import unwatched_relations
+from service.questions.stored_events import unwatched_relations
 from service.records import RelationRecord, RunRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
