@@ -77,12 +77,12 @@ def stored_events(
     part : which events are wanted, besides what the map told at the start; None for all.
     computed : changes of relations that the run did not watch, in the order in which they would be decided.
     """
-    refuted = {one.label for one in log.hypotheses(run_id, verdict="refuted")}.difference(believed)
+    recorded = log.relations(run_id) if part is None else _changes(log, run_id, part)
+    labels = None if part is None else {label for one in recorded for label in one.hypotheses}
+    refuted = {one.label for one in log.hypotheses(run_id, labels=labels) if one.verdict == "refuted"} - set(believed)
     changes = (
         (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence))
-        for one in heapq.merge(
-            log.relations(run_id) if part is None else _changes(log, run_id, part), computed, key=_DECIDED_US
-        )
+        for one in heapq.merge(recorded, computed, key=_DECIDED_US)
         if refuted.isdisjoint(one.hypotheses)
     )
     # At equal times merge gives the first first: verdicts came before what was decided at the same frame.

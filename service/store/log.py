@@ -35,7 +35,6 @@ from service.records import (
     RunRecord,
     SeenObject,
     StreamRecord,
-    Verdict,
     ViewRecord,
 )
 from service.store import schema
@@ -247,13 +246,9 @@ class EventLog:
         """Stream the changes of the identity chain of a run, or of some upper objects, as they were decided."""
         return self._records(LinkRecord, run_id, *_among(schema.links.c.upper, uppers))
 
-    def hypotheses(
-        self, run_id: str, *, labels: Collection[str] | None = None, verdict: Verdict | None = None
-    ) -> Iterator[HypothesisRecord]:
-        """Stream what has become of the links on trial, all or some of them, as it was decided."""
-        table = schema.hypotheses
-        verdicts = _among(table.c.verdict, None if verdict is None else [verdict])
-        return self._records(HypothesisRecord, run_id, *_among(table.c.label, labels), *verdicts)
+    def hypotheses(self, run_id: str, *, labels: Collection[str] | None = None) -> Iterator[HypothesisRecord]:
+        """Stream what has become of the links on trial, all or some of them, in the order in which it was decided."""
+        return self._records(HypothesisRecord, run_id, *_among(schema.hypotheses.c.label, labels))
 
     def streams(self, run_id: str) -> tuple[StreamRecord, ...]:
         """List the processes of a run and what they did, inputs before what reads them; empty if it told nothing."""

@@ -176,7 +176,7 @@ links = _numbered_table("links", *_columns(LinkRecord), Index("links_by_upper", 
 relations = _numbered_table(
     "relations", *_columns(RelationRecord), Index("relations_by_name", "run_no", "name", "t_us")
 )
-hypotheses = _numbered_table("hypotheses", *_columns(HypothesisRecord))
+hypotheses = _numbered_table("hypotheses", *_columns(HypothesisRecord), Index("hypotheses_by_label", "run_no", "label"))
 
 # Which table has the records of a kind, a column for each field.
 TABLE_OF: Mapping[type[Struct], Table] = {

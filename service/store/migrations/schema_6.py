@@ -1,12 +1,16 @@
-"""How does schema 5 become schema 6? Events that were taken back, or are not sure enough, have an index."""
+"""How does schema 5 become schema 6? Hidden events, and what became of the links on trial, have indexes."""
 
 from alembic import op
 
 revision, down_revision = "6", "5"
 
-STATEMENT = "CREATE INDEX events_by_status ON events (status, start_us, seq) WHERE status IN ('retracted', 'doubtful')"
+STATEMENTS = (
+    "CREATE INDEX events_by_status ON events (status, start_us, seq) WHERE status IN ('retracted', 'doubtful')",
+    "CREATE INDEX hypotheses_by_label ON hypotheses (run_no, label)",
+)
 
 
 def upgrade() -> None:
-    """Make the index."""
-    op.execute(STATEMENT)
+    """Make the indexes."""
+    for statement in STATEMENTS:
+        op.execute(statement)
