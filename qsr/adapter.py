@@ -98,8 +98,7 @@ class RelationUnit:
         if self._last_us is not None and value.cars.t_us <= self._last_us:
             return ()
         self._last_us = value.cars.t_us
-        earlier = sorted((*value.filled, *value.former), key=attrgetter("t_us"))
-        seen = Seen(_footprints(value.cars), value.cars.hidden, [_footprints(cars) for cars in earlier])
+        seen = Seen(_footprints(value.cars), value.cars.hidden, _earlier(value))
         known, before = value.hypotheses, self._doubted
         begun = {
             label: one for one, labels in known.about.items() for label in labels if label not in before.get(one, ())
@@ -111,6 +110,15 @@ class RelationUnit:
     def finish(self) -> Iterable[Sample[FrameRelations]]:
         """Hold nothing back: every frame was answered when it came."""
         return ()
+
+
+def _earlier(value: HasCars) -> list[Footprints]:
+    """Give the rows of earlier times, in their order; what was seen goes before what is concluded of the same time."""
+    former = [_footprints(cars) for cars in value.former]
+    seen = {(one.t_us, car) for one in former for car in one.ids}
+    filled = (_footprints(cars) for cars in value.filled)
+    unseen = [one.select([k for k, car in enumerate(one.ids) if (one.t_us, car) not in seen]) for one in filled]
+    return sorted((*former, *unseen), key=attrgetter("t_us"))
 
 
 def _footprints(cars: Cars) -> Footprints:

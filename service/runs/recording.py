@@ -142,17 +142,18 @@ class Recorder:
             self.lost_views[-1] = from_us, objects.t_us, why
 
     def _record_cars(self, sample: Sample[Anchored]) -> None:
-        cars, filled = sample.value.cars, sample.value.filled
+        cars, filled, former = sample.value.cars, sample.value.filled, sample.value.former
         last_us = {car: self._history.last_us(car) for one in filled for car in one.ids}
         # A vision object may have been seen for a while before it was taken for a hidden car: those rows are better.
-        seen = {(one.t_us, car) for one in sample.value.former for car in one.ids}
-        for one in filled:
+        seen = {(one.t_us, car) for one in former for car in one.ids}
+        for one in (*former, *filled):
             self._history.insert(one)
+        for one in filled:
             self._writer.append_states(
                 row for row in self._rows.of(one) if row.t_us > last_us[row.car] and (row.t_us, row.car) not in seen
             )
         self._history.remember(cars)
-        for one in (*sample.value.former, cars):
+        for one in (*former, cars):
             self._writer.append_states(self._rows.of(one))
         links = (change._asdict() | {"confidence": round(change.confidence, 3)} for change in sample.value.link_changes)
         self._writer.append(msgspec.convert(link, LinkRecord) for link in links)

@@ -189,7 +189,8 @@ def _masked(table: str, row: Row) -> Row:
     if not isinstance(body, dict):
         return row
     if table == "runs":
-        body = body | {"software": MASK, "file": body["file"] | {"path": MASK}}
+        moved = {name: body[name] | {"path": MASK} for name in ("file", "site_file") if body.get(name)}
+        body = body | {"software": MASK} | moved
         for part in ("chronicles", "monitors", "texts"):
             body[part] = [one | {key: MASK for key in ("version", "text") if one.get(key)} for one in body[part]]
     if table == "events":
