@@ -25,7 +25,12 @@ ChronicleFiles = Annotated[
 ]
 SiteOfRun = Annotated[
     Path | None,
-    typer.Option("--site", help="Site file of the run, if it moved: with it, relations not watched are computed."),
+    typer.Option(
+        "--site",
+        exists=True,
+        dir_okay=False,
+        help="Site file of the run, if it moved: with it, relations not watched are computed.",
+    ),
 ]
 Texts = Annotated[list[str] | None, typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input.")]
 MinConfidence = Annotated[

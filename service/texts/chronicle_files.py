@@ -17,7 +17,7 @@ from qsr.relations import RANK
 from service.errors import InputError
 from service.monitoring.monitor_messages import NO_MESSAGES, Messages, check_uses, misuses
 from service.records import ChronicleRecord, RunRecord, SourceText
-from service.texts.text_streams import Stream, library_events, stream_of
+from service.texts.text_streams import NEARLY, Stream, library_events, stream_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,8 @@ def with_relations(texts: Sequence[tuple[str, str]], stream: Stream = "traffic")
     >>> [name for name, _ in with_relations([("mine", twice)])]
     ['relations.chronicle', 'overtake.chronicle', 'mine']
     """
-    return [*(library.texts(library_events(texts)) if stream == "traffic" else []), *texts]
+    # With what is nearly a name of the library, the message about it can say which one was meant.
+    return [*(library.texts(library_events(texts, nearly=NEARLY)) if stream == "traffic" else []), *texts]
 
 
 def read_text(path: Path, what: str = "text file", error_type: type[InputError] = InputError) -> str:

@@ -16,7 +16,7 @@ from dyknow.language.diagnostics import Reporter
 
 Stream = Literal["traffic", "own"]
 
-_NEARLY = 0.85  # "clse" for "close", but not "light" for "right"
+NEARLY = 0.85  # "clse" for "close", but not "light" for "right"
 
 
 def stream_of(texts: Sequence[tuple[str, str]]) -> Stream:
@@ -34,20 +34,26 @@ def stream_of(texts: Sequence[tuple[str, str]]) -> Stream:
     """
     used, declared = _names(texts)
     given = _names([("", library.relations_text())])[1]
-    is_traffic = any(get_close_matches(name, given, n=1, cutoff=_NEARLY) for name in used - declared)
+    is_traffic = any(get_close_matches(name, given, n=1, cutoff=NEARLY) for name in used - declared)
     return "traffic" if is_traffic or library_events(texts) else "own"
 
 
-def library_events(texts: Sequence[tuple[str, str]]) -> list[str]:
+def library_events(texts: Sequence[tuple[str, str]], *, nearly: float = 1.0) -> list[str]:
     """Name the events of the library that texts (name, text) use without declaring them.
+
+    Parameters
+    ----------
+    nearly : how like a name may be that is none of the library, and is meant to be one; 1 for the very names.
 
     Examples
     --------
-    >>> library_events([("mine", "chronicle a[?x](t1) { event(overtake[?x, ?, ?], t1) }")])
-    ['overtake']
+    >>> texts = [("mine", "chronicle a[?x](t1) { event(overtak[?x, ?, ?], t1) }")]
+    >>> library_events(texts), library_events(texts, nearly=NEARLY)
+    ([], ['overtake'])
     """
     used, declared = _names(texts)
-    return sorted((used - declared).intersection(library.names()))
+    found = (get_close_matches(name, library.names(), n=1, cutoff=nearly) for name in used - declared)
+    return sorted({name for names in found for name in names})
 
 
 def _names(texts: Sequence[tuple[str, str]]) -> tuple[set[str], set[str]]:

@@ -37,6 +37,11 @@ def test_an_event_of_the_library_tells_that_a_text_is_about_traffic() -> None:
     assert stream_of([("mine", own)]) == "own"
 
 
+def test_a_slip_in_a_name_of_the_library_is_told_with_what_was_meant() -> None:
+    [finding, _] = check_chronicles([("mine", TWICE.replace("overtake", "overtak"))], "traffic").findings
+    assert "did you mean 'overtake'?" in finding.render()
+
+
 def test_a_text_that_defines_a_chronicle_of_that_name_has_its_own(tmp_path: Path) -> None:
     (tmp_path / "own.chronicle").write_text(
         """message overtake[?a, ?b, ?r]

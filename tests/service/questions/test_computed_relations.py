@@ -91,5 +91,6 @@ def test_a_file_of_events_has_no_site(tmp_path: Path, capsys: pytest.CaptureFixt
     events, text = tmp_path / "a.jsonl", tmp_path / "a.chronicle"
     events.write_text('{"t_us": 0, "name": "honk", "args": ["a"]}\n')
     text.write_text("chronicle loud[?a](t1) { event(honk[?a], t1) }")
-    assert run(["recognise", str(events), "--chronicles", str(text), "--site", "site.toml"]) == 2
+    (tmp_path / "site.toml").write_text('name = "bend"')
+    assert run(["recognise", str(events), "--chronicles", str(text), "--site", str(tmp_path / "site.toml")]) == 2
     assert "--site: expected a log to go with it, got a file of events" in capsys.readouterr().err
