@@ -78,6 +78,11 @@ def looked_at(chronicles: ChronicleSet, name: str) -> frozenset[str]:
     return frozenset().union(*(plan.consumes for plan in _involved(chronicles, chronicles.plan(name)).plans))
 
 
+def reach_us(chronicles: ChronicleSet, name: str) -> int:
+    """Bound how far from its own times an instance, with those whose emitted events it rests on, looks at anything."""
+    return sum(one.tail_us + one.memory_us for one in _involved(chronicles, chronicles.plan(name)).plans)
+
+
 def is_about_roles(chronicles: ChronicleSet, name: str) -> bool:
     """Tell whether all that a chronicle, or one that it rests on, counts or wants to last is about one of its roles.
 

@@ -16,7 +16,7 @@ from msgspec.structs import asdict
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
 from chronicles.events import Occurrence
-from chronicles.explanation.case import is_about_roles, looked_at
+from chronicles.explanation.case import is_about_roles, looked_at, reach_us
 from chronicles.explanation.explanations import Explanation, WhyNot
 from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
@@ -47,6 +47,8 @@ MAX_NEAR_MISSES = 50
 
 _AROUND_US = 2_000_000
 """Beyond an event, and beyond the lives of its cars: windows of chronicles reach by seconds beyond their events."""
+_LONG_US = 600_000_000
+"""Who is there for longer beyond a window than this is parked, or stands at a light that does not change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,9 +186,10 @@ class Explainer:
         name = _asked_chronicle(question.chronicle, run, chronicles)
         _check(question, run, chronicles, name)
         computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file)
-        stored = stored_events(self._log, run.id, computed=computed)
+        part = self._part(question, run, chronicles, name)
+        stored = stored_events(self._log, run.id, part=part, computed=computed)
         self._check_covered(question, run)
-        self._check_occur(question, run, stored)
+        self._check_occur(question, run, stored, is_part=part is not None)
         found = why_not(
             chronicles,
             name,
@@ -203,6 +206,28 @@ class Explainer:
 
         return with_settings(self._log, run, found)
 
+    def _part(self, question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> Part | None:
+        """Bound what a question about a window looks at: the lives of all cars that instances in it may be about."""
+        if question.start_us is None or question.end_us is None:
+            return None
+        span_us = reach_us(chronicles, name) + _AROUND_US
+        start_us, end_us = question.start_us - span_us, question.end_us + span_us
+        alive = [one for one in self._log.cars(run.id) if one.first_us < end_us and one.last_us >= start_us]
+        first_us, last_us = start_us - _LONG_US, end_us + _LONG_US
+        # Of who is there for long, such as who is parked, only its own changes are read for all of that time.
+        long = [one for one in alive if one.first_us < first_us or one.last_us > last_us]
+        rest = [one for one in alive if first_us <= one.first_us and one.last_us <= last_us]
+        from_us = min([start_us, *(one.first_us for one in rest)])
+        to_us = max([end_us, *(one.last_us + _AROUND_US for one in rest)])
+        return Part(
+            names=looked_at(chronicles, name),
+            from_us=from_us,
+            to_us=to_us,
+            about=[one.car for one in long],
+            first_us=min([from_us, *(one.first_us for one in long)]),
+            last_us=max([to_us, *(one.last_us + _AROUND_US for one in long)]),
+        )
+
     def _check_covered(self, question: AbsenceQuestion, run: RunRecord) -> None:
         """Refuse a window in which nothing was filmed: that explains all that is absent."""
         first_us, last_us = self._log.covered_us(run.id) or (None, None)
@@ -215,11 +240,11 @@ class Explainer:
             expected = f"expected a window in the time that it covers ({covered(self._log, run)})"
             raise NotInLogError(f"run {run.id!r}: {expected}, got {came}: nothing was filmed then")
 
-    def _check_occur(self, question: AbsenceQuestion, run: RunRecord, stored: StoredEvents) -> None:
+    def _check_occur(self, question: AbsenceQuestion, run: RunRecord, stored: StoredEvents, *, is_part: bool) -> None:
         """Refuse things that the run has never heard of: why nothing happened to them is no question."""
-        known = {one.car for one in self._log.cars(run.id)}
-        for event in stored.events:
-            known.update(event.args, (event.old or "", event.new or ""))
+        known = {one.car for one in self._log.cars(run.id)} | _things(stored)
+        if is_part and not known.issuperset(question.roles.values()):
+            known |= _things(stored_events(self._log, run.id))
         for role, value in question.roles.items():
             if value not in known:
                 expected = f"run {run.id!r}: expected something that occurs in it as role {role!r}, got {value!r}"
@@ -230,6 +255,11 @@ class Explainer:
         if run.id not in self._compiled:
             self._compiled[run.id] = chronicles_of(run)
         return self._compiled[run.id]
+
+
+def _things(stored: StoredEvents) -> set[str]:
+    """Name all that events are about, and the values that they give."""
+    return {thing for event in stored.events for thing in (*event.args, event.old or "", event.new or "")}
 
 
 def _asked_chronicle(name: str, run: RunRecord, chronicles: ChronicleSet) -> str:

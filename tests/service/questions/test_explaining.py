@@ -168,6 +168,31 @@ def _shown(explainer: Explainer, event_id: str) -> tuple[str, object]:
     return found.render(), found.as_record()
 
 
+def test_a_question_about_a_window_reads_what_may_lie_in_it(
+    url: str, demo: Demo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[int] = []
+
+    def counted(log: EventLog, run_id: str, **asked: Part | None) -> StoredEvents:
+        found = stored_events(log, run_id, **asked)
+        read.append(len(found.events))
+        return found
+
+    with open_log(url) as log:
+        monkeypatch.setattr("service.questions.explaining.stored_events", counted)
+        for roles in ({}, {"a": "car1"}):
+            asked = AbsenceQuestion(chronicle="met", roles=roles, start_us=35 * SECOND, end_us=40 * SECOND)
+            assert Explainer(log).explain_absence(asked).recognised == 0
+        assert read == [0, 0, 4]  # car1 occurs, though not in the window
+    monkeypatch.undo()
+    with open_log(str(demo.log)) as log:
+        explainer, whole = Explainer(log), Explainer(log)
+        monkeypatch.setattr(whole, "_part", lambda *_: None)
+        for name in ("overtake", "pass", "near_miss"):
+            asked = AbsenceQuestion(chronicle=name, roles={}, start_us=10 * SECOND, end_us=20 * SECOND)
+            assert explainer.explain_absence(asked) == whole.explain_absence(asked)
+
+
 def test_what_was_true_long_before_of_others_is_looked_up(tmp_path: Path) -> None:
     path = tmp_path / "passed.chronicle"
     path.write_text("""\
