@@ -105,6 +105,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--only", nargs="+", choices=tuple(SCENARIOS), help="scenarios; default: all")
     parser.add_argument("--folder", type=Path, default=Path("out/evaluation"))
     parser.add_argument("--detector", default="auto", help="as of dyknow process, or truth")
+    parser.add_argument("--rate", type=float, help="frames looked at in a second, inf for all; default: as usual")
     parser.add_argument("--edge-noise", type=float, default=0.0)
     parser.add_argument("--missed", type=float, default=0.0)
     return parser.parse_args(arguments)
@@ -122,7 +123,8 @@ def _measure(scenario: str, seed: int, options: argparse.Namespace) -> Measured:
         boxes = scene / "truth_boxes.csv"
         write_boxes(scene / "truth.csv", boxes, edge_noise=options.edge_noise, missed=options.missed)
         detector = f"file:{boxes}"
-    request = RunRequest(scene / "video.mp4", scene / "site.toml", str(log), again=True, detector=detector)
+    video, site = scene / "video.mp4", scene / "site.toml"
+    request = RunRequest(video, site, str(log), again=True, detector=detector, rate_hz=options.rate)
     run = process(request).run
     return measure_log(str(log), scene, run=run, seconds=seconds)
 
