@@ -37,7 +37,7 @@ from data_gen.trajectories import TrackFaults, disturb
 from gis.lane_graph import LaneGraph
 from gis.road_network import RoadNetwork
 from gis.sumo_net import read_sumo_net
-from qsr.measuring.footprints import Footprints
+from qsr.measuring.footprints import Footprints, on_roads
 from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 
@@ -117,12 +117,7 @@ def frames_of(
             speed_mps=speed_mps,
             length_m=length_m,
             width_m=width_m,
-            road=at.road,
-            along_m=at.along_m,
-            across_m=at.across_m,
-            tangent_rad=at.tangent_rad,
-            junction=at.junction,
-            lane=at.lane,
+            **on_roads(at),
         )
 
 

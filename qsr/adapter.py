@@ -9,7 +9,7 @@ from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
 from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
-from qsr.measuring.footprints import BoolArray, FloatArray, Footprints
+from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, on_roads
 from qsr.observer import RelationObserver
 from qsr.replay import ReplayingObserver, Seen
 
@@ -122,7 +122,6 @@ def _earlier(value: HasCars) -> list[Footprints]:
 
 
 def _footprints(cars: Cars) -> Footprints:
-    positions = cars.positions
     return Footprints(
         t_us=cars.t_us,
         ids=cars.ids,
@@ -131,12 +130,7 @@ def _footprints(cars: Cars) -> Footprints:
         speed_mps=cars.speed_mps,
         length_m=cars.length_m,
         width_m=cars.width_m,
-        road=positions.road,
-        along_m=positions.along_m,
-        across_m=positions.across_m,
-        tangent_rad=positions.tangent_rad,
-        junction=positions.junction,
-        lane=positions.lane,
+        **on_roads(cars.positions),
         observed=cars.linked,
         has_moved=cars.has_moved,
         sigma_m=cars.sigma_m,

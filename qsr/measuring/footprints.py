@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from typing import Any  # columns are arrays of several types
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gis.road_network import RoadPositions
 from qsr.errors import QsrError
 
 FloatArray = NDArray[np.float64]
@@ -96,6 +98,11 @@ class Footprints:
                 raise QsrError(
                     f"footprints at {self.t_us} us: every array must have {count} entries, got {row.shape!r}"
                 )
+
+
+def on_roads(places: RoadPositions) -> dict[str, Any]:
+    """Give the columns of footprints that say where their centres are on a road network."""
+    return {name: getattr(places, name) for name in ("road", "along_m", "across_m", "tangent_rad", "junction", "lane")}
 
 
 def pick_rows(t_us: int, ids: Sequence[str], sources: Sequence[Footprints]) -> Footprints:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter
 from pathlib import Path
+from typing import Any  # columns are arrays of several types
 
 import numpy as np
 from msgspec.structs import replace
@@ -19,7 +20,7 @@ from msgspec.structs import replace
 from anchoring.observations import nowhere
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork
-from qsr.measuring.footprints import Footprints
+from qsr.measuring.footprints import Footprints, on_roads
 from qsr.settings import RelationSettings
 from service.errors import LogError
 from service.questions.identity import IdentityLink, chain_of, links_below
@@ -81,7 +82,7 @@ def computed_relations(
     named_us = {one.upper: one.t_us for one in log.links(run.id) if (one.level, one.kind) == ("car", "established")}
     last_us = {one.car: one.last_us for one in log.cars(run.id)}
     rows = _Rows(ground, _taken_for_others(log, run), has_ghosts=run.input_kind != "trajectory")
-    before: dict[str, list[CarState]] = {}  # of cars that have no name yet
+    before: dict[str, list[CarState]] = {}  # of cars that have no name yet, or that nobody sees
     latest: dict[str, CarState] = {}  # of those that have rows now, or will have some again
     states = groupby(log.states(run.id), key=attrgetter("t_us"))
     at_us, here = next(states, (None, iter(())))
@@ -91,11 +92,13 @@ def computed_relations(
         if at_us == t_us:
             for one in here:
                 rows.note(one)
-                if t_us < named_us.get(one.car, 0):
-                    before.setdefault(one.car, []).append(one)
-                else:
+                is_named, is_seen = t_us >= named_us.get(one.car, 0), rows.is_seen(one)
+                if is_named:
                     latest[one.car] = one
+                if is_named and is_seen:
                     former += before.pop(one.car, ())
+                else:
+                    before.setdefault(one.car, []).append(one)
             at_us, here = next(states, (None, iter(())))
         earlier = [rows.of(then_us, then) for then_us, then in _by_time(former)]
         for change in observer.observe(rows.of(t_us, list(latest.values())), filled=earlier):
@@ -149,25 +152,22 @@ class _Rows:
             places = nowhere(len(states))
         else:
             places = network.locate(centre_m, tolerance_m=settings.road_tolerance_m)
-        columns: Mapping[str, list[float]] = {
-            name: [getattr(one, name) for one in states] for name in ("heading_rad", "speed_mps", "length_m", "width_m")
+        columns: dict[str, Any] = {
+            name: np.array([getattr(one, name) for one in states], dtype=np.float64)
+            for name in ("heading_rad", "speed_mps", "length_m", "width_m")
         }
         return Footprints(
             t_us=t_us,
             ids=tuple([one.car for one in states]),
             centre_m=centre_m,
-            **{name: np.array(column, dtype=np.float64) for name, column in columns.items()},
-            road=places.road,
-            along_m=places.along_m,
-            across_m=places.across_m,
-            tangent_rad=places.tangent_rad,
-            junction=places.junction,
-            lane=places.lane,
-            observed=np.array([self._is_seen(one) for one in states], dtype=np.bool_),
+            **columns,
+            **on_roads(places),
+            observed=np.array([self.is_seen(one) for one in states], dtype=np.bool_),
             has_moved=np.array([one.car in self._has_moved or not self._has_ghosts for one in states], dtype=np.bool_),
         )
 
-    def _is_seen(self, one: CarState) -> bool:
+    def is_seen(self, one: CarState) -> bool:
+        """Tell whether the car itself was seen in this row."""
         links = self._taken_for_others.get(one.car, ())
         is_other = any(link.start_us <= one.t_us and (link.end_us is None or one.t_us < link.end_us) for link in links)
         return one.linked and not is_other

@@ -1,4 +1,4 @@
-"""What do the states so far say about a formula? The same as progression says, at a cost that hangs on what changes.
+"""What do the states so far say about a formula? The same as progression says, at a cost that depends on what changes.
 
 Progression keeps what is left of a formula, and that grows where windows lie inside each other and values flicker: one
 obligation for each of many states. A watch keeps when the tests of the formula changed, and works out from that, with
@@ -13,10 +13,10 @@ from itertools import pairwise
 
 from dyknow.mtl.progression.state_test import Bound
 from dyknow.mtl.progression.states import State, Verdict
+from dyknow.mtl.progression.templates import NEVER_US
 from dyknow.mtl.watching.failures import Horizon, Runs
 from dyknow.mtl.watching.plan import Plan, Side
 
-_NEVER_US = 2**62
 _KEPT_IN_VAIN = 64
 
 
@@ -43,8 +43,8 @@ class Watching:
         self.plan = plan
         self.times_us: list[int] = []  # of the states that can still matter, and a few before them
         self.number = -1  # of the last state
-        self.t_us = -_NEVER_US  # of the last state
-        self.decided_us = -_NEVER_US  # in the state before the last one, all was decided up to this time
+        self.t_us = -NEVER_US  # of the last state
+        self.decided_us = -NEVER_US  # in the state before the last one, all was decided up to this time
         self.widest_us = 0
 
     def watch(self, bound: Bound) -> Watch:
@@ -81,7 +81,7 @@ class Watch:
         self._changes: list[list[int]] = [[] for _ in watching.plan.tests]  # from failing to not failing, and back
         self._number = self._since = -1
         self._since_us = 0
-        self._due_us = _NEVER_US
+        self._due_us = NEVER_US
         self.is_final = False
 
     def progress(self, t_us: int, state: State) -> Verdict:
@@ -126,7 +126,7 @@ class Watch:
         if first > last:  # after a gap
             self._due_us = known_us + 1
             return Verdict.UNKNOWN
-        horizon = Horizon(times_us, first, last, known_us, watching.widest_us, _NEVER_US)
+        horizon = Horizon(times_us, first, last, known_us, watching.widest_us, NEVER_US)
         tests = [self._failing(changes, first + dropped, dropped) for changes in self._changes]
         for side in plan.sides:
             if self._fails(side, tests, self._since - dropped, horizon):
