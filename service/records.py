@@ -111,7 +111,7 @@ class EventRecord(Struct, frozen=True, kw_only=True):
 
 
 class CarState(Struct, frozen=True):
-    """One car at one frame; the field order is the column order of the log.
+    """One car at one frame.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class CarState(Struct, frozen=True):
 
 
 class SeenObject(Struct, frozen=True):
-    """One vision object at one frame, before it is linked to anything; the field order is the column order of the log.
+    """One vision object at one frame, before it is linked to anything.
 
     Attributes
     ----------
@@ -159,8 +159,20 @@ class SeenObject(Struct, frozen=True):
     clipped: bool
 
 
+class FrameRecord(Struct, frozen=True):
+    """One frame that was looked at.
+
+    Attributes
+    ----------
+    number : from 1 over the frames of the source, those that were not looked at included.
+    """
+
+    number: int
+    t_us: int
+
+
 class ViewRecord(Struct, frozen=True):
-    """Where a moving camera looked in one frame; the field order is the column order of the log.
+    """Where a moving camera looked in one frame.
 
     Attributes
     ----------
