@@ -80,13 +80,12 @@ class FormerRows:
         for then, named in zip(self._frames, rows, strict=True):
             if named:
                 seen = list(named.values())
-                centre_m = then.centre_m[seen]
                 yield cars.earlier(
                     list(named),
                     then.t_us,
-                    centre_m,
+                    then.centre_m[seen],
                     then.velocity_mps[seen],
                     then.heading_rad[seen],
-                    positions=self._locate(centre_m),
+                    locate=self._locate,
                     linked=True,
                 )

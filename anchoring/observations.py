@@ -1,7 +1,7 @@
 """What goes into anchoring, and what comes out? One frame's vision objects, one frame's cars, and the links between."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, NamedTuple
 
@@ -20,6 +20,10 @@ LinkKind = Literal[
     "established", "reestablished", "validated", "undecided", "joined", "parted", "lost", "refuted", "ended"
 ]
 Level = Literal["world", "on_road", "car"]
+
+DECIMALS = 2
+"""Of metres, and of metres a second, that are told of a car."""
+_ROUNDED = {"centre_m": DECIMALS, "speed_mps": DECIMALS, "length_m": DECIMALS, "width_m": DECIMALS, "heading_rad": 3}
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,9 @@ class Observations:
 class Cars:
     """Hold the cars of one frame; entry k of every array belongs to ``ids[k]``.
 
+    What is told of a car is rounded to centimetres, centimetres a second and milliradians, as event logs keep it, so
+    that whoever reads it there knows as much as those who saw it live.
+
     Attributes
     ----------
     t_us : time of the frame.
@@ -133,6 +140,11 @@ class Cars:
     confidence: FloatArray
     hidden: Mapping[str, int] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Round."""
+        for name, decimals in _ROUNDED.items():
+            object.__setattr__(self, name, getattr(self, name).round(decimals))
+
     def earlier(
         self,
         rows: list[int],
@@ -141,10 +153,15 @@ class Cars:
         velocity_mps: FloatArray,
         heading_rad: FloatArray,
         *,
-        positions: RoadPositions,
+        locate: Callable[[FloatArray], RoadPositions],
         linked: bool,
     ) -> "Cars":
-        """Lay out some of the cars, by row, where they were at another time; sizes and classes are those of now."""
+        """Lay out some of the cars, by row, where they were at another time; sizes and classes are those of now.
+
+        Parameters
+        ----------
+        locate : finds where centres are on the roads.
+        """
         return Cars(
             t_us=t_us,
             ids=tuple([self.ids[k] for k in rows]),
@@ -157,7 +174,7 @@ class Cars:
             classes=tuple([self.classes[k] for k in rows]),
             linked=np.full(len(rows), linked),
             vision_ids=tuple([self.vision_ids[k] if linked else "" for k in rows]),
-            positions=positions,
+            positions=locate(centre_m.round(DECIMALS)),
             sigma_m=self.sigma_m[rows],
             has_moved=self.has_moved[rows],
             confidence=self.confidence[rows],

@@ -10,7 +10,7 @@ import numpy as np
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y, looks_of
 from anchoring.linking.routes import LaneRoutes
 from anchoring.linking.ways import Looks
-from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
+from anchoring.observations import DECIMALS, BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
 from gis.polyline import ReferenceLines
 from gis.road_network import RoadNetwork, RoadPositions
@@ -152,7 +152,7 @@ class RoadMap:
         return self._network.locate(centre_m, tolerance_m=self._settings.road_tolerance_m)
 
     def _locate(self, frame: Frame, columns: LongArray | slice) -> None:
-        at = self.locate(frame.state[X : Y + 1, columns].T)
+        at = self.locate(frame.state[X : Y + 1, columns].T.round(DECIMALS))  # as it is told
         for row, values in (ALONG, at.along_m), (ACROSS, at.across_m), (TANGENT, at.tangent_rad):
             frame.state[row, columns] = values
         for row, place in enumerate((at.road, at.lane, at.junction)):

@@ -54,7 +54,7 @@ def fill(cars: Cars, bodies: Bodies, returned: LongArray, moments_us: LongArray,
             centre_m[now],
             velocity_mps[now],
             heading_rad[now],
-            positions=roads.locate(centre_m[now]),
+            locate=roads.locate,
             linked=False,
         )
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from anchoring.observations import Cars
+from anchoring.observations import DECIMALS, Cars
 from gis.road_network import RoadNetwork
 from service.records import CarState
 
@@ -30,7 +30,7 @@ class CarRows:
             cars.width_m.tolist(),
             cars.classes,
             positions.road.tolist(),
-            positions.along_m.tolist(),
+            positions.along_m.round(DECIMALS).tolist(),
             positions.lane.tolist(),
             cars.linked.tolist(),
             cars.vision_ids,
