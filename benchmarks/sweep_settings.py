@@ -15,22 +15,25 @@ import hashlib
 import os
 import pickle
 import shutil
-import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import closing
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
+from typing import get_args
 
 from anchoring.settings import AnchoringSettings
 from data_gen.scene import generate
 from qsr.settings import RelationSettings
 from service.errors import InputError
+from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.records import EventStatus
 from service.runs.processing import RunRequest, process
 from service.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
+from service.store.log import open_log
 from vision.settings import VisionSettings
 
 SECONDS = 10
@@ -61,13 +64,6 @@ SCENES_OF: Mapping[str, tuple[str, ...]] = {
 }
 """By the first two parts of a setting's name."""
 TREES = {"vision": VisionSettings(), "anchoring": AnchoringSettings(), "relations": RelationSettings()}
-ROWS = (
-    "SELECT * FROM seen_objects",
-    "SELECT * FROM car_states",
-    "SELECT t_us, decided_us, name, args, old, new, hypotheses FROM relations",
-    "SELECT type, start_us, end_us, status FROM events",
-)
-"""What is compared; identifiers of runs and events hold a digest of the site file, so they always differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,13 +188,20 @@ def _try(task: Task) -> Outcome | None:
         finally:
             site.unlink()
         compared = None if scene in GOLDEN else compare_log(str(log), folder / scene)
-        with closing(sqlite3.connect(log)) as rows:
-            digest = hashlib.sha256()
-            for query in ROWS:
-                for row in rows.execute(query):
-                    digest.update(repr(row).encode())
-            (events,) = rows.execute("SELECT count(*) FROM events").fetchone()
-        return Outcome(digest.hexdigest(), events, compared)
+        return Outcome(*_rows(str(log)), compared)
+
+
+def _rows(path: str) -> tuple[str, int]:
+    """Return a digest of what a log says, and the number of its events; without identifiers, which differ always."""
+    digest = hashlib.sha256()
+    with open_log(path) as log:
+        run_id = log.run().id
+        for row in chain(log.objects(run_id), log.states(run_id), log.relations(run_id)):
+            digest.update(repr(row).encode())
+        events = [decode_event(text) for text in iterate_events(log, EventFilter(statuses=get_args(EventStatus)))]
+    for one in events:
+        digest.update(repr((one.type, one.start_us, one.end_us, one.status)).encode())
+    return digest.hexdigest(), len(events)
 
 
 HEADER = "| setting | shipped | halved: P, R, IDF1, events | doubled: P, R, IDF1, events |\n|---|---|---|---|"

@@ -10,7 +10,7 @@ from service.monitoring.monitor_messages import messages_of_run
 from service.questions.queries import EventFilter
 from service.records import RunRecord, RunStatus
 from service.store.log import EventLog
-from service.store.schema import car_states, cars, event_roles, events, role_names
+from service.store.schema import cars, event_roles, events, role_names
 from service.texts.idle_chronicles import hinted
 from service.times import format_media
 
@@ -61,7 +61,7 @@ def _known(log: EventLog, what: str) -> set[str]:
             emitted = {name for run in runs for one in run.chronicles for name in _EMITTED.findall(one.text)}
             return given | emitted | _distinct(log, events.c.type)
         case "road":
-            return _distinct(log, events.c.road) | _distinct(log, car_states.c.road) - {""}
+            return _distinct(log, events.c.road) | {one.road for run in runs for one in log.states(run.id)} - {""}
         case "source":
             return {run.source for run in runs}
         case "run":

@@ -19,11 +19,12 @@ import re
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, Self, TypeVar
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import ColumnElement, Connection, Engine, Select, Text, func, inspect, or_, select, type_coerce
+from sqlalchemy import ColumnElement, Connection, Engine, Select, func, inspect, select
 
 from service.errors import LogError, NotInLogError
 from service.records import (
@@ -38,6 +39,18 @@ from service.records import (
     ViewRecord,
 )
 from service.store import schema
+from service.store.chunks import (
+    CAR_STATES,
+    FRAMES,
+    RELATIONS,
+    SEEN_OBJECTS,
+    SPAN_US,
+    VIEWS,
+    Chunk,
+    ChunkKind,
+    Where,
+    unpacked,
+)
 from service.store.engine import explained, reading_engine, writing_engine
 from service.store.location import check_writable, parse_log_url
 from service.store.repeats import file_beside, remove_log, take_place
@@ -51,6 +64,7 @@ _Record = TypeVar("_Record", bound=Struct)
 
 _RUN_ID = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 _ROWS_AT_ONCE = 5_000
+_CHUNKS_AT_ONCE = 8
 
 
 def open_log(url: str, mode: Mode = "r") -> "EventLog":
@@ -216,31 +230,26 @@ class EventLog:
     def states(
         self, run_id: str, *, car: str | None = None, from_us: int | None = None, to_us: int | None = None
     ) -> Iterator[CarState]:
-        """Stream the car states of a run with `from_us <= t_us < to_us`, ordered by time, then by first sight."""
-        table, cars = schema.car_states, schema.cars
-        same_car = (cars.c.run_no == table.c.run_no) & (cars.c.car == table.c.car)
-        query = select(*list(table.c)[1:]).join(cars, same_car).where(_of_run(table.c.run_no, run_id))
+        """Stream the car states of a run with `from_us <= t_us < to_us`, ordered by time, then by name."""
+        where: Where = {}
         if car is not None:
-            life = select(cars.c.first_us, cars.c.last_us).where(_of_run(cars.c.run_no, run_id), cars.c.car == car)
-            with self.connect() as connection:
-                first_us, last_us = connection.execute(life).one_or_none() or (0, -1)
-            query = query.where(table.c.car == car, table.c.t_us.between(first_us, last_us))
-        query = query.where(*_between(table.c.t_us, from_us, to_us)).order_by(table.c.t_us, cars.c.number)
-        return (CarState(*row) for row in self._stream(query))
+            first_us, last_us = self.life_us(run_id, (car,)) or (0, -1)
+            from_us = first_us if from_us is None else max(first_us, from_us)
+            to_us = last_us + 1 if to_us is None else min(last_us + 1, to_us)
+            where = {"car": car.__eq__}
+        return self._unpacked(CAR_STATES, run_id, from_us, to_us, where)
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
-        """Stream the vision objects of a run, ordered by time; none for a run without vision."""
-        return self._records(SeenObject, run_id)
+        """Stream the vision objects of a run, ordered by time, then by name; none for a run without vision."""
+        return self._unpacked(SEEN_OBJECTS, run_id)
 
     def views(self, run_id: str) -> Iterator[ViewRecord]:
         """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
-        return self._records(ViewRecord, run_id)
+        return self._unpacked(VIEWS, run_id)
 
     def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number in the source from 1, t_us) of the frames that a run looked at, in the order of the input."""
-        table = schema.frames
-        query = select(table.c.number, table.c.t_us).where(_of_run(table.c.run_no, run_id)).order_by(table.c.number)
-        return ((number, t_us) for number, t_us in self._stream(query))
+        return ((one.number, one.t_us) for one in self._unpacked(FRAMES, run_id))
 
     def links(self, run_id: str, *, uppers: Collection[str] | None = None) -> Iterator[LinkRecord]:
         """Stream the changes of the identity chain of a run, or of some upper objects, as they were decided."""
@@ -264,10 +273,11 @@ class EventLog:
 
     def covered_us(self, run_id: str) -> tuple[int, int] | None:
         """Return the times of the first and the last frame of a run; None if it has none."""
-        table = schema.frames
-        query = select(func.min(table.c.t_us), func.max(table.c.t_us)).where(_of_run(table.c.run_no, run_id))
+        table = schema.chunks
+        query = select(func.min(table.c.first_us), func.max(table.c.last_us))
         with self.connect() as connection:
-            first_us, last_us = connection.execute(query).one()
+            of_frames = _of_run(table.c.run_no, run_id), table.c.kind == FRAMES.name
+            first_us, last_us = connection.execute(query.where(*of_frames)).one()
         return None if first_us is None else (first_us, last_us)
 
     def life_us(self, run_id: str, cars: Collection[str]) -> tuple[int, int] | None:
@@ -299,14 +309,38 @@ class EventLog:
         names : of relations; None for all.
         about : only changes with one of these among their arguments are wanted.
         """
-        table = schema.relations
-        conditions = [*_among(table.c.name, names), *_between(table.c.t_us, from_us, to_us)]
+        where: Where = {} if names is None else {"name": names.__contains__}
         if about:
-            args = type_coerce(table.c.args, Text)
-            conditions.append(
-                or_(*(args.contains(msgspec.json.encode(one).decode(), autoescape=True) for one in about))
-            )
-        return self._records(RelationRecord, run_id, *conditions)
+            where = {**where, "args": lambda args: not set(about).isdisjoint(args)}
+        return self._unpacked(RELATIONS, run_id, from_us, to_us, where)
+
+    def _unpacked(
+        self,
+        kind: ChunkKind[_Record],
+        run_id: str,
+        from_us: int | None = None,
+        to_us: int | None = None,
+        where: Where = MappingProxyType({}),
+    ) -> Iterator[_Record]:
+        """Stream rows of a kind that is kept in chunks; see `chunks.unpacked`."""
+        chunks = self.chunks(run_id, kind, from_us, to_us)
+        return unpacked(kind, chunks, from_us=from_us, to_us=to_us, where=where, log=str(self.path))
+
+    def chunks(
+        self, run_id: str, kind: ChunkKind[Any], from_us: int | None = None, to_us: int | None = None
+    ) -> Iterator[Chunk]:
+        """Stream the chunks of a kind, as they are stored, that may have rows with `from_us <= t_us < to_us`."""
+        table = schema.chunks
+        query = select(*(table.c[name] for name in Chunk._fields))
+        query = query.where(_of_run(table.c.run_no, run_id), table.c.kind == kind.name)
+        if from_us is not None:
+            query = query.where(table.c.span_us > from_us - SPAN_US, table.c.last_us >= from_us)
+        if to_us is not None:
+            query = query.where(table.c.first_us < to_us)
+        if to_us is not None and kind.spans_by == "t_us":
+            query = query.where(table.c.span_us < to_us)  # by the index
+        rows = self._stream(query.order_by(table.c.span_us, table.c.number), at_once=_CHUNKS_AT_ONCE)
+        return map(Chunk._make, rows)
 
     def _records(self, kind: type[_Record], run_id: str, *conditions: ColumnElement[bool]) -> Iterator[_Record]:
         """Stream records of a kind, in the order of the primary key of their table."""
@@ -318,9 +352,11 @@ class EventLog:
         ordered = query.order_by(*first, last + 0 if conditions else last)
         return (kind(*row) for row in self._stream(ordered))
 
-    def _stream(self, query: Select[Any]) -> Iterator[Any]:  # Any: a row has the types of the query's columns
+    def _stream(
+        self, query: Select[Any], *, at_once: int = _ROWS_AT_ONCE
+    ) -> Iterator[Any]:  # Any: a row has the types of the query's columns
         with self.connect() as connection:
-            for rows in connection.execute(query).partitions(_ROWS_AT_ONCE):
+            for rows in connection.execute(query).partitions(at_once):
                 yield from rows
 
     def __enter__(self) -> Self:
@@ -336,8 +372,3 @@ def _of_run(run_no: ColumnElement[int], run_id: str) -> ColumnElement[bool]:
 
 def _among(column: ColumnElement[str], values: Collection[str] | None) -> list[ColumnElement[bool]]:
     return [] if values is None else [column.in_(sorted(values))]
-
-
-def _between(t_us: ColumnElement[int], from_us: int | None, to_us: int | None) -> list[ColumnElement[bool]]:
-    after = [] if from_us is None else [t_us >= from_us]
-    return after if to_us is None else [*after, t_us < to_us]

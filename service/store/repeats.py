@@ -10,6 +10,7 @@ from typing import Any
 from sqlalchemy import Connection, MetaData, Table, delete, func, insert, literal, select
 
 from service.store import schema
+from service.store.chunks import FRAMES
 from service.store.engine import explained, writing_engine
 from service.store.writer import take_seqs
 
@@ -52,14 +53,15 @@ def take_place(log: Path, beside: Path, run_id: str) -> bool:
 
 
 def _came_as_far(connection: Connection, run_no: int) -> bool:
-    old = _status_and_frames(connection, schema.runs, schema.frames, run_no)
-    new = _status_and_frames(connection, _beside(schema.runs), _beside(schema.frames), 1)
+    old = _status_and_frames(connection, schema.runs, schema.chunks, run_no)
+    new = _status_and_frames(connection, _beside(schema.runs), _beside(schema.chunks), 1)
     return new[0] == "finished" or (old[0] != "finished" and new[1] >= old[1])
 
 
-def _status_and_frames(connection: Connection, runs: Table, frames: Table, run_no: int) -> tuple[str, int]:
+def _status_and_frames(connection: Connection, runs: Table, chunks: Table, run_no: int) -> tuple[str, int]:
     status = connection.scalar(select(runs.c.status).where(runs.c.run_no == run_no)) or ""
-    return status, connection.scalar(select(func.count()).where(frames.c.run_no == run_no)) or 0
+    of_frames = select(func.sum(chunks.c.rows)).where(chunks.c.run_no == run_no, chunks.c.kind == FRAMES.name)
+    return status, connection.scalar(of_frames) or 0
 
 
 def _delete(connection: Connection, run_no: int) -> None:

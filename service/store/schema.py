@@ -3,8 +3,9 @@
 Rows belong to a run by its number `run_no`. An event is stored whole, as the JSON text that is sent out, beside the
 columns that filters use: it never changes, so the text never goes stale, and reading a page costs no assembly.
 `event_roles` answers "with this car"; `revisions` says which events have a newer state; `durations` keeps the longest
-event of each type, which bounds how far back a search for overlapping intervals must look. All tables use only types
-and constraints that SQLite and PostgreSQL share.
+event of each type, which bounds how far back a search for overlapping intervals must look. What comes by the thousand
+in a minute (cars, vision objects, relation changes, frames, views) lies in `chunks`. All tables use only types and
+constraints that SQLite and PostgreSQL share.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,25 +13,15 @@ from typing import Any
 
 import msgspec
 from msgspec import Struct
-from msgspec.inspect import (
-    BoolType,
-    FloatType,
-    IntType,
-    LiteralType,
-    StrType,
-    StructType,
-    UnionType,
-    VarTupleType,
-    type_info,
-)
+from msgspec.inspect import FloatType, IntType, LiteralType, StrType, StructType, UnionType, VarTupleType, type_info
 from sqlalchemy import (
     BigInteger,
-    Boolean,
     Column,
     Dialect,
     Float,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     PrimaryKeyConstraint,
     Table,
@@ -39,9 +30,9 @@ from sqlalchemy import (
     column,
 )
 
-from service.records import CarRecord, CarState, HypothesisRecord, LinkRecord, RelationRecord, SeenObject, ViewRecord
+from service.records import CarRecord, HypothesisRecord, LinkRecord
 
-SCHEMA_VERSION = 6  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 7  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""
@@ -71,7 +62,7 @@ def _numbered_table(name: str, *items: Column[Any] | Index) -> Table:
     return _run_table(name, Column("number", Integer, primary_key=True), *items, with_rowid=True)
 
 
-_COLUMN_TYPES = {FloatType: Float, BoolType: Boolean, StrType: Text, LiteralType: Text, VarTupleType: JsonArray}
+_COLUMN_TYPES = {FloatType: Float, StrType: Text, LiteralType: Text, VarTupleType: JsonArray}
 
 
 def _columns(kind: type[Struct], *key: str) -> Iterator[Column[Any]]:
@@ -139,12 +130,13 @@ event_roles = Table(
     sqlite_with_rowid=False,
 )
 
-# Which events have a newer state. A table of its own, since events are never edited.
+# Which events have a newer state. A table of its own, since events are never edited. The key comes first: where it does
+# not, the check of SQLite 3.40 takes values for missing ones.
 revisions = Table(
     "revisions",
     metadata,
-    Column("run_no", Integer, nullable=False),
     Column("revised", Text, primary_key=True),  # events.id
+    Column("run_no", Integer, nullable=False),
     sqlite_with_rowid=False,
 )
 
@@ -158,35 +150,26 @@ role_names = _run_table("role_names", Column("type", Text, primary_key=True), Co
 # `number` is 1, 2, ... in order of first sight within the run, `car_class` the last one that was not `unknown`.
 cars = _run_table("cars", *_columns(CarRecord, "car"))
 
-# No index by car: `cars` bounds a car's life, and reading everybody's rows of those minutes is cheap against one more
-# index on the largest table.
-car_states = _run_table("car_states", *_columns(CarState, "t_us", "car"))
-
-# What the tracker saw, linked to a car or not.
-seen_objects = _run_table("seen_objects", *_columns(SeenObject, "t_us", "vision_id"))
-
-# Where a moving camera looked; none for a fixed one, whose map stands in the run's body.
-views = _run_table("views", *_columns(ViewRecord, "t_us"))
-
-# `number` counts from 1 over the frames of the source; those that were not looked at have no row.
-frames = _run_table("frames", Column("number", Integer, primary_key=True), Column("t_us", BigInteger, nullable=False))
+# What `service.store.chunks` keeps together. `number` counts the chunks of a run in the order of writing.
+chunks = _run_table(
+    "chunks",
+    Column("kind", Text, primary_key=True),
+    Column("span_us", BigInteger, primary_key=True),
+    Column("number", Integer, primary_key=True),
+    Column("first_us", BigInteger, nullable=False),
+    Column("last_us", BigInteger, nullable=False),
+    Column("rows", Integer, nullable=False),
+    Column("data", LargeBinary),  # NULL of one that was pruned
+    with_rowid=True,
+)
 
 # Changes of one frame depend on each other, so they keep their order.
 links = _numbered_table("links", *_columns(LinkRecord), Index("links_by_upper", "run_no", "upper", "number"))
-relations = _numbered_table(
-    "relations", *_columns(RelationRecord), Index("relations_by_name", "run_no", "name", "t_us")
-)
 hypotheses = _numbered_table("hypotheses", *_columns(HypothesisRecord), Index("hypotheses_by_label", "run_no", "label"))
 
 # Which table has the records of a kind, a column for each field.
-TABLE_OF: Mapping[type[Struct], Table] = {
-    CarRecord: cars,
-    SeenObject: seen_objects,
-    ViewRecord: views,
-    LinkRecord: links,
-    RelationRecord: relations,
-    HypothesisRecord: hypotheses,
-}
+TABLE_OF: Mapping[type[Struct], Table] = {CarRecord: cars, LinkRecord: links, HypothesisRecord: hypotheses}
+
 # One row for each process of the run, written at its end: inputs before what reads them.
 streams = _numbered_table("streams", Column("body", Text, nullable=False))  # StreamRecord as JSON
 

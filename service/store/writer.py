@@ -1,12 +1,15 @@
 """How do the results of a run become rows of the event log?
 
 A `RunWriter` collects rows and writes them in batches, one transaction each. A batch goes out when it is large or when
-enough media time has passed, so that readers follow a run and a killed one loses little. No clock is read: the same
-input gives the same rows in the same transactions.
+the media time of a chunk is over, so that readers follow a run and a killed one loses little. No clock is read: the
+same input gives the same rows in the same transactions.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
+from typing import Any  # records of any kind
 
 import msgspec
 from msgspec import Struct
@@ -14,18 +17,22 @@ from msgspec.structs import asdict, astuple
 from sqlalchemy import Connection, Engine, Table, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
-from service.records import CarState, EventDraft, EventRecord, RunRecord, RunStatus, StreamRecord
+from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunRecord, RunStatus, StreamRecord
 from service.store import schema
+from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind, packed
 from service.store.engine import explained
 from service.times import format_utc
 
 BATCH_ROWS = 20_000
-BATCH_US = 10_000_000
 
 # Rows of these keep the order in which they were appended.
-_NUMBERED = (schema.frames, schema.links, schema.relations, schema.hypotheses, schema.streams, schema.costs)
+_NUMBERED = (schema.links, schema.hypotheses, schema.streams, schema.costs)
+_CHUNKED: Mapping[type[Struct], ChunkKind[Any]] = {kind.record: kind for kind in CHUNK_KINDS.values()}
 
-Row = tuple[str | int | float | bool | None, ...]
+_Life = tuple[str, int, int]
+"""Of a car: its class, its first and its last time."""
+
+Row = tuple[str | int | float | bool | bytes | None, ...]
 
 
 class RunWriter:
@@ -49,9 +56,10 @@ class RunWriter:
         self._run_no = run_no
         self._run = run
         self._drafts: list[tuple[str, EventDraft]] = []
-        tables = (schema.car_states, schema.seen_objects, schema.views, *_NUMBERED)
-        self._rows: dict[Table, list[Row]] = {table: [] for table in tables}
-        self._counts = dict.fromkeys((schema.events, *_NUMBERED), 0)
+        self._rows: dict[Table, list[Row]] = {table: [] for table in _NUMBERED}
+        self._records: dict[type[Struct], list[Struct]] = {kind: [] for kind in _CHUNKED}
+        self._counts = dict.fromkeys((schema.events, schema.chunks, *_NUMBERED), 0)
+        self._frame_number = 0
         self._cars = _Cars()
         self._flushed_us = 0
         self._is_open = True
@@ -72,20 +80,19 @@ class RunWriter:
         number : of the first of them in the source, from 1; None for the one after the last that was added.
         """
         if number is not None:
-            self._counts[schema.frames] = number - 1
-        last_us = self._flushed_us
-        for last_us in times_us:
-            self._append(schema.frames, (last_us,))
-        self._flush_when_due(last_us)
+            self._frame_number = number - 1
+        for t_us in times_us:
+            self._flush_when_due(t_us)
+            self._frame_number += 1
+            self._records[FrameRecord].append(FrameRecord(self._frame_number, t_us))
 
     def append_states(self, states: Iterable[CarState]) -> None:
         """Add cars at one or more frames, in the order of time; a car has one state a frame."""
-        last_us = self._flushed_us
-        for state in states:
-            self._append(schema.car_states, astuple(state))
-            self._cars.see(state)
-            last_us = state.t_us
-        self._flush_when_due(last_us)
+        for t_us, group in groupby(states, key=attrgetter("t_us")):
+            self._flush_when_due(t_us)
+            for state in group:
+                self._records[CarState].append(state)
+                self._cars.see(state)
 
     def append_events(self, events: Iterable[EventDraft]) -> list[str]:
         """Add recognised events, or newer states of such; return their identifiers.
@@ -101,11 +108,15 @@ class RunWriter:
         return event_ids
 
     def append(self, records: Iterable[Struct]) -> None:
-        """Add records of `schema.TABLE_OF`, those of one kind in the order of time or of decision."""
+        """Add records that are kept in chunks or in a table, those of one kind in the order of time or of decision."""
         for record in records:
-            # A tuple is a JSON array there.
-            values = tuple(_json(one) if isinstance(one, tuple) else one for one in astuple(record))
-            self._append(schema.TABLE_OF[type(record)], values)
+            kind = type(record)
+            if kind in self._records:
+                self._records[kind].append(record)
+            else:
+                # A tuple is a JSON array there.
+                values = tuple(_json(one) if isinstance(one, tuple) else one for one in astuple(record))
+                self._append(schema.TABLE_OF[kind], values)
 
     def append_streams(self, streams: Iterable[StreamRecord]) -> None:
         """Add what the processes of the run did, inputs before what reads them."""
@@ -118,8 +129,7 @@ class RunWriter:
             self._append(schema.costs, cost)
 
     def _append(self, table: Table, values: Row) -> None:
-        key = (self._run_no, self._next(table)) if table in self._counts else (self._run_no,)
-        self._rows[table].append(key + values)
+        self._rows[table].append((self._run_no, self._next(table), *values))
 
     def flush(self) -> None:
         """Write everything collected so far in one transaction.
@@ -127,17 +137,23 @@ class RunWriter:
         Raises
         ------
         LogError
-            If the database refuses: disk full, locked by another writer, or a row twice.
+            If the database refuses (disk full, locked by another writer), or a car has two states at a frame.
         """
         assert self._is_open, "the run is finished"
         with explained(self._path, "a log that can be written"), self._engine.begin() as connection:
             self._write_events(connection)
             for table, rows in self._rows.items():
                 insert_rows(connection, table, rows)
+            insert_rows(connection, schema.chunks, list(self._chunk_rows()))
             self._cars.write(connection, self._run_no)
-        self._drafts.clear()
-        for rows in self._rows.values():
-            rows.clear()
+        for waiting in self._waiting:
+            waiting.clear()
+
+    def _chunk_rows(self) -> Iterator[Row]:
+        for kind, records in self._records.items():
+            for chunk in packed(_CHUNKED[kind], records):
+                number = self._next(schema.chunks)
+                yield (self._run_no, _CHUNKED[kind].name, chunk.span_us, number, *chunk[1:])
 
     def finish(self, status: RunStatus, reason: str = "") -> bool:
         """Write the rest and close the run; nothing can be appended afterwards.
@@ -163,10 +179,14 @@ class RunWriter:
         return self._counts[table]
 
     def _flush_when_due(self, now_us: int) -> None:
-        waiting = len(self._drafts) + sum(map(len, self._rows.values()))
-        if waiting >= BATCH_ROWS or now_us - self._flushed_us >= BATCH_US:
+        """Write what waits before anything of another span comes, so that a span is rarely cut in two chunks."""
+        if now_us // SPAN_US > self._flushed_us // SPAN_US or sum(map(len, self._waiting)) >= BATCH_ROWS:
             self.flush()
             self._flushed_us = max(now_us, self._flushed_us)
+
+    @property
+    def _waiting(self) -> list[list[Any]]:
+        return [self._drafts, *self._rows.values(), *self._records.values()]
 
     def _write_events(self, connection: Connection) -> None:
         if not self._drafts:
@@ -179,7 +199,7 @@ class RunWriter:
             role_rows.extend((seq, role, actor, draft.start_us) for role, actor in draft.roles.items())
         insert_rows(connection, schema.events, event_rows)
         insert_rows(connection, schema.event_roles, role_rows)
-        revised = [(self._run_no, draft.revises) for _, draft in self._drafts if draft.revises is not None]
+        revised = [(draft.revises, self._run_no) for _, draft in self._drafts if draft.revises is not None]
         insert_rows(connection, schema.revisions, revised)
         _write_types(connection, self._run_no, [draft for _, draft in self._drafts])
 
@@ -213,33 +233,35 @@ class _Cars:
 
     def __init__(self) -> None:
         self.count = 0
-        self._seen: dict[str, tuple[str, int, int]] = {}  # class, first and last time
+        self._seen: dict[str, _Life] = {}
 
     def see(self, state: CarState) -> None:
-        """Take note of a car at one frame; `unknown` replaces no class."""
-        car_class, first_us, _ = self._seen.get(state.car, (state.car_class, state.t_us, 0))
-        self._seen[state.car] = _newer(car_class, state.car_class), first_us, state.t_us
+        """Take note of a car at one frame."""
+        now = state.car_class, state.t_us, state.t_us
+        self._seen[state.car] = _longer(self._seen.get(state.car, now), now)
 
     def write(self, connection: Connection, run_no: int) -> None:
         """Write the cars that are new, and update those seen again."""
         table = schema.cars
-        query = select(table.c.car, table.c.car_class).where(table.c.run_no == run_no, table.c.car.in_(self._seen))
-        known = {row.car: row.car_class for row in connection.execute(query)}
+        query = select(table.c.car, table.c.car_class, table.c.first_us, table.c.last_us)
+        query = query.where(table.c.run_no == run_no, table.c.car.in_(self._seen))
+        known: dict[str, _Life] = {car: (kind, *life_us) for car, kind, *life_us in connection.execute(query)}
         rows = list[Row]()
-        for name, (car_class, first_us, last_us) in self._seen.items():
+        for name, life in self._seen.items():
             if name in known:
-                values = {"car_class": _newer(known[name], car_class), "last_us": last_us}
+                values = dict(zip(("car_class", "first_us", "last_us"), _longer(known[name], life), strict=True))
                 is_it = (table.c.run_no == run_no) & (table.c.car == name)
                 connection.execute(update(table).where(is_it).values(values))
             else:
                 self.count += 1
-                rows.append((run_no, name, self.count, car_class, first_us, last_us))
+                rows.append((run_no, name, self.count, *life))
         insert_rows(connection, table, rows)
         self._seen.clear()
 
 
-def _newer(before: str, now: str) -> str:
-    return before if now == "unknown" else now
+def _longer(before: _Life, now: _Life) -> _Life:
+    """Join two parts of a life; `unknown` replaces no class."""
+    return before[0] if now[0] == "unknown" else now[0], min(before[1], now[1]), max(before[2], now[2])
 
 
 def _write_types(connection: Connection, run_no: int, drafts: Sequence[EventDraft]) -> None:

@@ -16,16 +16,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
 
+from msgspec.structs import astuple
+
+from service.store.chunks import CHUNK_KINDS
+from service.store.log import EventLog, open_log
+
 EVERY = 5
 """Of positions, the rows of each so many-th frame are pinned."""
 
-NOT_PINNED = frozenset({"costs", "alembic_version"})
-"""Costs are measured by a clock, and the version of the schema is no behaviour."""
+NOT_PINNED = frozenset({"chunks", "costs", "alembic_version"})
+"""Chunks are pinned by what is in them, costs are measured by a clock, the version of the schema is no behaviour."""
 
 MASK = "*"
 _THINNED = {"car_states": "car", "seen_objects": "vision_id"}
 _DECIMALS = {"_m": 4, "_px": 4, "_mps": 4, "_rad": 5, "_hz": 4}
-_COUNTING = {"events": "seq", "links": "number", "relations": "number", "hypotheses": "number"}
+_COUNTING = {"events": "seq", "links": "number", "hypotheses": "number"}
 
 Row = dict[str, object]
 
@@ -44,6 +49,9 @@ def read_log(path: Path) -> dict[str, Table]:
     with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as log:
         names = [name for (name,) in log.execute("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name")]
         raw = {name: _read(log, name) for name in names if name not in NOT_PINNED and not name.startswith("sqlite_")}
+    with open_log(str(path)) as opened:
+        raw |= {name: _unpacked(opened, name) for name in CHUNK_KINDS}
+    raw = dict(sorted(raw.items()))
     words = _Words.of(raw)
     tables: dict[str, Table] = {}
     for name, table in raw.items():
@@ -87,6 +95,20 @@ def _read(log: sqlite3.Connection, name: str) -> Table:
     columns = tuple(one[0] for one in cursor.description)
     rows = tuple({column: _parsed(value) for column, value in zip(columns, row, strict=True)} for row in cursor)
     return Table(name, columns, rows)
+
+
+def _unpacked(log: EventLog, name: str) -> Table:
+    """Lay out rows that are kept in chunks as a table."""
+    read = {"car_states": log.states, "seen_objects": log.objects, "views": log.views, "relations": log.relations}
+    fields = CHUNK_KINDS[name].record.__struct_fields__
+    found = log.frames(log.run().id) if name == "frames" else map(astuple, read[name](log.run().id))
+    rows = tuple({"run_no": 1} | dict(zip(fields, map(_plain, row), strict=True)) for row in found)
+    return Table(name, ("run_no", *fields), rows)
+
+
+def _plain(value: object) -> object:
+    """Write a value as JSON can."""
+    return list(value) if isinstance(value, tuple) else int(value) if isinstance(value, bool) else value
 
 
 def _order(log: sqlite3.Connection, name: str) -> str:

@@ -89,7 +89,7 @@ def test_one_car_symbol_for_one_vehicle(scene: Path, log: str) -> None:
 def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, tracks_log: Path, tmp_path: Path) -> None:
     repeated = shutil.copy(tracks_log, tmp_path / "log.db")
     process(RunRequest(scene / "truth.csv", scene / "site.toml", str(repeated), again=True))
-    for table in ("runs", "car_states", "relations", "links", "frames", "cars", "streams"):
+    for table in ("runs", "chunks", "links", "cars", "streams"):
         assert rows(repeated, table) == rows(tracks_log, table), table
     # Each event is told once more, under the next free number.
     before, after = (

@@ -4,6 +4,7 @@ import random
 import sqlite3
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any  # records of many kinds
 
 import msgspec
 
@@ -143,6 +144,17 @@ def read_rows(url: str) -> list[EventRecord]:
         rows = connection.execute("select body from events order by seq").fetchall()
     connection.close()
     return [decode_event(body) for (body,) in rows]
+
+
+def kept_rows(log: Path) -> dict[str, list[Any]]:
+    """Read everything that the runs of a log keep, by kind, but what a clock measured."""
+    kinds = ("states", "objects", "frames", "views", "relations", "links", "hypotheses", "cars", "streams")
+    with open_log(str(log)) as opened:
+        found = {kind: [row for run in opened.runs() for row in getattr(opened, kind)(run.id)] for kind in kinds}
+    with sqlite3.connect(log) as connection:
+        found["events"] = connection.execute("select * from events order by seq").fetchall()
+    connection.close()
+    return found
 
 
 def read_all(url: str, wanted: EventFilter | None = None) -> list[EventRecord]:

@@ -90,7 +90,7 @@ def test_a_state_written_twice_is_refused(tmp_path: Path) -> None:
     with open_log(str(tmp_path / "a.db"), "w") as log:
         writer = log.begin_run(run())
         writer.append_states([state(0, "car1"), state(0, "car1")])
-        with pytest.raises(LogError, match="expected a log that can be written, got 'UNIQUE constraint failed"):
+        with pytest.raises(LogError, match="car_states: expected one row of 'car1' at 0 us, got two"):
             writer.flush()
 
 
