@@ -18,6 +18,9 @@ import typer
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
+from service.cli.asking.log import info as log_info
+from service.cli.asking.log import prune as prune_log
+from service.cli.asking.log import verify as verify_log
 from service.cli.asking.objects import objects
 from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
@@ -55,6 +58,9 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "log info": (log_info, "dyknow log info scene.db"),
+    "log verify": (verify_log, "dyknow log verify scene.db"),
+    "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
     "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
     "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
     "detector add": (add_detector, "dyknow detector add traffic.onnx"),
@@ -63,6 +69,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 }
 
 GROUPS = {
+    "log": "See what a log holds, whether all of it can be read, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",
 }

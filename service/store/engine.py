@@ -7,7 +7,7 @@ own habit of committing around schema statements would leave a half-made log beh
 import os
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
@@ -49,6 +49,18 @@ def writing_engine(path: Path, *, beside: Path | None = None) -> Engine:
     if beside is not None:
         pragmas += (f"ATTACH DATABASE '{_uri(beside, 'mode=ro')}' AS beside",)
     return _engine(_connector(path, "mode=rwc", pragmas), "BEGIN IMMEDIATE")
+
+
+def compact(path: Path) -> None:
+    """Give back the room of rows that are gone.
+
+    Raises
+    ------
+    LogError
+        If another process is at the log, or the disk has no room for a copy of what is left.
+    """
+    with explained(path, "a log that nobody else is at"), closing(_connector(path, "mode=rw", ())()) as connection:
+        connection.execute("VACUUM")
 
 
 @contextmanager

@@ -7,7 +7,7 @@ where every DyKnow has looked for it, so Alembic keeps no table of its own.
 import logging
 import sqlite3
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +18,7 @@ from sqlalchemy.schema import CreateIndex, CreateTable
 
 from service.errors import LogError
 from service.store import schema
-from service.store.engine import can_write, explained, reading_engine, writing_engine
+from service.store.engine import can_write, compact, explained, reading_engine, writing_engine
 from service.store.writer import insert_rows
 
 OLDEST_VERSION = 2
@@ -104,6 +104,8 @@ def _carry_over(path: Path) -> None:
                 steps[one].upgrade()
         connection.execute(update(schema.meta).where(is_version).values(value=str(schema.SCHEMA_VERSION)))
     engine.dispose()
+    with suppress(LogError):  # while others read it, it stays as large as it was
+        compact(path)
 
 
 def _copied(path: Path, folder: Path) -> Path:

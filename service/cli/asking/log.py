@@ -1,0 +1,111 @@
+"""`dyknow log`: what is in a log, is all of it readable, and what of it may go?"""
+
+import re
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.options import AsJson, LogName
+from service.cli.printing import INVALID, format_table, show, tell
+from service.errors import QueryError
+
+if TYPE_CHECKING:
+    from service.records import RunRecord
+    from service.store.upkeep import Holding
+
+_AGE = re.compile(r"(\d{1,6})(d|h|min)", re.ASCII)
+_UNIT_US = {"d": 86_400_000_000, "h": 3_600_000_000, "min": 60_000_000}
+TITLES = ("kind", "rows", "pruned", "bytes", "from", "to")
+
+
+def info(log: LogName, as_json: AsJson = False) -> None:
+    """Say what a log holds: its runs, and of each kind how many rows, of how many bytes, from when to when."""
+    from service.questions.notes import covered
+    from service.store.log import open_log
+    from service.store.upkeep import holdings
+
+    with open_log(log) as opened:
+        size_bytes = opened.path.stat().st_size
+        runs = [(run, covered(opened, run), holdings(opened, run.id)) for run in opened.runs()]
+    texts = [_about(run, time, held) for run, time, held in runs]
+    records = [
+        {"run": run.id, "source": run.source, "status": run.status, "covered": time, "holds": held}
+        for run, time, held in runs
+    ]
+    text = "\n".join([f"{opened.path}: {size_bytes:,} bytes", *texts])
+    show({"log": str(opened.path), "bytes": size_bytes, "runs": records}, text, as_json=as_json)
+
+
+def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
+    from service.times import format_media
+
+    rows = [
+        [
+            *(one.kind, str(one.rows), str(one.pruned or ""), str(one.size_bytes)),
+            *("" if us is None else format_media(us) for us in (one.first_us, one.last_us)),
+        ]
+        for one in held
+    ]
+    return f"run {run.id} of {run.source}, {run.status}: {time}\n{format_table(TITLES, rows)}"
+
+
+def verify(log: LogName, as_json: AsJson = False) -> None:
+    """Read all of a log and say what is damaged; exit with 3 if anything is."""
+    from service.store.log import open_log
+    from service.store.upkeep import damage
+
+    with open_log(log) as opened:
+        found = list(damage(opened))
+    if as_json or not found:
+        show({"log": log, "damage": found}, f"{log}: all of it can be read", as_json=as_json)
+    tell("error", [] if as_json else found)
+    if found:
+        raise typer.Exit(INVALID)
+
+
+def prune(
+    log: LogName,
+    keep: Annotated[
+        list[str],
+        typer.Option(metavar="KIND=AGE", help="How long rows of a kind are kept: car_states=7d, events=365d."),
+    ],
+    now: Annotated[str | None, typer.Option(help="UTC time from which ages count back. Default: now.")] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Remove rows that are older than they are to be kept, kind by kind; kinds that are not named stay."""
+    from service.store.log import open_log
+    from service.store.upkeep import prune as remove
+
+    keep_us = dict(map(_kept, keep))
+    with open_log(log, "w") as opened:
+        undated = [run for run in opened.runs() if run.start_from == "unknown"]
+        removed = remove(opened, keep_us, _utc_us(now), dry_run=dry_run)
+    rows = [[one.kind, str(one.rows), str(one.size_bytes)] for one in removed]
+    table = format_table(("kind", "would go" if dry_run else "rows gone", "bytes"), rows)
+    show({"log": log, "dry_run": dry_run, "removed": removed}, table, as_json=as_json)
+    tell("note", (f"run {run.id!r} of {run.source} stays whole: nobody says when it was" for run in undated))
+
+
+def _kept(text: str) -> tuple[str, int]:
+    kind, _, age = text.partition("=")
+    given = _AGE.fullmatch(age)
+    if given is None:
+        raise QueryError(
+            f"--keep: expected KIND=AGE such as car_states=7d, relations=36h or views=90min, got {text!r}",
+            parameter="keep",
+        )
+    return kind, int(given[1]) * _UNIT_US[given[2]]
+
+
+def _utc_us(now: str | None) -> int:
+    import time
+
+    from service.times import parse_time
+
+    if now is None:
+        return time.time_ns() // 1000
+    point = parse_time(now, parameter="--now")
+    if point.clock != "utc":
+        raise QueryError(f"--now: expected a UTC time such as 2026-05-01T08:00:00Z, got {now!r}", parameter="now")
+    return point.us

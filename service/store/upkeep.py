@@ -1,0 +1,158 @@
+"""What does a log hold, is all of it readable, and how does it lose what nobody asks for any more?"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any  # rows of any kind
+
+from sqlalchemy import Connection, Delete, Update, delete, func, select, text, update
+
+from service.errors import LogError
+from service.store import schema
+from service.store.chunks import CHUNK_KINDS, FRAMES, PRUNED, SPAN_US, ChunkKind, opened, said_of_missing
+from service.store.columns import DamagedChunkError
+from service.store.engine import compact, explained, writing_engine
+from service.store.log import EventLog
+
+KEPT_FOR_EVER = FRAMES.name
+"""By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""
+
+PRUNABLE = ("events", *(name for name in CHUNK_KINDS if name != KEPT_FOR_EVER))
+
+
+@dataclass(frozen=True, slots=True)
+class Holding:
+    """Say what a run holds of a kind.
+
+    Attributes
+    ----------
+    kind : `events`, or a kind of `chunks.CHUNK_KINDS`.
+    rows : those that can be read.
+    pruned : rows that were there.
+    size_bytes : of what is stored, without the pages and indexes of the database.
+    first_us, last_us : media times of the first and the last row that can be read; None if there is none.
+    """
+
+    kind: str
+    rows: int
+    pruned: int
+    size_bytes: int
+    first_us: int | None
+    last_us: int | None
+
+
+def holdings(log: EventLog, run_id: str) -> list[Holding]:
+    """Say what a run holds, by kind; kinds of which it never had anything are left out."""
+    chunks, events = schema.chunks, schema.events
+    is_kept = chunks.c.data.is_not(None)
+    of_kind = select(
+        chunks.c.kind,
+        func.coalesce(func.sum(chunks.c.rows).filter(is_kept), 0),
+        func.coalesce(func.sum(chunks.c.rows).filter(~is_kept), 0),
+        func.coalesce(func.sum(func.length(chunks.c.data)), 0),
+        func.min(chunks.c.first_us).filter(is_kept),
+        func.max(chunks.c.last_us).filter(is_kept),
+    ).group_by(chunks.c.kind)
+    of_events = select(
+        func.count(),
+        func.coalesce(func.sum(func.length(events.c.body)), 0),
+        func.min(events.c.start_us),
+        func.max(events.c.end_us),
+    )
+    with log.connect() as connection:
+        run_no = connection.scalar(select(schema.runs.c.run_no).where(schema.runs.c.id == run_id))
+        found = [Holding(*row) for row in connection.execute(of_kind.where(chunks.c.run_no == run_no))]
+        count, *rest = connection.execute(of_events.where(events.c.run_no == run_no)).one()
+    return [Holding("events", count, 0, *rest), *found]
+
+
+def damage(log: EventLog) -> Iterator[str]:
+    """Read everything, and say what cannot be read; nothing if all is well."""
+    with log.connect() as connection:
+        yield from (f"database: {line}" for line in connection.scalars(text("PRAGMA quick_check")) if line != "ok")
+    for run in log.runs():
+        for name in CHUNK_KINDS:
+            missing = ((span_us, why) for span_us, why in _unreadable(log, run.id, CHUNK_KINDS[name]) if why != PRUNED)
+            yield from (f"run {run.id!r}: {line}" for line in said_of_missing(name, missing))
+
+
+def _unreadable(log: EventLog, run_id: str, kind: ChunkKind[Any]) -> Iterator[tuple[int, str]]:
+    for chunk in log.chunks(run_id, kind):
+        try:
+            times_us = opened(chunk)["t_us"].codes
+        except DamagedChunkError as error:
+            yield chunk.span_us, str(error)
+        else:
+            came = len(times_us), int(times_us.min()), int(times_us.max())
+            wanted = chunk.rows, chunk.first_us, chunk.last_us
+            if came != wanted:
+                yield (
+                    chunk.span_us,
+                    f"other than their row says: expected rows, first and last time {wanted}, got {came}",
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class Pruned:
+    """Say what was removed of a kind, or would be."""
+
+    kind: str
+    rows: int
+    size_bytes: int
+
+
+def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run: bool = False) -> list[Pruned]:
+    """Remove what is older than it is to be kept, and give its room back.
+
+    Of a run nobody knows when it was (`start_from` of its record), all stays.
+
+    Parameters
+    ----------
+    keep_us : how long rows of a kind are kept; of others all.
+    dry_run : only say what would go.
+
+    Raises
+    ------
+    LogError
+        If a kind is unknown or is kept for ever, or the log cannot be written.
+    """
+    for kind in keep_us:
+        if kind not in PRUNABLE:
+            raise LogError(f"prune: expected kinds among {', '.join(PRUNABLE)}, got {kind!r}")
+    engine = writing_engine(log.path)
+    removed = dict.fromkeys(keep_us, (0, 0))
+    with explained(log.path, "a log that can be pruned"), engine.begin() as connection:
+        for run in log.runs():
+            before_us = {kind: now_utc_us - us - run.start_utc_us for kind, us in keep_us.items()}
+            for kind, us in before_us.items() if run.start_from != "unknown" else ():
+                rows, size_bytes = _remove(connection, run.id, kind, us, dry_run=dry_run)
+                removed[kind] = removed[kind][0] + rows, removed[kind][1] + size_bytes
+    engine.dispose()
+    if not dry_run and any(rows for rows, _ in removed.values()):
+        compact(log.path)
+    return [Pruned(kind, *counts) for kind, counts in removed.items()]
+
+
+def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, dry_run: bool) -> tuple[int, int]:
+    """Remove what of a kind ended before a time; return how many rows, and of how many bytes."""
+    run_no = select(schema.runs.c.run_no).where(schema.runs.c.id == run_id).scalar_subquery()
+    if kind == "events":
+        events, roles, revisions = schema.events, schema.event_roles, schema.revisions
+        is_old = (events.c.run_no == run_no) & (events.c.end_us < before_us)
+        sizes = select(func.count(), func.sum(func.length(events.c.body))).where(is_old)
+        old_seqs, old_ids = (select(column).where(is_old) for column in (events.c.seq, events.c.id))
+        statements: list[Delete | Update] = [
+            delete(roles).where(roles.c.seq.in_(old_seqs)),
+            delete(revisions).where(revisions.c.revised.in_(old_ids)),
+            delete(events).where(is_old),
+        ]
+    else:
+        chunks = schema.chunks
+        is_old = (chunks.c.run_no == run_no) & (chunks.c.kind == kind) & chunks.c.data.is_not(None)
+        is_old &= chunks.c.span_us <= before_us - SPAN_US
+        sizes = select(func.sum(chunks.c.rows), func.sum(func.length(chunks.c.data))).where(is_old)
+        statements = [update(chunks).where(is_old).values(data=None)]
+    rows, size_bytes = connection.execute(sizes).one()
+    if rows and not dry_run:
+        for statement in statements:
+            connection.execute(statement)
+    return rows or 0, size_bytes or 0
