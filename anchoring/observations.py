@@ -23,7 +23,10 @@ Level = Literal["world", "on_road", "car"]
 
 DECIMALS = 2
 """Of metres, and of metres a second, that are told of a car."""
-_ROUNDED = {"centre_m": DECIMALS, "speed_mps": DECIMALS, "length_m": DECIMALS, "width_m": DECIMALS, "heading_rad": 3}
+_ROUNDED = {
+    **dict.fromkeys(("centre_m", "speed_mps", "length_m", "width_m"), DECIMALS),
+    **dict.fromkeys(("heading_rad", "sigma_m", "confidence"), 3),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +102,8 @@ class Observations:
 class Cars:
     """Hold the cars of one frame; entry k of every array belongs to ``ids[k]``.
 
-    What is told of a car is rounded to centimetres, centimetres a second and milliradians, as event logs keep it, so
-    that whoever reads it there knows as much as those who saw it live.
+    What is told of a car is rounded to centimetres, centimetres a second and milliradians, how sure that is to
+    thousandths, as event logs keep it, so that whoever reads it there knows as much as those who saw it live.
 
     Attributes
     ----------

@@ -68,7 +68,7 @@ def _compared(source: Path, site: Path, folder: Path) -> list[str]:
         record = log.run(name)
         stored = stored_events(log, record.id)
         computed = [
-            Event(one.name, one.args, one.t_us, one.old, one.new)
+            Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence)
             for one in computed_relations(log, record, record.relations, ground_of(record, "all relations"))
         ]
     changes = [

@@ -120,6 +120,8 @@ class CarState(Struct, frozen=True):
     along_m : metres along the road's reference line; None off-road.
     linked : False when the position is predicted, because the tracker has lost the car.
     vision_id : the vision object it is linked to, empty when predicted.
+    sigma_m, has_moved, confidence : how sure the place is, whether it is no ghost, and how sure it is that it is one
+        vehicle, as in `anchoring.observations.Cars`; None, True and 1 where nobody says, as in older logs.
     """
 
     t_us: int
@@ -136,6 +138,9 @@ class CarState(Struct, frozen=True):
     lane: str = ""
     linked: bool = True
     vision_id: str = ""
+    sigma_m: float | None = None
+    has_moved: bool = True
+    confidence: float = 1.0
 
 
 class SeenObject(Struct, frozen=True):

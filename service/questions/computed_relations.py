@@ -1,12 +1,9 @@
 """Which relation changes would a run have told that watched more? Computed from the cars that its log has.
 
 The same observer looks at the same cars on the same roads as in the run: each car from the moment at which it got its
-name, with its rows of before; of one that nobody saw for a while, what was true holds until it has rows again. The log
-does not keep how sure the place of a car was: so all that is computed is sure by itself, and two symbols of one vehicle
-are not noticed.
+name, with its rows of before; of one that nobody saw for a while, what was true holds until it has rows again.
 """
 
-import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -81,7 +78,7 @@ def computed_relations(
     observer = relation_observer(ground.network, ground.relations, names)
     named_us = {one.upper: one.t_us for one in log.links(run.id) if (one.level, one.kind) == ("car", "established")}
     last_us = {one.car: one.last_us for one in log.cars(run.id)}
-    rows = _Rows(ground, _taken_for_others(log, run), has_ghosts=run.input_kind != "trajectory")
+    rows = _Rows(ground, _taken_for_others(log, run))
     before: dict[str, list[CarState]] = {}  # of cars that have no name yet, or that nobody sees
     latest: dict[str, CarState] = {}  # of those that have rows now, or will have some again
     states = groupby(log.states(run.id), key=attrgetter("t_us"))
@@ -91,7 +88,6 @@ def computed_relations(
         latest = {car: replace(one, t_us=t_us, linked=False) for car, one in latest.items() if last_us[car] >= t_us}
         if at_us == t_us:
             for one in here:
-                rows.note(one)
                 is_named, is_seen = t_us >= named_us.get(one.car, 0), rows.is_seen(one)
                 if is_named:
                     latest[one.car] = one
@@ -125,24 +121,11 @@ class _Rows:
     Parameters
     ----------
     taken_for_others : of each car, the links by which it was not the one that was seen.
-    has_ghosts : whether what has never moved may be no car.
     """
 
-    def __init__(
-        self, ground: Ground, taken_for_others: Mapping[str, Sequence[IdentityLink]], *, has_ghosts: bool
-    ) -> None:
+    def __init__(self, ground: Ground, taken_for_others: Mapping[str, Sequence[IdentityLink]]) -> None:
         self._ground = ground
         self._taken_for_others = taken_for_others
-        self._has_ghosts = has_ghosts
-        self._first_m: dict[str, tuple[float, float]] = {}
-        self._has_moved: set[str] = set()
-
-    def note(self, one: CarState) -> None:
-        """See a row, in the order of time, before it is laid out."""
-        if self._has_ghosts and one.car not in self._has_moved:
-            first_m = self._first_m.setdefault(one.car, (one.x_m, one.y_m))
-            if math.dist(first_m, (one.x_m, one.y_m)) > self._ground.anchoring.moved_lengths * one.length_m:
-                self._has_moved.add(one.car)
 
     def of(self, t_us: int, states: Sequence[CarState]) -> Footprints:
         """Lay out the cars of one time."""
@@ -154,7 +137,7 @@ class _Rows:
             places = network.locate(centre_m, tolerance_m=settings.road_tolerance_m)
         columns: dict[str, Any] = {
             name: np.array([getattr(one, name) for one in states], dtype=np.float64)
-            for name in ("heading_rad", "speed_mps", "length_m", "width_m")
+            for name in ("heading_rad", "speed_mps", "length_m", "width_m", "sigma_m", "confidence")
         }
         return Footprints(
             t_us=t_us,
@@ -163,7 +146,7 @@ class _Rows:
             **columns,
             **on_roads(places),
             observed=np.array([self.is_seen(one) for one in states], dtype=np.bool_),
-            has_moved=np.array([one.car in self._has_moved or not self._has_ghosts for one in states], dtype=np.bool_),
+            has_moved=np.array([one.has_moved for one in states], dtype=np.bool_),
         )
 
     def is_seen(self, one: CarState) -> bool:

@@ -1,6 +1,7 @@
 """How do the cars of one frame look as rows, the form in which the log and the monitors take them?"""
 
 from collections.abc import Iterator
+from math import isnan
 
 from anchoring.observations import DECIMALS, Cars
 from gis.road_network import RoadNetwork
@@ -34,14 +35,14 @@ class CarRows:
             positions.lane.tolist(),
             cars.linked.tolist(),
             cars.vision_ids,
+            [None if isnan(one) else one for one in cars.sigma_m.tolist()],
+            cars.has_moved.tolist(),
+            cars.confidence.tolist(),
             strict=True,
         )
-        for car, (x_m, y_m), heading, speed, length, width, kind, road, along, lane, linked, vision in columns:
+        for car, (x_m, y_m), heading, speed, length, width, kind, road, along, lane, linked, vision, *sure in columns:
             yield CarState(
                 *(cars.t_us, car, x_m, y_m, heading, speed, length, width, kind),
-                road=self.road(road),
-                along_m=along if road >= 0 else None,
-                lane=self._lanes[lane] if lane >= 0 else "",
-                linked=linked,
-                vision_id=vision,
+                *(self.road(road), along if road >= 0 else None, self._lanes[lane] if lane >= 0 else ""),
+                *(linked, vision, *sure),
             )

@@ -1,7 +1,7 @@
 """How do thousands of rows become few bytes? Column by column, as differences from row to row, compressed together.
 
-Numbers that are no whole ones are kept as whole parts: centimetres, centimetres a second, milliradians, thousandths
-else. What is no number (names, truth values, tuples) is kept once, and each row has its place among those. A chunk says
+Numbers that are no whole ones are kept as whole parts: places, sizes and speeds in hundredths, all else in thousandths.
+What is no number (names, truth values, tuples) is kept once, and each row has its place among those. A chunk says
 itself which columns it has, so a later version may have more. Differences are those of Gorilla (Pelkonen and others,
 VLDB 2015), the order of their bytes that of the shuffle filter of HDF5.
 """
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 LongArray = NDArray[np.int64]
 
 WORDS, WHOLE = 0, 1
-_PARTS = {"m": 100, "mps": 100}
+_PARTS = dict.fromkeys(("x_m", "y_m", "along_m", "length_m", "width_m", "speed_mps"), 100)
 _USUAL_PARTS = 1000
 _EVEN = ("x_m", "y_m", "along_m")  # who moves on evenly has small differences of differences
 _NONE = np.iinfo(np.int64).min
@@ -72,7 +72,8 @@ def pack(columns: Mapping[str, Sequence[Any]]) -> bytes:
     Parameters
     ----------
     columns : by name, at least one; each of whole numbers below 2^63, of numbers, or of other values that JSON has.
-        None may stand among numbers that are no whole ones, and among other values. The end of a name is a unit.
+        None may stand among numbers that are no whole ones, and among other values. A name may say
+        in how many parts its numbers are kept.
 
     Examples
     --------
@@ -82,7 +83,7 @@ def pack(columns: Mapping[str, Sequence[Any]]) -> bytes:
     """
     heads, parts = [], []
     for name, values in columns.items():
-        column = _coded(values, _PARTS.get(name.rpartition("_")[2], _USUAL_PARTS))
+        column = _coded(values, _PARTS.get(name, _USUAL_PARTS))
         steps = 2 if name in _EVEN else 1
         planes = _planes(column.codes, steps)
         heads.append(_Head(name, column.parts, steps, len(planes), column.words))
