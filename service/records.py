@@ -10,6 +10,9 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct
+from msgspec.structs import asdict
+
+from service.times import format_utc
 
 if TYPE_CHECKING:
     from gis.lens import Lens
@@ -80,8 +83,8 @@ class EventRecord(Struct, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    id : opaque, unique in the log and the same when the run is repeated.
-    seq : grows with every row ever written to this log; never used twice.
+    id : opaque, unique in the log and the same when the run is repeated; empty of what is in none.
+    seq : grows with every row ever written to this log; never used twice; 0 of what is in none.
     start, end : the interval on the UTC calendar, RFC 3339 with six decimals.
     status : `recognised` if it rests on nothing open, else `tentative`; its newer state is `confirmed` or `retracted`.
         `doubtful` if it is less sure than its chronicle, or who processed it, asks for.
@@ -109,8 +112,22 @@ class EventRecord(Struct, frozen=True, kw_only=True):
     recognised_us: int
     revises: str | None = None
 
+    @classmethod
+    def of(cls, draft: EventDraft, run: "RunRecord", event_id: str = "", seq: int = 0) -> "EventRecord":
+        """Put an event of a run on the calendar, and give it its names."""
+        zero_us = run.start_utc_us
+        return cls(
+            id=event_id,
+            seq=seq,
+            source=run.source,
+            run=run.id,
+            start=format_utc(zero_us + draft.start_us),
+            end=format_utc(zero_us + draft.end_us),
+            **asdict(draft),
+        )
 
-class CarState(Struct, frozen=True):
+
+class CarState(Struct, frozen=True, gc=False):
     """One car at one frame.
 
     Attributes
@@ -143,7 +160,7 @@ class CarState(Struct, frozen=True):
     confidence: float = 1.0
 
 
-class SeenObject(Struct, frozen=True):
+class SeenObject(Struct, frozen=True, gc=False):
     """One vision object at one frame, before it is linked to anything.
 
     Attributes
@@ -164,7 +181,7 @@ class SeenObject(Struct, frozen=True):
     clipped: bool
 
 
-class FrameRecord(Struct, frozen=True):
+class FrameRecord(Struct, frozen=True, gc=False):
     """One frame that was looked at.
 
     Attributes
@@ -233,7 +250,7 @@ class LinkRecord(Struct, frozen=True):
     confidence: float = 1.0
 
 
-class RelationRecord(Struct, frozen=True):
+class RelationRecord(Struct, frozen=True, gc=False):
     """One relation changing its value; the field order is the column order of the log.
 
     Attributes

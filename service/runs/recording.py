@@ -2,8 +2,7 @@
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import zip_longest
+from collections.abc import Iterator, Mapping
 
 import msgspec
 import numpy as np
@@ -23,7 +22,6 @@ from service.errors import InputError
 from service.records import (
     ChronicleRef,
     EventDraft,
-    EventStatus,
     HypothesisRecord,
     LinkRecord,
     Place,
@@ -33,6 +31,7 @@ from service.records import (
     ViewRecord,
 )
 from service.runs.car_states import CarRows
+from service.runs.event_drafts import event_drafts
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.runs.relations import relation_record
@@ -49,8 +48,8 @@ _RECORDED: Mapping[str, str | None] = {
     "recorded_occurrences": OCCURRENCE,
 }
 
-# Where cars were while they were hidden is known for some frames only.
-_STALE_US = 500_000
+STALE_US = 500_000
+"""So long a car is where it was: where cars were while they were hidden is known for some frames only."""
 
 
 def recorded_streams(pipeline: Pipeline) -> dict[str, DeclaredStream]:
@@ -193,7 +192,8 @@ class Recorder:
         """Write an occurrence, or its newer state beside the one that was written before."""
         occurrence, now_us = sample.value, sample.available_us
         _, told, stood = self._told.pop(occurrence.key, (now_us, [], 0))
-        drafts = self._drafts(occurrence, told, now_us)
+        place = self._place(occurrence.roles, occurrence.start_us)
+        drafts = event_drafts(occurrence, place, least=self._min_confidence, told=told, now_us=now_us)
         event_ids = self._writer.append_events(drafts)
         standing = sum(draft.status not in ("retracted", "doubtful") for draft in drafts)
         if occurrence.status != "retracted":
@@ -201,37 +201,10 @@ class Recorder:
         self.events += standing - stood
         self._forget_before(sample.available_us - self._history_us)
 
-    def _is_doubtful(self, occurrence: Occurrence) -> bool:
-        """Say whether it is less sure than is asked for, by who processes or by its chronicle."""
-        least = occurrence.floor if self._min_confidence is None else self._min_confidence
-        return occurrence.confidence < least
-
     def _forget_before(self, t_us: int) -> None:
         """Forget what was written so long ago that nothing can revise it: hypotheses are decided within seconds."""
         while self._told and next(iter(self._told.values()))[0] < t_us:
             del self._told[next(iter(self._told))]
-
-    def _drafts(self, occurrence: Occurrence, told: Sequence[str], now_us: int) -> list[EventDraft]:
-        """Make the events of an occurrence; each revises the one of `told` in the same place, and is decided now."""
-        # What an `assert` sets is a value and no event of its own: only messages name a type.
-        names = [event.name for event in occurrence.emitted if event.new is None] or [occurrence.chronicle]
-        return [
-            EventDraft(
-                type=name,
-                chronicle=ChronicleRef(occurrence.chronicle, occurrence.version),
-                start_us=occurrence.start_us,
-                end_us=occurrence.end_us,
-                roles=dict(occurrence.roles),
-                recognised_us=occurrence.recognised_us if revised is None else now_us,
-                status=_status(occurrence, is_doubtful=self._is_doubtful(occurrence)),
-                confidence=round(occurrence.confidence, 3),
-                revises=revised,
-                hypotheses=tuple(occurrence.hypotheses),
-                sub_events=tuple(SubEvent(label, t_us) for label, t_us in occurrence.sub_events),
-                place=self._place(occurrence.roles, occurrence.start_us),
-            )
-            for name, revised in zip_longest(names, told)
-        ]
 
     def _place(self, roles: Mapping[str, str], start_us: int) -> Place | None:
         """Find where the event began: the first role that is a car, at the start."""
@@ -275,10 +248,10 @@ class CarHistory:
     def find(self, car: str, t_us: int) -> tuple[int, float, float] | None:
         """Return road index, x and y in metres of a car at a time or a little before; None if it was not there."""
         at = bisect_right(self._times_us, t_us) - 1
-        while at >= 0 and self._times_us[at] >= t_us - _STALE_US:
+        while at >= 0 and self._times_us[at] >= t_us - STALE_US:
             ids, places = self._cars[at]
             if car in ids:
-                road, x_m, y_m = np.round(places[ids.index(car)], 3).tolist()
+                road, x_m, y_m = places[ids.index(car)].tolist()
                 return int(road), x_m, y_m
             at -= 1
         return None
@@ -297,7 +270,3 @@ def _seen_objects(objects: VisionObjects | TrajectoryObjects) -> Iterator[SeenOb
     )
     for name, (x_m, y_m), heading, length, width, observed, clipped in columns:
         yield SeenObject(objects.t_us, name, x_m, y_m, heading, length, width, observed, clipped)
-
-
-def _status(occurrence: Occurrence, *, is_doubtful: bool) -> EventStatus:
-    return "doubtful" if is_doubtful and occurrence.status != "retracted" else occurrence.status

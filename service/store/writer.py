@@ -21,7 +21,6 @@ from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunR
 from service.store import schema
 from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind, packed
 from service.store.engine import explained
-from service.times import format_utc
 
 BATCH_ROWS = 20_000
 
@@ -204,19 +203,10 @@ class RunWriter:
         _write_types(connection, self._run_no, [draft for _, draft in self._drafts])
 
     def _event_row(self, seq: int, event_id: str, draft: EventDraft) -> Row:
-        zero_us = self._run.start_utc_us
-        record = EventRecord(
-            id=event_id,
-            seq=seq,
-            source=self._run.source,
-            run=self.run_id,
-            start=format_utc(zero_us + draft.start_us),
-            end=format_utc(zero_us + draft.end_us),
-            **asdict(draft),
-        )
+        record = EventRecord.of(draft, self._run, event_id, seq)
         values = asdict(record) | {
             "run_no": self._run_no,
-            "start_utc_us": zero_us + record.start_us,
+            "start_utc_us": self._run.start_utc_us + record.start_us,
             "road": record.place.road if record.place else "",
             "body": _json(record),
         }

@@ -1,0 +1,50 @@
+"""How does an occurrence look as events, the rows of a log?"""
+
+from collections.abc import Sequence
+from itertools import zip_longest
+
+from chronicles.events import Occurrence
+from service.records import ChronicleRef, EventDraft, EventStatus, Place, SubEvent
+
+
+def event_drafts(
+    occurrence: Occurrence,
+    place: Place | None,
+    *,
+    least: float | None = None,
+    told: Sequence[str] = (),
+    now_us: int = 0,
+) -> list[EventDraft]:
+    """Make the events of an occurrence: one for each message that it emits, or one of its own name.
+
+    Parameters
+    ----------
+    place : where it began.
+    least : how sure it must be, or it is doubtful; None for what its chronicle asks for.
+    told : identifiers of the events that were made of it before; each is revised by the one in the same place, which is
+        decided at `now_us`.
+    """
+    # What an `assert` sets is a value and no event of its own: only messages name a type.
+    names = [event.name for event in occurrence.emitted if event.new is None] or [occurrence.chronicle]
+    is_doubtful = occurrence.confidence < (occurrence.floor if least is None else least)
+    return [
+        EventDraft(
+            type=name,
+            chronicle=ChronicleRef(occurrence.chronicle, occurrence.version),
+            start_us=occurrence.start_us,
+            end_us=occurrence.end_us,
+            roles=dict(occurrence.roles),
+            recognised_us=occurrence.recognised_us if revised is None else now_us,
+            status=_status(occurrence, is_doubtful=is_doubtful),
+            confidence=round(occurrence.confidence, 3),
+            revises=revised,
+            hypotheses=tuple(occurrence.hypotheses),
+            sub_events=tuple(SubEvent(label, t_us) for label, t_us in occurrence.sub_events),
+            place=place,
+        )
+        for name, revised in zip_longest(names, told)
+    ]
+
+
+def _status(occurrence: Occurrence, *, is_doubtful: bool) -> EventStatus:
+    return "doubtful" if is_doubtful and occurrence.status != "retracted" else occurrence.status
