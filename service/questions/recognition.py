@@ -1,7 +1,8 @@
 """Do other chronicles occur in what was stored? Recognition over the events of a log or a file."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
 from service.monitoring.monitor_messages import messages_of_run
 from service.questions.event_files import load_events
+from service.questions.recognised_events import RecognisedEvent, recognised_events
 from service.questions.stored_events import (
     StoredEvents,
     refuse_thinned,
@@ -19,8 +21,9 @@ from service.questions.stored_events import (
     stored_events,
     unwatched_relations,
 )
+from service.records import RunRecord
 from service.store.location import is_log_name
-from service.store.log import open_log
+from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
 from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told
 from service.texts.text_streams import Stream
@@ -33,7 +36,7 @@ class Recognised:
     `stream` is what the texts were taken to be about, `doubts` are the warnings that `dyknow check` gives of them.
     """
 
-    occurrences: Sequence[Occurrence]
+    events: Sequence[RecognisedEvent]
     late_count: int
     warnings: tuple[str, ...]
     stream: Stream
@@ -72,25 +75,36 @@ def recognise_stored(
     LogError, InputError, ChronicleError
         If the source or the chronicles cannot be used, or the executor cannot take events one by one.
     """
-    if is_log_name(source):
-        _refuse("a file of events", "a log", stream=stream, until=until_us)
-        loaded, (stored, warnings) = _read_log(source, chronicle_files, run, site_file)
-    else:
-        _refuse("a log", "a file of events", run=run, site=site_file)
-        loaded = load_chronicle_files(chronicle_files, stream)
-        stored, warnings = _read_file(source, loaded.merged, until_us)
-    chronicles, late_count = loaded.merged, 0
-    left_out: Counter[str] = Counter()
+    with ExitStack() as closing:
+        if is_log_name(source):
+            _refuse("a file of events", "a log", stream=stream, until=until_us)
+            log = closing.enter_context(open_log(source))
+            record = log.run(run)
+            loaded, (stored, warnings) = _read_log(source, log, record, chronicle_files, site_file)
+        else:
+            _refuse("a log", "a file of events", run=run, site=site_file)
+            log, record = None, RunRecord(id="", source=Path(source).name, start_utc_us=0)
+            loaded = load_chronicle_files(chronicle_files, stream)
+            stored, warnings = _read_file(source, loaded.merged, until_us)
+        found, late_count, left_out = _found(loaded.merged, stored, executor, lateness_us)
+        beyond = (f"{source}: chronicle {name}: {count} instances were left out" for name, count in left_out.items())
+        events = tuple(recognised_events(found, record, log))
+        return Recognised(events, late_count, (*warnings, *beyond), loaded.stream, loaded.doubts)
+
+
+def _found(
+    chronicles: ChronicleSet, stored: StoredEvents, executor: str | None, lateness_us: int | None
+) -> tuple[Sequence[Occurrence], int, Mapping[str, int]]:
+    """Give what occurs, how many events came too late, and how many instances of each chronicle were left out."""
     if lateness_us is None:
+        left_out: Counter[str] = Counter()
         executor = executor or "backfill"
         found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor, left_out=left_out)
-    else:
-        recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
-        found = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
-        found += recogniser.advance(stored.until_us + lateness_us)
-        late_count, left_out = recogniser.late_count, recogniser.left_out
-    beyond = (f"{source}: chronicle {name}: {count} instances were left out" for name, count in left_out.items())
-    return Recognised(found, late_count, (*warnings, *beyond), loaded.stream, loaded.doubts)
+        return found, 0, left_out
+    recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
+    found = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
+    found += recogniser.advance(stored.until_us + lateness_us)
+    return found, recogniser.late_count, recogniser.left_out
 
 
 def _refuse(expected: str, came: str, **options: object) -> None:
@@ -115,14 +129,12 @@ def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> _
 
 
 def _read_log(
-    source: str, chronicle_files: Sequence[Path], run: str | None, site_file: Path | None
+    source: str, log: EventLog, run: RunRecord, chronicle_files: Sequence[Path], site_file: Path | None
 ) -> tuple[LoadedChronicles, _Read]:
-    with open_log(source) as log:
-        record = log.run(run)
-        messages = messages_of_run(record)
-        loaded = load_chronicle_files(chronicle_files, messages=messages)
-        refuse_thinned(record)
-        asked = relations_of(loaded.merged)
-        stored = stored_events(log, record.id, computed=unwatched_relations(log, record, asked, site_file))
+    messages = messages_of_run(run)
+    loaded = load_chronicle_files(chronicle_files, messages=messages)
+    refuse_thinned(run)
+    asked = relations_of(loaded.merged)
+    stored = stored_events(log, run.id, computed=unwatched_relations(log, run, asked, site_file))
     unfit = unfit_told(source, loaded.merged, unfit_events(loaded.merged, stored.events), is_traffic=True)
     return loaded, (stored, (*idle_in_stream(source, loaded.merged, messages), *unfit))

@@ -14,6 +14,7 @@ from service.records import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import chronicles_of
+from tests.conftest import Demo
 
 LIBRARY = Path(__file__).parents[2] / "chronicles" / "library"
 
@@ -94,3 +95,23 @@ def test_a_stored_run_is_recognised_from_the_command_line(
     assert sorted((one["start_us"], one["end_us"]) for one in found) == sorted(
         (one.start_us, one.end_us) for one in events if one.type == "overtake"
     )
+
+
+def test_what_is_recognised_again_has_the_form_of_what_the_run_told(
+    demo: Demo, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Key by key, value by value; of what is in no log there are no names, and the links it rests on are decided."""
+
+    def printed(*command: str) -> list[dict[str, object]]:
+        assert run([*command, "--format", "jsonl"]) == 0
+        found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+        return sorted(found, key=lambda one: (one["start_us"], one["type"], str(one["roles"])))
+
+    told = printed("events", str(demo.log))
+    again = [one for one in printed("recognise", str(demo.log)) if one["status"] != "doubtful"]
+    assert len(told) > 10
+    assert [list(one) for one in again] == [list(one) for one in told]
+    own = {"id": "", "seq": 0, "recognised_us": 0, "hypotheses": [], "status": "", "revises": None}
+    assert [one | own for one in again] == [one | own for one in told]
+    assert any(one["place"] for one in again)
+    assert {one["id"] for one in again} == {""}

@@ -240,14 +240,14 @@ def test_events_of_a_file_are_recognised_in_any_order(
     path, events = written(tmp_path, "a.chronicle", MET), written(tmp_path, "e.csv", EVENTS)
     assert run(["recognise", events, "--chronicles", path, "--executor", executor]) == 0
     assert capsys.readouterr().out.splitlines() == [
-        "start      end        chronicle  roles    reports",
-        "00:01.000  00:02.000  met        a=x b=y  x met y",
+        "start      end        type  roles    road  status      sure  source  reports",
+        "00:01.000  00:02.000  met   a=x b=y        recognised  1.00  e.csv   x met y",
     ]
 
 
 def test_live_recognition_leaves_late_events_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, events = written(tmp_path, "a.chronicle", MET), written(tmp_path, "e.csv", EVENTS)
-    command = ["recognise", events, "--chronicles", path, "--format", "jsonl", "--lateness"]
+    command = ["recognise", events, "--chronicles", path, "--format", "jsonl", "--evidence", "--lateness"]
     assert run([*command, "500000"]) == 0
     shown = capsys.readouterr()
     assert (shown.out, shown.err) == ("", "1 event came too late and was left out\n")

@@ -68,8 +68,8 @@ def test_recognised_occurrences_as_json(tmp_path: Path, capsys: pytest.CaptureFi
     events.write_text("t_s,name,arg1,arg2,old,new\n1,close,a,b,false,true\n")
     found = printed(capsys, "recognise", events, "--chronicles", chronicle)
     assert (found["stream"], found["late_count"]) == ("traffic", 0)
-    assert isinstance(found["occurrences"], list)
-    assert [one["roles"] for one in found["occurrences"]] == [{"a": "a", "b": "b"}]
+    assert isinstance(found["items"], list)
+    assert [one["roles"] for one in found["items"]] == [{"a": "a", "b": "b"}]
 
 
 def test_what_is_made_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from service.times import TimePoint
 
 TABLE_LIMIT = 100
+TITLES = ("start", "end", "type", "roles", "road", "status", "sure", "source", "id")
 
 # The words are those of `service.questions.queries`, which loads more than help needs.
 EventFormat = Literal["table", "jsonl", "csv", "json"]
@@ -140,14 +141,14 @@ def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) 
     from service.questions.queries import decode_event
 
     found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
-    titles = ["start", "end", "type", "roles", "road", "status", "sure", "source", "id"]
-    print(format_table(titles, [_row(event) for event in found[:limit]]), end="")
+    print(format_table(TITLES, [cells(event) for event in found[:limit]]), end="")
     if len(found) > limit:
         print(f"the first {limit} of more; --limit N shows others, --format jsonl all", file=sys.stderr)
     return len(found)
 
 
-def _row(event: "EventRecord") -> list[str]:
+def cells(event: "EventRecord") -> list[str]:
+    """Write an event for a table with `TITLES`."""
     from service.times import format_media
 
     road = event.place.road if event.place else ""

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from chronicles.events import Event, Occurrence
     from dyknow.monitors.monitors import MonitorEvent
     from service.monitoring.stored_monitoring import Monitored
+    from service.questions.recognised_events import RecognisedEvent
     from service.questions.recognition import Recognised
 
 
@@ -51,6 +52,9 @@ def recognise(
         str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")
     ] = None,
     site: SiteOfRun = None,
+    evidence: Annotated[
+        bool, typer.Option("--evidence", help="With each event in JSON what it was recognised from, and its reports.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
@@ -76,10 +80,10 @@ def recognise(
         )
     output = "json" if as_json else output
     if out is None:
-        _write(found, output, sys.stdout)
+        _write(found, output, sys.stdout, evidence=evidence)
     else:
         with out.open("w", encoding="utf-8") as file:
-            _write(found, output, file)
+            _write(found, output, file, evidence=evidence)
     tell("warning", (*found.doubts, *found.warnings))
     if found.late_count:
         late = counted(found.late_count, "event")
@@ -98,23 +102,27 @@ def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
         raise InputError(f"{out}: expected a new file, got one that is being read")
 
 
-def _write(found: "Recognised", output: OccurrenceFormat, out: "TextIO") -> None:
+def _write(found: "Recognised", output: OccurrenceFormat, out: "TextIO", *, evidence: bool) -> None:
     import msgspec
 
-    from service.times import format_media
+    from service.cli.asking.events import TITLES, cells
 
-    records = [occurrence_record(one) for one in found.occurrences] if output != "table" else []
+    records = [_with_evidence(one) if evidence else one.event for one in found.events] if output != "table" else []
     if output == "json":
-        whole = {"stream": found.stream, "late_count": found.late_count, "occurrences": records}
+        whole = {"stream": found.stream, "late_count": found.late_count, "items": records}
         out.write(msgspec.json.encode(whole).decode() + "\n")
     elif output == "jsonl":
         out.writelines(msgspec.json.encode(one).decode() + "\n" for one in records)
-    else:
-        rows = []
-        for one in found.occurrences:
-            start, end = format_media(one.start_us), format_media(one.end_us)
-            rows.append([start, end, one.chronicle, shown_roles(one.roles.items()), " ".join(one.reports)])
-        out.write(format_table(["start", "end", "chronicle", "roles", "reports"], rows))
+    else:  # what is in no log has no identifier, but its reports
+        rows = [[*cells(one.event)[:-1], " ".join(one.occurrence.reports)] for one in found.events]
+        out.write(format_table([*TITLES[:-1], "reports"], rows))
+
+
+def _with_evidence(found: "RecognisedEvent") -> dict[str, object]:
+    from msgspec.structs import asdict
+
+    record = occurrence_record(found.occurrence)
+    return asdict(found.event) | {name: record[name] for name in ("events", "emitted", "reports")}
 
 
 def occurrence_record(occurrence: "Occurrence") -> dict[str, object]:

@@ -221,7 +221,7 @@ def test_what_rests_on_a_verdict_can_be_explained_and_found_again(tmp_path: Path
             Explainer(log).explain_event(violated.id)
     for lateness_us in (None, RelationSettings().backdate_us):
         found = recognise_stored(url, [tmp_path / "a.chronicle"], lateness_us=lateness_us)
-        assert ([one.roles for one in found.occurrences], found.late_count) == ([{"car": "car1"}] * 2, 0)
+        assert ([one.event.roles for one in found.events], found.late_count) == ([{"car": "car1"}] * 2, 0)
 
 
 def test_verdicts_on_the_last_states_still_reach_chronicles(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def test_the_log_tells_in_the_end_what_its_stored_changes_amount_to(tmp_path: Pa
     chronicles.write_text(PASSES)
     assert run(["process", str(tracks), "--chronicles", str(chronicles), "--log", str(log), *options]) == 0
     told = told_of((one.type, one) for one in read_all(str(log)))
-    assert told == told_of((one.chronicle, one) for one in recognise_stored(str(log), [chronicles]).occurrences)
+    assert told == told_of((one.type, one) for one, _ in recognise_stored(str(log), [chronicles]).events)
     assert [one for one in told if one[0] == "passes" and 5_000_000 < one[1] < 9_000_000]
     states = [(one.status, one.revises) for one in read_rows(str(log))]
     assert not options or set(states) == {("recognised", None)}
