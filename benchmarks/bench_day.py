@@ -19,7 +19,6 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +74,7 @@ def _row(name: str, options: argparse.Namespace, folder: Path) -> list[str]:
             sizes.append(log.stat().st_size)
     with open_log(str(log)) as opened:
         record_bytes = len(msgspec.json.encode(opened.runs()[-1]))
-    growth_bytes = statistics.median(after - before for before, after in pairwise(sizes))
+    growth_bytes = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
     scale, frames = HOUR_S / SECONDS, SECONDS * open_video(video).rate_hz
     cpu_s, decode_s = (statistics.median(one.cpu_s for one in costs) for costs in (alone, decoding))
     stages_s = [statistics.median(one.stages_s[label] for one in alone) for label in STAGES.values()]
