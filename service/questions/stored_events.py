@@ -91,8 +91,9 @@ def stored_events(
 
 
 def _changes(log: EventLog, run_id: str, part: Part) -> list[RelationRecord]:
+    first_us, _ = log.covered_us(run_id) or (0, 0)
     changes = chain(
-        log.relations(run_id, names=_OF_THE_MAP, to_us=part.from_us),
+        log.relations(run_id, names=_OF_THE_MAP, from_us=first_us, to_us=min(first_us + 1, part.from_us)),
         log.relations(run_id, names=part.names, about=part.about, from_us=part.first_us, to_us=part.from_us),
         log.relations(run_id, names=part.names, from_us=part.from_us, to_us=part.to_us),
         log.relations(run_id, names=part.names, about=part.about, from_us=part.to_us, to_us=part.last_us),
