@@ -60,6 +60,7 @@ class ChronicleText:
 
     Attributes
     ----------
+    file : the name of the text that was loaded.
     chronicle : its tree.
     constraints : its time constraints in the order of the text.
     """
@@ -69,7 +70,8 @@ class ChronicleText:
         self._reporter = Reporter({name: text})
         self._file = parse(text, name, self._reporter)
         self._symbols = collect_symbols([self._file], self._reporter)
-        self._lines = [line for _, line in dict(chronicles.statement_places)[name]]
+        places = dict(chronicles.statement_places)[name]
+        self.file, self._lines = places[0][0], [line for _, line in places]
         last = self._file.declarations[-1]
         assert isinstance(last, model.Chronicle), "the canonical text ends with its chronicle"
         self.chronicle = last

@@ -203,10 +203,14 @@ class RoleValue:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExplainedInstance:
-    """What is told of an instance, whether it was recognised or not."""
+    """What is told of an instance, whether it was recognised or not.
+
+    `file` is the name of the text that was loaded, in which the lines of statements count.
+    """
 
     chronicle: str
     version: str
+    file: str
     roles: tuple[RoleValue, ...]
     events: tuple[MatchedEvent, ...]
     constraints: tuple[ConstraintReading, ...]

@@ -97,12 +97,14 @@ def _why(one: Explanation) -> Json:
         "chronicle": {"name": one.chronicle, "version": one.version},
         "start_us": one.start_us,
         "end_us": one.end_us,
+        "file": one.file,
         **_parts(one, "roles", "events", "constraints", "obligations", "emitted"),
     }
 
 
 def _near_miss(one: NearMiss) -> Json:
     return {
+        "file": one.file,
         "roles": _plain(one.roles),
         "distance": {"unmet": one.unmet_count, "short_us": one.short_us},
         **_parts(one, "failures", "events", "missing", "constraints", "obligations", "change"),

@@ -61,6 +61,7 @@ def _explain(chronicles: ChronicleSet, occurrence: Occurrence, events: list[Even
     return Explanation(
         chronicle=plan.name,
         version=plan.version,
+        file=case.text.file,
         start_us=occurrence.start_us,
         end_us=occurrence.end_us,
         roles=role_values(plan, readings.values),

@@ -122,6 +122,7 @@ def _near_miss(case: Case, candidate: Candidate, reader: MissingEventReader) -> 
     return NearMiss(
         chronicle=plan.name,
         version=plan.version,
+        file=case.text.file,
         roles=role_values(plan, values),
         unmet_count=unmet_count,
         short_us=None if unmendable_count else short_us,
