@@ -40,7 +40,7 @@ def render(explanation: Explanation | WhyNot) -> str:
     stay: not recognised; 1 near miss, the nearest first
     <BLANKLINE>
     1. car=a: 1 statement is not met, by 0.500 s
-       first: t2 - t1 was 9.500 s, allowed 0.000 s to 9.000 s: 0.500 s too long
+       first: t2 - t1 was too long by 0.500 s: it was 9.500 s, allowed 0.000 s to 9.000 s
          (line 1: t2 - t1 in [0s, 9s])
        it would match with t2 - t1 in [0s, 9500ms] instead of t2 - t1 in [0s, 9s] (line 1): a change of 0.500 s
        time from 0.000 s to 9.500 s
@@ -57,14 +57,17 @@ def _why(one: Explanation, indent: str) -> list[str]:
     lines += _timeline(one.events, one.obligations)
     lines += ["", "time constraints, the tightest first"]
     for constraint in one.constraints:
-        lines += [f"  {sentences.of_constraint(constraint)}", f"    (line {constraint.line}: {constraint.text})"]
+        lines += [
+            f"  {sentences.of_constraint(constraint)}",
+            f"    ({sentences.place(one.file, constraint.line)}: {constraint.text})",
+        ]
     lines += ["  none"] * (not one.constraints)
     lines += ["", "what else was asked, the tightest first"]
     for obligation in one.obligations:
         outcome = "" if obligation.outcome == "met" else f"{obligation.outcome.upper()}: "
         slack = "" if obligation.slack_us is None else f": {seconds(obligation.slack_us)} to spare"
         lines += [f"  {outcome}{sentences.of_obligation(obligation)}{slack}"]
-        lines += [f"    (line {obligation.line}: {obligation.text})"]
+        lines += [f"    ({sentences.place(one.file, obligation.line)}: {obligation.text})"]
     lines += ["  nothing"] * (not one.obligations)
     lines += ["", "roles", *(f"  {role.name} = {role.value}, from {role.source}" for role in one.roles)]
     lines += ["", "emitted"] * bool(one.emitted)
@@ -96,15 +99,16 @@ def _near_miss(number: int, miss: NearMiss) -> list[str]:
     short = "" if miss.short_us is None else f", by {seconds(miss.short_us)}"
     lines = [f"{_roles(miss.roles) or 'no roles known'}: {count} not met{short}"]
     for index, failure in enumerate(miss.failures):
-        lines.append(f"{'also' if index else 'first'}: {sentences.of_failure(failure)}")
-        if isinstance(failure.subject, ConstraintReading | HoldReading | CountReading):
-            lines.append(f"  (line {failure.subject.line}: {failure.subject.text})")
-        lines += [f"  because {failure.because}"] * bool(failure.because)
+        order, said, subject = "also" if index else "first", sentences.of_failure(failure), failure.subject
+        # What happened on the road comes before what it did to the statement.
+        lines += [f"{order}: {failure.because}", f"  so {said}"] if failure.because else [f"{order}: {said}"]
+        if isinstance(subject, ConstraintReading | HoldReading | CountReading):
+            lines.append(f"  ({sentences.place(miss.file, subject.line)}: {subject.text})")
     unasked = sum(one.outcome == "not asked" for one in miss.obligations)
     if unasked:
         lines.append(f"{unasked} of these could not be asked, because they hang on what is missing")
     if miss.change is not None:
-        lines.append(sentences.of_change(miss.change))
+        lines.append(sentences.of_change(miss.change, miss.file))
     lines += _timeline(miss.events, miss.obligations)
     head = f"{number}. "
     return [head + lines[0], *(" " * len(head) + line for line in lines[1:])]

@@ -1,6 +1,6 @@
 """How is each part of an explanation said in a sentence?
 
-Times are seconds with three decimals, six where the microseconds matter.
+Times are seconds with three decimals; six only where three would say that there is nothing.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,10 +26,21 @@ def seconds(us: int) -> str:
 
     Examples
     --------
-    >>> seconds(1_200_000), seconds(-1)
+    >>> seconds(1_200_004), seconds(-1)
     ('1.200 s', '-0.000001 s')
     """
-    return f"{us / 1_000_000:.3f} s" if us % 1_000 == 0 else f"{us / 1_000_000:.6f} s"
+    return f"{us / 1_000_000:.6f} s" if 0 < abs(us) < 1_000 else f"{us / 1_000_000:.3f} s"
+
+
+def place(file: str, line: int) -> str:
+    """Say where a statement is.
+
+    Examples
+    --------
+    >>> place("overtake.chronicle", 13), place("<text>", 1)
+    ('overtake.chronicle:13', 'line 1')
+    """
+    return f"line {line}" if file.startswith("<") else f"{file}:{line}"
 
 
 def of_event(event: Event) -> str:
@@ -51,9 +62,11 @@ def of_constraint(one: ConstraintReading) -> str:
     --------
     >>> reading = ConstraintReading("t2 - t1 in [100ms, 60s]", 4, "t2", "t1", 61_200_000, 100_000, 60_000_000)
     >>> of_constraint(reading)
-    't2 - t1 was 61.200 s, allowed 0.100 s to 60.000 s: 1.200 s too long'
+    't2 - t1 was too long by 1.200 s: it was 61.200 s, allowed 0.100 s to 60.000 s'
     """
-    return f"{one.later} - {one.earlier} was {seconds(one.value_us)}, allowed {_allowed(one)}: {_room(one)}"
+    difference, was = f"{one.later} - {one.earlier}", f"was {seconds(one.value_us)}, allowed {_allowed(one)}"
+    wrong = _wrong(one)
+    return f"{difference} was {wrong}: it {was}" if wrong else f"{difference} {was}: {_room(one)}"
 
 
 def of_obligation(one: ObligationReading) -> str:
@@ -78,7 +91,12 @@ def _hold(one: HoldReading, start_us: int, end_us: int) -> str:
     if not bad:
         return f"{asked}, but it was not reported by then"
     shown = [_clipped(span, start_us, end_us) for span in bad[:_TOLD_AT_MOST]]
-    return f"{asked}, but was {_joined(shown, len(bad))}{_instead(one.alternatives)}"
+    said = (
+        f"{one.subject} was not {wanted} all the time"
+        if len(bad) < len(one.spans)
+        else f"{one.subject} was not {wanted}"
+    )
+    return f"{said}: asked {window}, but it was {_joined(shown, len(bad))}{_instead(one.alternatives)}"
 
 
 def _count(one: CountReading, start_us: int, end_us: int) -> str:
@@ -131,10 +149,10 @@ def of_failure(one: Failure) -> str:
             return of_obligation(one.subject)
 
 
-def of_change(one: BoundChange) -> str:
+def of_change(one: BoundChange, file: str = "<text>") -> str:
     """Say which bound would have to change, and by how much."""
     size = seconds(one.size) if one.unit == "us" else f"{one.size} {'event' if one.size == 1 else 'events'}"
-    return f"it would match with {one.after} instead of {one.before} (line {one.line}): a change of {size}"
+    return f"it would match with {one.after} instead of {one.before} ({place(file, one.line)}): a change of {size}"
 
 
 def _allowed(one: ConstraintReading) -> str:
@@ -144,12 +162,15 @@ def _allowed(one: ConstraintReading) -> str:
     return f"at least {low}" if one.high_us is None else f"{low} to {seconds(one.high_us)}"
 
 
-def _room(one: ConstraintReading) -> str:
+def _wrong(one: ConstraintReading) -> str:
     low_us, high_us = one.slack_low_us, one.slack_high_us
     if low_us is not None and low_us < 0:
-        return f"{seconds(-low_us)} too short"
-    if high_us is not None and high_us < 0:
-        return f"{seconds(-high_us)} too long"
+        return f"too short by {seconds(-low_us)}"
+    return "" if high_us is None or high_us >= 0 else f"too long by {seconds(-high_us)}"
+
+
+def _room(one: ConstraintReading) -> str:
+    low_us, high_us = one.slack_low_us, one.slack_high_us
     parts = [] if low_us is None else [f"{seconds(low_us)} above the least"]
     parts += [] if high_us is None else [f"{seconds(high_us)} below the most"]
     return ", ".join(parts) or "no bound"

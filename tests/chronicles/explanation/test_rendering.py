@@ -64,8 +64,8 @@ def test_text_is_as_agreed(make: Callable[[], Explanation | WhyNot]) -> None:
 @pytest.mark.parametrize(
     ("value_us", "low_us", "high_us", "said"),
     [
-        (61_200_000, 100_000, 60_000_000, "allowed 0.100 s to 60.000 s: 1.200 s too long"),
-        (50_000, 100_000, 60_000_000, "allowed 0.100 s to 60.000 s: 0.050 s too short"),
+        (61_200_000, 100_000, 60_000_000, "too long by 1.200 s: it was 61.200 s, allowed 0.100 s to 60.000 s"),
+        (50_000, 100_000, 60_000_000, "too short by 0.050 s: it was 0.050 s, allowed 0.100 s to 60.000 s"),
         (1, 1, None, "allowed at least 0.000001 s: 0.000 s above the least"),
         (-5_000_000, None, 0, "allowed at most 0.000 s: 5.000 s below the most"),
         (7, None, None, "allowed any time: no bound"),

@@ -52,7 +52,7 @@ def test_a_pass_too_far_aside_names_the_setting_and_what_was_measured(tmp_path: 
     found = absent_pass(tmp_path, 12.6)
     assert found.recognised == 0
     assert "the lateral distance was 12.60 m, above relations.beside_lateral_m (12)" in reasons(found)[0]
-    assert f"because {reasons(found)[0]}\n" in render(found)
+    assert f"first: {reasons(found)[0]}\n     so t1: no beside[car1, car2]" in render(found)
     said = to_json(found)
     assert faults(said, schema(), schema()) == []
     assert reasons(found)[0] in [one.get("because") for miss in said["near_misses"] for one in miss["failures"]]
