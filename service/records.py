@@ -193,6 +193,10 @@ class FrameRecord(Struct, frozen=True, gc=False):
     t_us: int
 
 
+class LeftOutFrame(FrameRecord, frozen=True, gc=False):
+    """One frame of the source that was not looked at."""
+
+
 class ViewRecord(Struct, frozen=True):
     """Where a moving camera looked in one frame.
 

@@ -225,6 +225,7 @@ def _run(
             UnfitCounter(chronicles),
             history_us=HISTORY_US,
             min_confidence=request.min_confidence,
+            video=source.video,
         )
         recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)
@@ -233,6 +234,8 @@ def _run(
         except Exception as error:
             writer.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
             raise
+        if status == "finished":
+            recorder.record_left_out()
         writer.append_streams(stream_records(pipeline))
         writer.append_costs(stream_costs(pipeline))
         is_kept = writer.finish(status, reason)

@@ -1,5 +1,6 @@
 """How do streams become rows? Subscribers that write what a pipeline finds to the event log."""
 
+import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator, Mapping
@@ -23,6 +24,7 @@ from service.records import (
     ChronicleRef,
     EventDraft,
     HypothesisRecord,
+    LeftOutFrame,
     LinkRecord,
     Place,
     SeenObject,
@@ -37,6 +39,7 @@ from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT,
 from service.runs.relations import relation_record
 from service.store.writer import RunWriter
 from vision.objects import FloatArray, VisionObjects
+from vision.video.frames import VideoSource
 
 # The streams that are written, and the type that each carries; of frames only their times are, so any type will do.
 _RECORDED: Mapping[str, str | None] = {
@@ -86,8 +89,10 @@ class Recorder:
         *,
         history_us: int,
         min_confidence: float | None = None,
+        video: VideoSource | None = None,
     ) -> None:
         self.unfit = unfit
+        self._video = video
         self._min_confidence = min_confidence
         self.events = 0
         self.records_cars = self.records_events = False
@@ -120,8 +125,14 @@ class Recorder:
         return self._writer.cars
 
     def _record_frame(self, sample: Sample[object]) -> None:
+        self.record_left_out(sample.valid_us)
         index = getattr(sample.value, "index", None)  # of the source's moments; objects of trajectories have none
         self._writer.append_frames((sample.valid_us,), number=None if index is None else index + 1)
+
+    def record_left_out(self, before_us: float = math.inf) -> None:
+        """Write when the frames of the video before a time were that are not looked at."""
+        left_out = self._video.take_left_out(before_us) if self._video else ()
+        self._writer.append(LeftOutFrame(index + 1, t_us) for index, t_us in left_out)
 
     def _record_objects(self, sample: Sample[VisionObjects | TrajectoryObjects]) -> None:
         objects = sample.value

@@ -18,7 +18,7 @@ from msgspec import Struct
 from msgspec.structs import fields
 
 from service.errors import LogError
-from service.records import CarState, FrameRecord, RelationRecord, SeenObject, ViewRecord
+from service.records import CarState, FrameRecord, LeftOutFrame, RelationRecord, SeenObject, ViewRecord
 from service.store.columns import Column, DamagedChunkError, LongArray, pack, unpack
 from service.times import format_media
 
@@ -54,11 +54,12 @@ CAR_STATES = ChunkKind("car_states", CarState, of="car")
 SEEN_OBJECTS = ChunkKind("seen_objects", SeenObject, of="vision_id")
 VIEWS = ChunkKind("views", ViewRecord)
 FRAMES = ChunkKind("frames", FrameRecord)
+LEFT_OUT = ChunkKind("left_out_frames", LeftOutFrame)
 # In the order of decision, whatever the times at which they crossed.
 RELATIONS = ChunkKind("relations", RelationRecord, spans_by="decided_us")
 
 CHUNK_KINDS: Mapping[str, ChunkKind[Any]] = {
-    kind.name: kind for kind in (CAR_STATES, SEEN_OBJECTS, VIEWS, FRAMES, RELATIONS)
+    kind.name: kind for kind in (CAR_STATES, SEEN_OBJECTS, VIEWS, FRAMES, LEFT_OUT, RELATIONS)
 }
 
 

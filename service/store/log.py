@@ -15,6 +15,7 @@
 Questions about events are in `service.questions.queries`.
 """
 
+import heapq
 import re
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
@@ -42,6 +43,7 @@ from service.store import schema
 from service.store.chunks import (
     CAR_STATES,
     FRAMES,
+    LEFT_OUT,
     RELATIONS,
     SEEN_OBJECTS,
     SPAN_US,
@@ -250,6 +252,14 @@ class EventLog:
     def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number in the source from 1, t_us) of the frames that a run looked at, in the order of the input."""
         return ((one.number, one.t_us) for one in self._unpacked(FRAMES, run_id))
+
+    def source_frames(self, run_id: str) -> Iterator[tuple[int, int]]:
+        """Stream (number, t_us) of all frames of the source that a run came to, those not looked at included.
+
+        Runs of before schema 7 know only those that were looked at.
+        """
+        left_out = ((one.number, one.t_us) for one in self._unpacked(LEFT_OUT, run_id))
+        return heapq.merge(self.frames(run_id), left_out)
 
     def links(self, run_id: str, *, uppers: Collection[str] | None = None) -> Iterator[LinkRecord]:
         """Stream the changes of the identity chain of a run, or of some upper objects, as they were decided."""

@@ -18,7 +18,7 @@ from statistics import fmean
 
 from msgspec.structs import astuple
 
-from service.store.chunks import CHUNK_KINDS
+from service.store.chunks import CHUNK_KINDS, unpacked
 from service.store.log import EventLog, open_log
 
 EVERY = 5
@@ -99,9 +99,9 @@ def _read(log: sqlite3.Connection, name: str) -> Table:
 
 def _unpacked(log: EventLog, name: str) -> Table:
     """Lay out rows that are kept in chunks as a table."""
-    read = {"car_states": log.states, "seen_objects": log.objects, "views": log.views, "relations": log.relations}
-    fields = CHUNK_KINDS[name].record.__struct_fields__
-    found = log.frames(log.run().id) if name == "frames" else map(astuple, read[name](log.run().id))
+    kind = CHUNK_KINDS[name]
+    fields = kind.record.__struct_fields__
+    found = map(astuple, unpacked(kind, log.chunks(log.run().id, kind)))
     rows = tuple({"run_no": 1} | dict(zip(fields, map(_plain, row), strict=True)) for row in found)
     return Table(name, ("run_no", *fields), rows)
 

@@ -148,7 +148,18 @@ def read_rows(url: str) -> list[EventRecord]:
 
 def kept_rows(log: Path) -> dict[str, list[Any]]:
     """Read everything that the runs of a log keep, by kind, but what a clock measured."""
-    kinds = ("states", "objects", "frames", "views", "relations", "links", "hypotheses", "cars", "streams")
+    kinds = (
+        "states",
+        "objects",
+        "frames",
+        "source_frames",
+        "views",
+        "relations",
+        "links",
+        "hypotheses",
+        "cars",
+        "streams",
+    )
     with open_log(str(log)) as opened:
         found = {kind: [row for run in opened.runs() for row in getattr(opened, kind)(run.id)] for kind in kinds}
     with sqlite3.connect(log) as connection:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["ByteArray", "Frame", "VideoSource", "open_video"]
 
 FRAMES_AHEAD = 8
+LEFT_OUT_KEPT = 10_000  # of frames that nobody asks for
 
 
 class VideoSource:
@@ -42,6 +43,7 @@ class VideoSource:
     skipped_frames : frames of the latest iteration left out because they had no time stamp, did not come later than
         the one before, or came damaged before the first good one.
     damaged_frames, first_damage_us : how many of these came damaged, and the time of the first (None if it has none).
+    left_out : (index, t_us) of the frames that were decoded and not looked at, until they are taken; the last ones.
     """
 
     def __init__(self, header: VideoHeader) -> None:
@@ -56,6 +58,7 @@ class VideoSource:
         self.created_utc = header.created_utc
         self.skipped_frames = self.damaged_frames = 0
         self.first_damage_us: int | None = None
+        self.left_out = deque[tuple[int, int]](maxlen=LEFT_OUT_KEPT)
         self._header = header
 
     @property
@@ -104,11 +107,19 @@ class VideoSource:
             hand_over.close()
             reader.join()
 
+    def take_left_out(self, before_us: float = math.inf) -> list[tuple[int, int]]:
+        """Take (index, t_us) of the frames before a time that were not looked at, once each, in order."""
+        taken = []
+        while self.left_out and self.left_out[0][1] < before_us:
+            taken.append(self.left_out.popleft())
+        return taken
+
     def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None, pace: Pace) -> None:
         from vision.video.decoding import Skipped, decode
 
         self.skipped_frames = self.damaged_frames = 0
         self.first_damage_us = None
+        self.left_out.clear()
         try:
             for picture in decode(self._header):
                 if isinstance(picture, Skipped):
@@ -116,7 +127,9 @@ class VideoSource:
                     if picture.is_damaged:
                         self.first_damage_us = self.first_damage_us if self.damaged_frames else picture.t_us
                         self.damaged_frames += 1
-                elif pace.takes(picture.t_us) and not hand_over.put(prepare(picture) if prepare else picture):
+                elif not pace.takes(picture.t_us):
+                    self.left_out.append((picture.index, picture.t_us))
+                elif not hand_over.put(prepare(picture) if prepare else picture):
                     return
         except BaseException as error:  # (handed to the consumer's thread and raised there)
             hand_over.put(error)

@@ -30,6 +30,13 @@ TOGETHER_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
+class _LeftOut:
+    """Frames that are not looked at, as `VideoSource.take_left_out` gives them."""
+
+    frames: list[tuple[int, int]]
+
+
+@dataclass(frozen=True, slots=True)
 class _End:
     """The last frame was read; `broken` says what came instead of a further one."""
 
@@ -46,7 +53,7 @@ class _Closed:
     first_damage_us: int | None
 
 
-_Item = StoredInstant | VisionObjects | str | _End | _Closed | Exception
+_Item = StoredInstant | VisionObjects | _LeftOut | str | _End | _Closed | Exception
 
 
 class VisionApart:
@@ -84,7 +91,9 @@ class VisionApart:
         theirs.close()
         try:
             while not isinstance(item := self._next(), _End):
-                if isinstance(item, StoredInstant):
+                if isinstance(item, _LeftOut):
+                    self._sensor.video.left_out += item.frames
+                elif isinstance(item, StoredInstant):
                     self._last = item
                     yield item
         except GeneratorExit:
@@ -192,12 +201,15 @@ def _look(sensor: "VideoSensor", sender: _Sender) -> None:
     vision, video, broken = sensor.vision(), sensor.video, None
     try:
         for frame in sensor.frames(vision):
+            if left_out := video.take_left_out(frame.t_us):
+                sender.put(_LeftOut(left_out))
             sender.put(StoredInstant(frame.index, frame.t_us))
             for objects in vision.observe(frame):
                 sender.put(objects)
             sender.put(DONE)
     except VideoBroken as error:
         broken = error
+    sender.put(_LeftOut(video.take_left_out()))
     sender.put(_End(broken))
     for objects in vision.finish():
         sender.put(objects)

@@ -39,8 +39,11 @@ def test_every_nth_frame_is_looked_at_and_keeps_its_number(
 ) -> None:
     log = processed(video, tmp_path, *options, rate=site_rate)
     with open_log(str(log)) as opened:
-        frames = list(opened.frames(opened.run().id))
+        frames, run_id = list(opened.frames(opened.run().id)), opened.run().id
+        of_source, covered_us = list(opened.source_frames(run_id)), opened.covered_us(run_id)
     assert frames == [(nth + 1, 40_000 * nth) for nth in range(0, FRAMES, every)]
+    assert of_source == [(nth + 1, 40_000 * nth) for nth in range(FRAMES)]
+    assert covered_us == (0, frames[-1][1])
 
 
 def test_rates_are_other_runs_and_the_log_tells_them(video: Path, tmp_path: Path) -> None:
