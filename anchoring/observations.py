@@ -146,7 +146,7 @@ class Cars:
     def __post_init__(self) -> None:
         """Round."""
         for name, decimals in _ROUNDED.items():
-            object.__setattr__(self, name, getattr(self, name).round(decimals))
+            object.__setattr__(self, name, getattr(self, name).round(decimals) + 0.0)  # no -0.0, which logs do not keep
 
     def earlier(
         self,
