@@ -41,7 +41,7 @@ _TOLERANCES = MappingProxyType(
         "speed_mps": SPEED_MPS,
     }
 )
-_EXACT_TIMES = frozenset({"frames", "runs"})
+_EXACT_TIMES = frozenset({"frames", "left_out_frames", "runs"})
 """Tables whose times come from the input and its site."""
 
 _OPEN = ("roles", "dropped", "settings")
@@ -80,6 +80,7 @@ _MATCHES: Mapping[str, Match] = MappingProxyType(
         "seen_objects.lives": Match(("vision_id",)),
         "views": Match(("t_us",)),
         "frames": Match(("number",)),
+        "left_out_frames": Match(("number",)),
         "links": Match(
             ("kind", "level", "lower", "upper", "reason"), ("kind", "level", "lower"), time="t_us", moment="t_us"
         ),
