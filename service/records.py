@@ -255,7 +255,7 @@ class LinkRecord(Struct, frozen=True):
 
 
 class RelationRecord(Struct, frozen=True, gc=False):
-    """One relation changing its value; the field order is the column order of the log.
+    """One relation changing its value.
 
     Attributes
     ----------

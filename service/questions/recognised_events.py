@@ -8,11 +8,9 @@ from typing import NamedTuple
 
 from chronicles.events import Occurrence
 from service.records import CarState, EventRecord, Place, RunRecord
-from service.runs.event_drafts import event_drafts
-from service.runs.recording import STALE_US
+from service.runs.event_drafts import STALE_US, event_drafts
+from service.store.chunks import SPAN_US
 from service.store.log import EventLog
-
-_SPAN_US = 10_000_000
 
 
 class RecognisedEvent(NamedTuple):
@@ -29,8 +27,8 @@ def recognised_events(
 
     Parameters
     ----------
-    run : in which they were found; what has no run is the source of one that nobody knows when it was.
-    log : that of the run, which tells where its cars were.
+    run : in which they were found; it names the source of a file of events, too.
+    log : that of the run, which tells where its cars were; None for a file of events.
     """
     places = None if log is None else _Places(log, run.id)
     for one in occurrences:
@@ -48,7 +46,8 @@ class _Places:
         self._cars_in = lru_cache(maxsize=4)(self._read)
 
     def of(self, roles: Mapping[str, str], t_us: int) -> Place | None:
-        cars = self._cars_in(t_us // _SPAN_US)
+        """Find the place of an event that began at a time; None if no role is a car that was seen then."""
+        cars = self._cars_in(t_us // SPAN_US)
         for symbol in roles.values():
             rows = cars.get(symbol, ())
             before = bisect_right(rows, t_us, key=lambda row: row.t_us)
@@ -59,7 +58,7 @@ class _Places:
 
     def _read(self, span: int) -> Mapping[str, list[CarState]]:
         cars = defaultdict[str, list[CarState]](list)
-        from_us = span * _SPAN_US
-        for row in self._log.states(self._run_id, from_us=from_us - STALE_US, to_us=from_us + _SPAN_US):
+        from_us = span * SPAN_US
+        for row in self._log.states(self._run_id, from_us=from_us - STALE_US, to_us=from_us + SPAN_US):
             cars[row.car].append(row)
         return cars

@@ -6,6 +6,9 @@ from itertools import zip_longest
 from chronicles.events import Occurrence
 from service.records import ChronicleRef, EventDraft, EventStatus, Place, SubEvent
 
+STALE_US = 500_000
+"""So long a car is where it was: where cars were while they were hidden is known for some frames only."""
+
 
 def event_drafts(
     occurrence: Occurrence,

@@ -33,7 +33,7 @@ from service.records import (
     ViewRecord,
 )
 from service.runs.car_states import CarRows
-from service.runs.event_drafts import event_drafts
+from service.runs.event_drafts import STALE_US, event_drafts
 from service.runs.inputs.trajectories import TrajectoryObjects
 from service.runs.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
 from service.runs.relations import relation_record
@@ -50,9 +50,6 @@ _RECORDED: Mapping[str, str | None] = {
     "recorded_verdicts": VERDICT,
     "recorded_occurrences": OCCURRENCE,
 }
-
-STALE_US = 500_000
-"""So long a car is where it was: where cars were while they were hidden is known for some frames only."""
 
 
 def recorded_streams(pipeline: Pipeline) -> dict[str, DeclaredStream]:

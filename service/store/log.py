@@ -320,8 +320,8 @@ class EventLog:
         about : only changes with one of these among their arguments are wanted.
         """
         where: Where = {} if names is None else {"name": names.__contains__}
-        if about:
-            where = {**where, "args": lambda args: not set(about).isdisjoint(args)}
+        if wanted := frozenset(about):
+            where = {**where, "args": lambda args: not wanted.isdisjoint(args)}
         return self._unpacked(RELATIONS, run_id, from_us, to_us, where)
 
     def _unpacked(

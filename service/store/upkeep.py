@@ -70,9 +70,9 @@ def damage(log: EventLog) -> Iterator[str]:
     with log.connect() as connection:
         yield from (f"database: {line}" for line in connection.scalars(text("PRAGMA quick_check")) if line != "ok")
     for run in log.runs():
-        for name in CHUNK_KINDS:
-            missing = ((span_us, why) for span_us, why in _unreadable(log, run.id, CHUNK_KINDS[name]) if why != PRUNED)
-            yield from (f"run {run.id!r}: {line}" for line in said_of_missing(name, missing))
+        for kind in CHUNK_KINDS.values():
+            missing = ((span_us, why) for span_us, why in _unreadable(log, run.id, kind) if why != PRUNED)
+            yield from (f"run {run.id!r}: {line}" for line in said_of_missing(kind.name, missing))
 
 
 def _unreadable(log: EventLog, run_id: str, kind: ChunkKind[Any]) -> Iterator[tuple[int, str]]:

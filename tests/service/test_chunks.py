@@ -12,7 +12,7 @@ from service.errors import LogError
 from service.records import CarState, RelationRecord
 from service.store.chunks import CAR_STATES, RELATIONS, SPAN_US, packed, unpacked
 from service.store.columns import pack
-from service.store.log import EventLog, open_log
+from service.store.log import open_log
 from tests.service.logs import run, state
 
 STEP_US = 80_000
@@ -134,5 +134,4 @@ def _execute(url: str, statement: str) -> None:
 
 def test_an_empty_run_covers_no_time(tmp_path: Path) -> None:
     with open_log(written(tmp_path / "a.db", [])) as log:
-        assert isinstance(log, EventLog)
         assert (log.covered_us("r1"), log.last_us("r1"), list(log.states("r1"))) == (None, 0, [])
