@@ -155,3 +155,8 @@ def asked_for(relations: Iterable[PairRelation], names: Collection[str]) -> tupl
         for relation in relations
     )
     return tuple(relation for relation in named if relation.of_ab or relation.of_ba)
+
+
+def switches_of(relations: Iterable[PairRelation]) -> set[IntEnum]:
+    """Name the switches that some relations are made of."""
+    return {switch for relation in relations for switch in (*relation.switches, *relation.but_not)}

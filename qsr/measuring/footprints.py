@@ -69,9 +69,7 @@ class Footprints:
         ----------
         rows : which, in the order in which they are to stand.
         """
-        arrays = {
-            one.name: getattr(self, one.name)[list(rows)] for one in fields(self) if one.name not in ("t_us", "ids")
-        }
+        arrays = {name: getattr(self, name)[list(rows)] for name in _COLUMNS}
         return Footprints(t_us=self.t_us, ids=tuple(self.ids[row] for row in rows), **arrays)
 
     def __deepcopy__(self, memo: object) -> "Footprints":
@@ -100,6 +98,9 @@ class Footprints:
                 )
 
 
+_COLUMNS = tuple(one.name for one in fields(Footprints) if one.name not in ("t_us", "ids"))
+
+
 def on_roads(places: RoadPositions) -> dict[str, Any]:
     """Give the columns of footprints that say where their centres are on a road network."""
     return {name: getattr(places, name) for name in ("road", "along_m", "across_m", "tangent_rad", "junction", "lane")}
@@ -125,12 +126,16 @@ def pick_rows(t_us: int, ids: Sequence[str], sources: Sequence[Footprints]) -> F
     names = [one for source in sources for one in source.ids]
     row_of = {one: len(names) - 1 - k for k, one in enumerate(reversed(names))}
     rows = [row_of[one] for one in ids]
-    arrays = {
-        name: np.concatenate([getattr(source, name) for source in sources])[rows]
-        for name in (one.name for one in fields(Footprints))
-        if name not in ("t_us", "ids")
-    }
+    arrays = {name: np.concatenate([getattr(source, name) for source in sources])[rows] for name in _COLUMNS}
     return Footprints(t_us=t_us, ids=tuple(ids), **arrays)
+
+
+def stacked(frames: Sequence[Footprints]) -> Footprints:
+    """Lay the objects of one or more frames behind each other, as if they were those of one, with numbers for names."""
+    if len(frames) == 1:
+        return frames[0]
+    arrays = {name: np.concatenate([getattr(one, name) for one in frames]) for name in _COLUMNS}
+    return Footprints(frames[0].t_us, tuple(map(str, range(len(arrays["centre_m"])))), **arrays)
 
 
 # Rows of the object table.
