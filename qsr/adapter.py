@@ -9,9 +9,10 @@ from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
 from gis.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
+from qsr.changes.line_up import Seen
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, on_roads
 from qsr.observer import RelationObserver
-from qsr.replay import ReplayingObserver, Seen
+from qsr.replay import ReplayingObserver
 
 
 class Cars(Protocol):

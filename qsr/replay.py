@@ -5,30 +5,12 @@ so what is told next must go on from what held before. So the observer is kept a
 link begins that may be refuted, and with it the frames since. They are looked at again then, with that car not seen.
 """
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 from qsr.changes.crossings import RelationChange
-from qsr.measuring.footprints import Footprints
+from qsr.changes.line_up import Seen
 from qsr.observer import RelationObserver, rank
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """Hold what one frame shows; see `RelationObserver.observe`."""
-
-    footprints: Footprints
-    hidden: Mapping[str, int]
-    filled: Sequence[Footprints]
-
-    def without(self, objects: Collection[str]) -> "Seen":
-        """Show some objects as not seen: where they are does not count then."""
-        shown = self.footprints
-        observed = shown.observed & ~np.array([one in objects for one in shown.ids], dtype=np.bool_)
-        filled = [then.select([k for k, one in enumerate(then.ids) if one not in objects]) for then in self.filled]
-        return Seen(replace(shown, observed=observed), self.hidden, filled)
 
 
 class ReplayingObserver:
@@ -72,7 +54,7 @@ class ReplayingObserver:
         if begun:
             self._before[t_us] = self._observer.copy()
             self._labels |= {label: (one, t_us) for label, one in begun.items()}
-        changes = self._observer.observe(seen.footprints, hidden=seen.hidden, filled=seen.filled)
+        [changes] = self._observer.observe_all([seen])
         if self._labels:
             self._seen[t_us] = seen
         if self._seen:
@@ -91,9 +73,10 @@ class ReplayingObserver:
             unseen = {one for one, since_us in wrong if since_us <= t_us}
             self._seen[t_us] = seen = self._seen[t_us].without(unseen)
             told = _without_who_is_there(told, seen)
+            [changes] = observer.observe_all([seen])
             told += [
                 replace(change, decided_us=now.footprints.t_us)
-                for change in observer.observe(seen.footprints, hidden=seen.hidden, filled=seen.filled)
+                for change in changes
                 if not unseen.isdisjoint(change.args)
             ]
         self._observer = observer

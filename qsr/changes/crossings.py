@@ -118,6 +118,14 @@ class SwitchBank:
         clearance: FloatArray = self._last_values[:, column] / np.maximum(self._margins[:, 0], 1e-9)
         return clearance
 
+    def sides(self, values: FloatArray) -> IntArray:
+        """Say where quantities, (rows, columns), are: 2 above the margin, 1 above zero, 0 below it, -1 below both.
+
+        While they all stay there, no switch turns and no crossing is dated.
+        """
+        margins = self._margins
+        return np.asarray((values > margins).astype(np.int32) + (values > 0) - (values < -margins))
+
     def keep(self, columns: LongArray) -> None:
         """Rearrange the columns: new column k is old column ``columns[k]``, or a fresh one where that is -1."""
         for name in ("_last_us", "_last_values", "_crossed_us", "since_us", "is_on"):

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from qsr.changes.pair_observer import NEVER_US, Doubt, Gone
+from qsr.changes.looks import NEVER_US, Doubt, Gone
 from qsr.measuring.footprints import Footprints, pick_rows
 
 
@@ -52,7 +52,7 @@ class HiddenTime:
         -------
         Rows of all objects of the last frame, in its order, and of those that are new, from their first row on.
         """
-        if self._last is None:
+        if self._last is None or not earlier:
             return
         known = _unseen(self._last)
         for rows in earlier:
@@ -65,26 +65,31 @@ class HiddenTime:
                 self._frames[rows.t_us] = at_once
                 yield at_once, frozenset(rows.ids)
 
-    def gone(self, frame: Footprints) -> dict[str, Gone]:
-        """Find who was there in the last frame and is not in this one, as it is completed."""
-        before = () if self._last is None else self._last.ids
+    def gone(self, frame: Footprints, ids: Sequence[str]) -> dict[str, Gone]:
+        """Find who was there in the last frame and is not in this one, as it is completed.
+
+        Parameters
+        ----------
+        ids : of the last look, by column.
+        """
+        now = set(frame.ids)
         return {
-            one: Gone(self._since_us.get(one, frame.t_us), one in self._told)
-            for one in set(before).difference(frame.ids)
+            one: Gone(self._since_us.get(one, frame.t_us), one in self._told, column)
+            for column, one in enumerate(ids)
+            if one not in now
         }
 
-    def doubt(self, frame: Footprints, hidden: Mapping[str, int], order: Sequence[int]) -> Doubt | None:
+    def doubt(self, frame: Footprints, hidden: Mapping[str, int], ids: Sequence[str]) -> Doubt | None:
         """Say who is hidden, of the objects of a completed frame in some order; None if nobody is, or was.
 
         Call it once a frame, after everything else.
         """
-        hidden = {one: hidden[one] for one in frame.ids if one in hidden}
+        hidden = {one: hidden[one] for one in frame.ids if one in hidden} if hidden else hidden
         doubt = None
         if hidden or self._told:
-            ids = [frame.ids[k] for k in order]
             was_told = np.array([one in self._told for one in ids], dtype=np.bool_)
             doubt = Doubt(np.array([hidden.get(one, NEVER_US) for one in ids], dtype=np.int64), was_told)
-        unseen = [one for one, is_seen in zip(frame.ids, frame.observed.tolist(), strict=True) if not is_seen]
+        unseen = [frame.ids[k] for k in (~frame.observed).nonzero()[0].tolist()]
         self._since_us = {one: self._since_us.get(one, frame.t_us) for one in unseen}
         self._last, self._told = frame, frozenset(hidden)
         self._frames[frame.t_us] = frame

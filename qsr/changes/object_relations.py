@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qsr.changes.crossings import Dwell, RelationChange, SwitchBank, Value, rearranged
-from qsr.errors import QsrError
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, IntArray, LongArray
 from qsr.settings import RelationSettings
 
@@ -85,18 +84,6 @@ def object_relations(
             lambda footprints: against_traffic_states(footprints, least_cosine, lane_directions),
         )
     return tuple(relation for name, relation in known.items() if name in names)
-
-
-def check_places(relation: str, places: IntArray, count: int, t_us: int) -> None:
-    """Refuse an index that names none of `count` places.
-
-    Raises
-    ------
-    QsrError
-        If there is one.
-    """
-    if len(places) and (highest := int(places.max())) >= count:
-        raise QsrError(f"index of {relation} at {t_us} us must be below {count}, got {highest!r}")
 
 
 class PlaceTracker:

@@ -6,55 +6,14 @@ made only for the few values that change.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from qsr.changes.crossings import RelationChange, SwitchBank, rearranged
-from qsr.measuring.footprints import BoolArray, FloatArray, LongArray
+from qsr.changes.looks import NEVER_US, Doubt, Gone, Look
+from qsr.measuring.footprints import BoolArray, FloatArray, IntArray, LongArray
 from qsr.measuring.pairs import NearPairs
-from qsr.relations import PairRelation
-
-# Later than every frame.
-NEVER_US = 2**62
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Doubt:
-    """Say of which objects nothing is known for the time being, and of which again.
-
-    Attributes
-    ----------
-    since_us : (n,) from when on nothing is known; `NEVER_US` for the others.
-    was_told : (n,) True for those of which that was told before.
-    """
-
-    since_us: LongArray
-    was_told: BoolArray
-
-    @property
-    def is_hidden(self) -> BoolArray:
-        """Of which nothing is known, (n,)."""
-        is_hidden: BoolArray = self.since_us < NEVER_US
-        return is_hidden
-
-    @property
-    def is_new(self) -> BoolArray:
-        """Of which that is to be told now, (n,)."""
-        return self.is_hidden & ~self.was_told
-
-    @property
-    def has_returned(self) -> BoolArray:
-        """Of which it is known again what happens, (n,)."""
-        return self.was_told & ~self.is_hidden
-
-
-@dataclass(frozen=True, slots=True)
-class Gone:
-    """Say since when an object that is gone has not been seen, and whether it was told that nothing is known of it."""
-
-    since_us: int
-    is_told: bool
+from qsr.relations import PairRelation, switches_of
 
 
 class PairObserver:
@@ -80,6 +39,7 @@ class PairObserver:
         "_names",
         "_relations",
         "_sigma_m",
+        "_used",
     )
 
     def __init__(
@@ -96,6 +56,7 @@ class PairObserver:
             if name
         ]
         self._conjunctions = _Conjunctions(relations, len(margins))
+        self._used = sorted(switches_of(relations))
         self._bank = SwitchBank(margins, backdate_us=backdate_us)
         self._ids: Sequence[str] = ()
         self._columns: LongArray = np.zeros((2, 0), dtype=np.int64)
@@ -103,35 +64,29 @@ class PairObserver:
         self._changed_us: LongArray = np.zeros((len(relations), 0), dtype=np.int64)
         self._is_told: BoolArray = np.zeros(0, dtype=np.bool_)  # unknown, for the time being
 
+    def sides(self, values: FloatArray) -> IntArray:
+        """Say where the quantities of the switches that count are; see `SwitchBank.sides`."""
+        return self._bank.sides(values)[self._used]
+
     def update(
-        self,
-        t_us: int,
-        *,
-        ids: Sequence[str],
-        sigma_m: FloatArray,
-        pairs: NearPairs,
-        values: FloatArray,
-        held: BoolArray | None,
-        gone: Mapping[str, Gone],
+        self, look: Look, pairs: NearPairs, columns: LongArray, *, values: FloatArray, held: BoolArray | None
     ) -> list[RelationChange]:
-        """Take one frame and return the changes, in no particular order.
+        """Take one frame, later than the last one, and return the changes, in no particular order.
 
         Parameters
         ----------
-        t_us : later than the last frame.
-        ids : n names, not to be changed afterwards.
-        sigma_m : (n,) noise of each centre; nan where it is not known.
-        pairs : which pairs are looked at now.
+        look : at the frame.
+        pairs : which pairs there are now.
+        columns : (2, pairs) of their objects.
         values : (switches, pairs) the quantity of every switch of every pair; kept.
         held : (pairs,) True where nothing was measured, whatever the values: the relations stay as they are. None if
             all were measured.
-        gone : objects of the last frame that are gone.
         """
-        changes: list[RelationChange] = []
+        t_us, changes = look.t_us, list[RelationChange]()
         for column in pairs.ended.tolist():
-            changes += self._ended(column, t_us, gone)
+            changes += self._ended(column, t_us, look.gone)
         fresh = self._rearrange(pairs, t_us)
-        self._ids, self._columns, self._sigma_m = ids, pairs.columns, sigma_m
+        self._ids, self._columns, self._sigma_m = look.ids, columns, look.sigma_m
         turned = self._bank.update(t_us, values, held)
         if len(fresh) or turned.any():
             changes += self._decide(t_us, fresh)

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from qsr.changes.line_up import Seen
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
-from qsr.replay import ReplayingObserver, Seen
+from qsr.replay import ReplayingObserver
 from tests.cases import for_each
 from tests.qsr.stories import Story, road_observer, seen_traffic, two_cars, without
 

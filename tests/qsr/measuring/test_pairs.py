@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from qsr.measuring.pairs import NearSet, facing_within, pairs_within
+from qsr.measuring.pairs import NearSet, facing_within, pair_keys, pairs_within
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 40, 61, 300])
@@ -43,7 +43,7 @@ def test_pair_stays_between_the_radii_only_if_it_was_near() -> None:
     sizes = []
     for x_m in (47.0, 43.0, 47.0, 50.0, 47.0):
         pairs, distance_m = pairs_within(np.array([[0.0, 0.0], [x_m, 0.0]]), half_m, 45.0)
-        sizes.append(len(near_set.update(serials, pairs, distance_m <= 40.0).keys))
+        sizes.append(len(near_set.update(pair_keys(serials, pairs), distance_m <= 40.0).rows))
     assert sizes == [0, 1, 1, 0, 0]
 
 
@@ -51,8 +51,8 @@ def test_columns_of_the_last_frame_are_found_again() -> None:
     near_set = NearSet()
     row_m = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
     found, distance_m = pairs_within(row_m, np.zeros(3), 45.0)
-    near_set.update(np.array([0, 1, 2]), found, distance_m <= 40.0)
-    pairs = near_set.update(np.array([0, 2, 3]), found, distance_m <= 40.0)
+    near_set.update(pair_keys(np.array([0, 1, 2]), found), distance_m <= 40.0)
+    pairs = near_set.update(pair_keys(np.array([0, 2, 3]), found), distance_m <= 40.0)
     assert pairs.came_from is not None
     assert pairs.came_from.tolist() == [1, -1, -1]  # columns were (0, 1), (0, 2), (1, 2)
     assert pairs.ended.tolist() == [0, 2]
@@ -60,6 +60,6 @@ def test_columns_of_the_last_frame_are_found_again() -> None:
 
 def test_nothing_new_is_said_when_the_pairs_stay() -> None:
     near_set = NearSet()
-    arguments = np.array([0, 1]), np.array([[0], [1]]), np.array([True])
+    arguments = pair_keys(np.array([0, 1]), np.array([[0], [1]])), np.array([True])
     near_set.update(*arguments)
     assert near_set.update(*arguments).came_from is None
