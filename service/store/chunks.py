@@ -19,7 +19,7 @@ from msgspec.structs import fields
 
 from service.errors import LogError
 from service.records import CarState, FrameRecord, LeftOutFrame, RelationRecord, SeenObject, ViewRecord
-from service.store.columns import Column, DamagedChunkError, LongArray, pack, unpack
+from service.store.columns import Column, DamagedChunkError, FloatArray, LongArray, pack, unpack
 from service.times import format_media
 
 SPAN_US = 10_000_000
@@ -131,6 +131,46 @@ def unpacked(
     ------
     Rows by time, those of a moment by name (car2 before car10); relation changes as they were decided.
     """
+    for _, parts in _spans(kind, chunks, _Wanted(from_us, to_us, where), log):
+        rows = [row for part in parts for row in part.records(kind)]
+        yield from rows if kind is RELATIONS else [rows[place] for place in _by_time(kind, parts)]
+
+
+def numbers(
+    kind: ChunkKind[Any], chunks: Iterable[Chunk], names: Sequence[str], *, log: str = ""
+) -> Iterator[tuple[int, list[str], FloatArray]]:
+    """Read columns of numbers, or of truth values, out of chunks without making rows.
+
+    Parameters
+    ----------
+    kind : of rows that are somebody's.
+    chunks, log : as in `unpacked`.
+    names : of the columns.
+
+    Yields
+    ------
+    Of each span where it begins, whose each row is, and (names, rows) what it says, nan where it says nothing; in the
+    order of `unpacked`.
+    """
+    for span_us, parts in _spans(kind, chunks, _Wanted(), log):
+        order = _by_time(kind, parts)
+        owners = [owner for part in parts for owner in part.columns[kind.of].values(part.chosen)]
+        table = np.hstack([np.zeros((len(names), 0)), *(part.numbers(kind, names) for part in parts)])
+        yield span_us, [owners[place] for place in order], table[:, order]
+
+
+class _Wanted(NamedTuple):
+    """Which rows of a chunk are wanted, as in `unpacked`."""
+
+    from_us: int | None = None
+    to_us: int | None = None
+    where: Where = MappingProxyType({})
+
+
+def _spans(
+    kind: ChunkKind[Any], chunks: Iterable[Chunk], wanted: _Wanted, log: str
+) -> Iterator[tuple[int, Sequence["_Part"]]]:
+    """Open the chunks of one span after the other; at the end, tell which are missing."""
     missing: list[tuple[int, str]] = []
     try:
         for span_us, group in groupby(chunks, attrgetter("span_us")):
@@ -141,9 +181,8 @@ def unpacked(
                 except DamagedChunkError as error:
                     missing.append((span_us, str(error)))
                 else:
-                    parts.append(_Part(columns, _chosen(columns, from_us, to_us, where)))
-            rows = [row for part in parts for row in part.records(kind)]
-            yield from rows if kind is RELATIONS else [rows[place] for place in _by_time(kind, parts)]
+                    parts.append(_Part(columns, _chosen(columns, wanted)))
+            yield span_us, parts
     finally:
         for line in said_of_missing(kind.name, missing):
             _LOGGER.warning("log %r: %s; the rest is read", log, line)
@@ -198,11 +237,24 @@ class _Part:
         ]
         return map(kind.record, *values)
 
+    def numbers(self, kind: ChunkKind[Any], names: Sequence[str]) -> FloatArray:
+        """Give columns of numbers, (names, rows); of one that the chunk does not know yet, its default."""
+        default = {one.name: one.default for one in fields(kind.record)}
+        count = len(self.chosen)
+        rows = [
+            self.columns[name].numbers(self.chosen)
+            if name in self.columns
+            else np.full(count, default[name], np.float64)
+            for name in names
+        ]
+        return np.array(rows)
+
     def codes(self, name: str) -> LongArray:
         return self.columns[name].codes[self.chosen]
 
 
-def _chosen(columns: Mapping[str, Column], from_us: int | None, to_us: int | None, where: Where) -> LongArray:
+def _chosen(columns: Mapping[str, Column], wanted: _Wanted) -> LongArray:
+    from_us, to_us, where = wanted
     t_us = columns["t_us"].codes
     is_chosen = np.ones(len(t_us), np.bool_)
     if from_us is not None:

@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+FloatArray = NDArray[np.float64]
 LongArray = NDArray[np.int64]
 
 WORDS, WHOLE = 0, 1
@@ -52,6 +53,13 @@ class Column:
     parts: int
     codes: LongArray
     words: tuple[Any, ...] = ()
+
+    def numbers(self, rows: LongArray) -> FloatArray:
+        """Give the values of some rows, which are numbers or truth values, as floats; nan for None."""
+        codes = self.codes[rows]
+        if self.parts == WORDS:
+            return np.array(self.words, np.float64)[codes]
+        return np.where(codes == _NONE, np.nan, codes / self.parts)
 
     def values(self, rows: LongArray) -> list[Any]:
         """Give the values of some rows."""

@@ -17,14 +17,16 @@ Questions about events are in `service.questions.queries`.
 
 import heapq
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, Self, TypeVar
 
 import msgspec
+import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Engine, Select, func, inspect, select
 
 from service.errors import LogError, NotInLogError
@@ -51,6 +53,7 @@ from service.store.chunks import (
     Chunk,
     ChunkKind,
     Where,
+    numbers,
     unpacked,
 )
 from service.store.engine import explained, reading_engine, writing_engine
@@ -240,6 +243,10 @@ class EventLog:
             to_us = last_us + 1 if to_us is None else min(last_us + 1, to_us)
             where = {"car": car.__eq__}
         return self._unpacked(CAR_STATES, run_id, from_us, to_us, where)
+
+    def state_columns(self, run_id: str, names: Sequence[str]) -> Iterator[tuple[int, list[str], NDArray[np.float64]]]:
+        """Stream some numbers of the car states, a span of ten seconds at once; see `service.store.chunks.numbers`."""
+        return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES), names, log=str(self.path))
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
         """Stream the vision objects of a run, ordered by time, then by name; none for a run without vision."""

@@ -1,0 +1,150 @@
+"""Where was every car of a log, frame after frame, as the relations take cars?
+
+Each car is there from the moment at which it got its name, with its rows of before, up to its last row. One that nobody
+saw for a while stands where it was, unseen, until it has rows again; then it is told where it was meanwhile.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from operator import itemgetter
+
+import numpy as np
+
+from anchoring.observations import nowhere
+from gis.road_network import RoadNetwork
+from qsr.changes.line_up import Seen
+from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, LongArray, on_roads
+from service.questions.identity import IdentityLink, chain_of, links_below
+from service.records import RunRecord
+from service.store.log import EventLog
+
+# So much is shown at once: a frame has too few cars to be worth a call of its own.
+_AT_ONCE_US = 20_000_000
+
+# The columns of a table of rows. Those of the log, and the places of the rows on the roads behind them.
+_KEYS = ("t_us", "linked", "x_m", "y_m")
+_AS_THEY_ARE = ("heading_rad", "speed_mps", "length_m", "width_m", "has_moved", "sigma_m", "confidence")
+_STORED = (*_KEYS, *_AS_THEY_ARE)
+_T_US, _SEEN, _X_M, _Y_M = range(len(_KEYS))
+_PLACES = {name: column.dtype for name, column in on_roads(nowhere(0)).items()}
+_TYPES = dict.fromkeys(_AS_THEY_ARE, np.dtype(np.float64)) | {"has_moved": np.dtype(np.bool_)} | _PLACES
+
+
+def seen_frames(
+    log: EventLog, run: RunRecord, network: RoadNetwork | None, *, tolerance_m: float
+) -> Iterator[list[Seen]]:
+    """Show the frames of a run in the order of time, those of some seconds at once.
+
+    Parameters
+    ----------
+    network : on which the cars are; None for open ground.
+    tolerance_m : how far beside a road a car is on it.
+    """
+    cars = _Cars(log, run, network, tolerance_m)
+    windows = groupby(log.state_columns(run.id, _STORED), lambda span: span[0] // _AT_ONCE_US)
+    window, rows = next(windows, (None, iter(())))
+    for number, frames in groupby(log.frames(run.id), lambda frame: frame[1] // _AT_ONCE_US):
+        while window is not None and window < number:  # its frames are lost
+            window, rows = next(windows, (None, iter(())))
+        spans = list(rows) if window == number else []
+        names = [name for _, some, _ in spans for name in some]
+        table = np.hstack([np.zeros((len(_STORED), 0)), *(columns for _, _, columns in spans)])
+        yield cars.seen(np.array([t_us for _, t_us in frames]), names, table)
+
+
+class _Cars:
+    """Finds the cars of one window of frames after the other; see `seen_frames`."""
+
+    def __init__(self, log: EventLog, run: RunRecord, network: RoadNetwork | None, tolerance_m: float) -> None:
+        self._network, self._tolerance_m = network, tolerance_m
+        self._taken_for_others = _taken_for_others(log, run)
+        links = log.links(run.id)
+        self._named_us = {one.upper: one.t_us for one in links if (one.level, one.kind) == ("car", "established")}
+        self._last_us = {one.car: one.last_us for one in log.cars(run.id)}
+        self._there: list[str] = []  # who was in the last frame, and their latest rows
+        self._latest: FloatArray = np.zeros((0, len(_STORED) + len(_PLACES)))
+        # Rows of cars that have no name yet, or that nobody sees: they count once it is seen with its name.
+        self._before: dict[str, list[FloatArray]] = {}
+
+    def seen(self, frames_us: LongArray, names: Sequence[str], columns: FloatArray) -> list[Seen]:
+        """Show frames.
+
+        Parameters
+        ----------
+        frames_us : (frames,) rising.
+        names : of the cars of the rows of these times, by time.
+        columns : (`_STORED`, rows) of them; written into.
+        """
+        rows = self._with_places(names, columns)
+        frame_of = frames_us.searchsorted(rows[:, _T_US]).clip(max=len(frames_us) - 1)
+        counts = frames_us[frame_of] == rows[:, _T_US]
+        counts &= rows[:, _T_US] >= [self._named_us.get(name, 0) for name in names]
+        filled = self._filled(names, rows, counts)
+        named = counts.nonzero()[0]
+        column = {name: k for k, name in enumerate(self._there)}
+        columns_of = [column.setdefault(names[k], len(column)) for k in named.tolist()]
+        # (frames, cars) the row by which each car is there: its own one, or else the one before.
+        held, cars = len(self._there), list(column)
+        latest = np.full((len(frames_us), len(cars)), -1)
+        latest[0, :held] = np.arange(held)
+        latest[frame_of[named], columns_of] = named + held
+        np.maximum.accumulate(latest, axis=0, out=latest)
+        is_there = (latest >= 0) & (frames_us[:, None] <= [self._last_us[name] for name in cars])
+        table = np.vstack([self._latest, rows])
+        shown = table[latest[is_there]]
+        shown[:, _SEEN] *= shown[:, _T_US] == frames_us.repeat(is_there.sum(axis=1))
+        ids = [tuple([cars[k] for k in one.nonzero()[0]]) for one in is_there]
+        self._there, self._latest = list(ids[-1]), table[latest[-1, is_there[-1]]]
+        footprints = _footprints(frames_us.tolist(), ids, shown)
+        return [Seen(one, {}, filled.get(one.t_us, ())) for one in footprints]
+
+    def _with_places(self, names: Sequence[str], columns: FloatArray) -> FloatArray:
+        """Add the places on the roads, (rows, columns); a car is not seen where another one was taken for it."""
+        if self._taken_for_others:
+            for k, (name, t_us) in enumerate(zip(names, columns[_T_US].tolist(), strict=True)):
+                for link in self._taken_for_others.get(name, ()):
+                    if link.start_us <= t_us and (link.end_us is None or t_us < link.end_us):
+                        columns[_SEEN, k] = 0.0
+        network, centre_m = self._network, columns[[_X_M, _Y_M]].T
+        places = nowhere(len(names)) if network is None else network.locate(centre_m, tolerance_m=self._tolerance_m)
+        return np.vstack([columns, *on_roads(places).values()]).T
+
+    def _filled(self, names: Sequence[str], rows: FloatArray, counts: BoolArray) -> dict[int, list[Footprints]]:
+        """Say for frames where the cars were before that are seen again there, or have got their name."""
+        is_known = counts & (rows[:, _SEEN] > 0)
+        waiting = self._before.keys() | {names[k] for k in (~is_known).nonzero()[0].tolist()}
+        found: dict[int, list[tuple[str, FloatArray]]] = {}
+        for name, row, is_one in zip(names, rows, is_known.tolist(), strict=True):
+            if name in waiting and not is_one:
+                self._before.setdefault(name, []).append(row)
+            elif name in self._before:
+                found.setdefault(int(row[_T_US]), []).extend((name, one) for one in self._before.pop(name))
+        return {t_us: list(_by_time(some)) for t_us, some in found.items()}
+
+
+def _taken_for_others(log: EventLog, run: RunRecord) -> dict[str, list[IdentityLink]]:
+    """Give for each car the links by which another one was taken for it, as turned out afterwards."""
+    below = links_below(log, run.id)
+    wrong = {
+        one.car: [link for link in chain_of(below, one.car) if link.verdict == "refuted"] for one in log.cars(run.id)
+    }
+    return {car: links for car, links in wrong.items() if links}
+
+
+def _by_time(rows: Iterable[tuple[str, FloatArray]]) -> Iterator[Footprints]:
+    """Lay out rows of cars, those of one time together."""
+    timed = sorted(((int(row[_T_US]), name, row) for name, row in rows), key=itemgetter(0))
+    for t_us, group in groupby(timed, itemgetter(0)):
+        _, names, table = zip(*group, strict=True)
+        yield from _footprints([t_us], [names], np.array(table))
+
+
+def _footprints(times_us: Sequence[int], ids: Sequence[tuple[str, ...]], table: FloatArray) -> Iterator[Footprints]:
+    """Lay out the rows of some frames, those of each behind those of the one before."""
+    named = zip(_TYPES.items(), table[:, len(_KEYS) :].T, strict=True)
+    columns = {name: column.astype(dtype) for (name, dtype), column in named}
+    columns |= {"centre_m": table[:, [_X_M, _Y_M]], "observed": table[:, _SEEN] > 0}
+    start = 0
+    for t_us, names in zip(times_us, ids, strict=True):
+        some = slice(start, start := start + len(names))
+        yield Footprints(t_us=t_us, ids=names, **{name: column[some] for name, column in columns.items()})
