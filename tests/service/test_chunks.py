@@ -6,6 +6,7 @@ import sqlite3
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from service.errors import LogError
@@ -54,6 +55,12 @@ def test_windows_and_cars_are_those_of_a_list(tmp_path: Path, seed: int) -> None
             car = rng.choice(expected).car
             own = [one for one in window if one.car == car]
             assert list(log.states("r1", car=car, from_us=from_us, to_us=to_us)) == own
+        spans = list(log.state_columns("r1", ("t_us", "x_m", "linked", "sigma_m", "confidence")))
+    names, columns = [name for _, some, _ in spans for name in some], np.hstack([table for *_, table in spans])
+    assert names == [one.car for one in expected]
+    assert columns[:3].T.tolist() == [[one.t_us, one.x_m, one.linked] for one in expected]
+    assert np.isnan(columns[3]).all()
+    assert (columns[4] == 1.0).all()
 
 
 def test_a_window_reads_the_chunks_of_its_spans_alone(tmp_path: Path) -> None:

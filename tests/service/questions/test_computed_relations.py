@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import sqlite3
 from pathlib import Path
 
 import msgspec
@@ -49,6 +50,23 @@ def test_they_are_those_of_a_run_that_watched_them(folder: Path) -> None:
         assert _sorted(list(unwatched_relations(one, one.run(), names))) == _sorted(expected)
         assert len(expected) > 1000
         assert unwatched_relations(every, every.run(), names) == ()
+
+
+def test_cars_are_there_again_after_frames_that_are_damaged(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "one.db", tmp_path / "one.db")
+    with sqlite3.connect(tmp_path / "one.db") as connection:
+        connection.execute("update chunks set data = x'00' where kind = 'frames' and span_us = 10000000")
+    connection.close()
+    with open_log(str(folder / "one.db")) as whole, open_log(str(tmp_path / "one.db")) as damaged:
+        decided_us = [
+            {one.decided_us for one in unwatched_relations(log, log.run(), ["close", "behind", "on"])}
+            for log in (whole, damaged)
+        ]
+    early = [{t_us for t_us in some if t_us < 10_000_000} for some in decided_us]
+    assert early[0] == early[1]
+    assert not any(10_000_000 <= t_us < 20_000_000 for t_us in decided_us[1])
+    late = [{t_us for t_us in some if t_us > 25_000_000} for some in decided_us]
+    assert len(late[0] & late[1]) > 0.9 * len(late[0]) > 5
 
 
 def test_the_site_may_have_moved_but_must_be_the_same(
