@@ -60,7 +60,7 @@ def monitor_log(
         record = log.run(run)
         _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
-        computed = unwatched_relations(log, record, monitors.relations, site_file)
+        computed = unwatched_relations(log, record, monitors.relations, site_file).changes
         lag_us = RelationSettings().backdate_us
         states, unit = TrafficStates(monitors.features, lag_us=lag_us), MonitoringUnit(monitors, lag_us=lag_us)
         events = [one.value for one in _told(states, unit, _replay(log, record.id, states, computed))]
@@ -99,7 +99,7 @@ def _update(unit: MonitoringUnit, now_us: int, states: _States) -> Iterator[Samp
 
 
 def _replay(
-    log: EventLog, run_id: str, states: TrafficStates, computed: Sequence[RelationRecord]
+    log: EventLog, run_id: str, states: TrafficStates, computed: Iterable[RelationRecord]
 ) -> Iterator[tuple[int, _States]]:
     """Feed the rows of a run frame by frame, in the order in which the pipeline had them; give what leaves."""
     doubtful, predict_us = DoubtfulLinks(), AnchoringSettings().predict_us

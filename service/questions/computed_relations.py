@@ -27,6 +27,11 @@ class Ground:
     anchoring: AnchoringSettings
     relations: RelationSettings
 
+    @property
+    def late_us(self) -> int:
+        """How long after it happened a change is decided at most: a car may be lost, or have had no name yet."""
+        return self.anchoring.survive_us + self.anchoring.name_back_us + self.relations.backdate_us
+
 
 def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Ground:
     """Read the site of a run again; see `stored_events.unwatched_relations`.

@@ -185,7 +185,7 @@ class Explainer:
         chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
         name = _asked_chronicle(question.chronicle, run, chronicles)
         _check(question, run, chronicles, name)
-        computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file)
+        computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file).changes
         part = self._part(question, run, chronicles, name)
         stored = stored_events(self._log, run.id, part=part, computed=computed)
         self._check_covered(question, run)

@@ -1,32 +1,30 @@
 """Do other chronicles occur in what was stored? Recognition over the events of a log or a file."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from itertools import chain, islice
 from pathlib import Path
 
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.events import Occurrence
-from chronicles.execution.unfit_events import unfit_events
+from chronicles.events import Event, Occurrence
+from chronicles.execution.unfit_events import UnfitCounter
 from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
 from service.monitoring.monitor_messages import messages_of_run
 from service.questions.event_files import load_events
 from service.questions.recognised_events import RecognisedEvent, recognised_events
-from service.questions.stored_events import (
-    StoredEvents,
-    refuse_thinned,
-    relations_of,
-    stored_events,
-    unwatched_relations,
-)
+from service.questions.stored_events import refuse_thinned, relations_of, streamed_events, unwatched_relations
 from service.records import RunRecord
 from service.store.location import is_log_name
-from service.store.log import EventLog, open_log
-from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files
+from service.store.log import open_log
+from service.texts.chronicle_files import load_chronicle_files
 from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told
 from service.texts.text_streams import Stream
+
+# Above this many events, some 200 MB, all that is at hand is what may still take part.
+_MOST_AT_HAND = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,30 +78,50 @@ def recognise_stored(
             _refuse("a file of events", "a log", stream=stream, until=until_us)
             log = closing.enter_context(open_log(source))
             record = log.run(run)
-            loaded, (stored, warnings) = _read_log(source, log, record, chronicle_files, site_file)
+            messages = messages_of_run(record)
+            loaded = load_chronicle_files(chronicle_files, messages=messages)
+            refuse_thinned(record)
+            asked = relations_of(loaded.merged)
+            unwatched = unwatched_relations(log, record, asked, site_file)
+            events: Iterable[Event] = streamed_events(log, record.id, asked, unwatched, in_time=lateness_us is None)
+            end_us, idle = log.last_us(record.id), idle_in_stream(source, loaded.merged, messages)
         else:
             _refuse("a log", "a file of events", run=run, site=site_file)
             log, record = None, RunRecord(id="", source=Path(source).name, start_utc_us=0)
             loaded = load_chronicle_files(chronicle_files, stream)
-            stored, warnings = _read_file(source, loaded.merged, until_us)
-        found, late_count, left_out = _found(loaded.merged, stored, executor, lateness_us)
+            events = load_events(Path(source))
+            end_us, idle = _end_us(events, until_us), idle_in_file(source, loaded.merged, events)
+        counter = UnfitCounter(loaded.merged)
+        found, late_count, left_out = _found(loaded.merged, _counted(events, counter), end_us, executor, lateness_us)
+        unfit = unfit_told(source, loaded.merged, counter.found, is_traffic=True) if log else ()
         beyond = (f"{source}: chronicle {name}: {count} instances were left out" for name, count in left_out.items())
-        events = tuple(recognised_events(found, record, log))
-        return Recognised(events, late_count, (*warnings, *beyond), loaded.stream, loaded.doubts)
+        told = tuple(recognised_events(found, record, log))
+        return Recognised(told, late_count, (*idle, *unfit, *beyond), loaded.stream, loaded.doubts)
+
+
+def _counted(events: Iterable[Event], counter: UnfitCounter) -> Iterator[Event]:
+    for event in events:
+        counter.count(event)
+        yield event
 
 
 def _found(
-    chronicles: ChronicleSet, stored: StoredEvents, executor: str | None, lateness_us: int | None
+    chronicles: ChronicleSet, events: Iterator[Event], end_us: int, executor: str | None, lateness_us: int | None
 ) -> tuple[Sequence[Occurrence], int, Mapping[str, int]]:
-    """Give what occurs, how many events came too late, and how many instances of each chronicle were left out."""
+    """Give what occurs, how many events came too late, and how many instances of each chronicle were left out.
+
+    Backfill is quicker and needs all events at hand; so many that memory would tell are taken one by one.
+    """
     if lateness_us is None:
-        left_out: Counter[str] = Counter()
-        executor = executor or "backfill"
-        found = recognise(chronicles, stored.events, until_us=stored.until_us, executor=executor, left_out=left_out)
-        return found, 0, left_out
-    recogniser = Recogniser(chronicles, lateness_us, executor=executor or "eager")
-    found = [occurrence for event in stored.events for occurrence in recogniser.observe(event)]
-    found += recogniser.advance(stored.until_us + lateness_us)
+        first = list(events if executor else islice(events, _MOST_AT_HAND))
+        if executor or len(first) < _MOST_AT_HAND:
+            left_out: Counter[str] = Counter()
+            executor = executor or "backfill"
+            return recognise(chronicles, first, until_us=end_us, executor=executor, left_out=left_out), 0, left_out
+        events = chain(first, events)
+    recogniser = Recogniser(chronicles, lateness_us or 0)
+    found = [occurrence for event in events for occurrence in recogniser.observe(event)]
+    found += recogniser.advance(end_us + (lateness_us or 0))
     return found, recogniser.late_count, recogniser.left_out
 
 
@@ -114,27 +132,10 @@ def _refuse(expected: str, came: str, **options: object) -> None:
             raise QueryError(f"--{name}: expected {expected} to go with it, got {came}", parameter=name)
 
 
-# Each gives the events and, as warnings, what the chronicles look for in vain.
-_Read = tuple[StoredEvents, tuple[str, ...]]
-
-
-def _read_file(source: str, chronicles: ChronicleSet, until_us: int | None) -> _Read:
-    events = load_events(Path(source))
+def _end_us(events: Sequence[Event], until_us: int | None) -> int:
     latest_us = max((event.t_us for event in events), default=0)
     end_us = latest_us if until_us is None else until_us
     if end_us < latest_us:
         expected = f"expected a time not before the last event ({latest_us} us)"
         raise QueryError(f"--until: {expected}, got {end_us} us", parameter="until")
-    return StoredEvents(tuple(events), end_us), idle_in_file(source, chronicles, events)
-
-
-def _read_log(
-    source: str, log: EventLog, run: RunRecord, chronicle_files: Sequence[Path], site_file: Path | None
-) -> tuple[LoadedChronicles, _Read]:
-    messages = messages_of_run(run)
-    loaded = load_chronicle_files(chronicle_files, messages=messages)
-    refuse_thinned(run)
-    asked = relations_of(loaded.merged)
-    stored = stored_events(log, run.id, computed=unwatched_relations(log, run, asked, site_file))
-    unfit = unfit_told(source, loaded.merged, unfit_events(loaded.merged, stored.events), is_traffic=True)
-    return loaded, (stored, (*idle_in_stream(source, loaded.merged, messages), *unfit))
+    return end_us

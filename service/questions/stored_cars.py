@@ -95,6 +95,7 @@ class _Cars:
         shown[:, _SEEN] *= shown[:, _T_US] == frames_us.repeat(is_there.sum(axis=1))
         ids = [tuple([cars[k] for k in one.nonzero()[0]]) for one in is_there]
         self._there, self._latest = list(ids[-1]), table[latest[-1, is_there[-1]]]
+        self._before = {name: some for name, some in self._before.items() if self._last_us[name] > frames_us[-1]}
         footprints = _footprints(frames_us.tolist(), ids, shown)
         return [Seen(one, {}, filled.get(one.t_us, ())) for one in footprints]
 
@@ -116,7 +117,7 @@ class _Cars:
         found: dict[int, list[tuple[str, FloatArray]]] = {}
         for name, row, is_one in zip(names, rows, is_known.tolist(), strict=True):
             if name in waiting and not is_one:
-                self._before.setdefault(name, []).append(row)
+                self._before.setdefault(name, []).append(row.copy())
             elif name in self._before:
                 found.setdefault(int(row[_T_US]), []).extend((name, one) for one in self._before.pop(name))
         return {t_us: list(_by_time(some)) for t_us, some in found.items()}

@@ -5,11 +5,12 @@ they had never come.
 """
 
 import heapq
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from operator import attrgetter, itemgetter
 from pathlib import Path
+from typing import NamedTuple
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event
@@ -79,15 +80,49 @@ def stored_events(
     """
     recorded = log.relations(run_id) if part is None else _changes(log, run_id, part)
     labels = None if part is None else {label for one in recorded for label in one.hypotheses}
-    refuted = {one.label for one in log.hypotheses(run_id, labels=labels) if one.verdict == "refuted"} - set(believed)
-    changes = (
+    refuted = _refuted(log, run_id, labels) - set(believed)
+    decided = _decided(_messages(log, run_id, part), heapq.merge(recorded, computed, key=_DECIDED_US), refuted)
+    return StoredEvents(tuple(event for _, event in decided), log.last_us(run_id))
+
+
+def streamed_events(
+    log: EventLog, run_id: str, names: Collection[str], unwatched: "Unwatched", *, in_time: bool
+) -> Iterator[Event]:
+    """Stream the events of a run; in memory stand those of less than a minute.
+
+    Parameters
+    ----------
+    names : of relations; all messages of monitors come too.
+    unwatched : what the run did not watch of them.
+    in_time : in the order in which they happened, those of one time as they were decided; else as they were decided.
+    """
+    recorded = log.relations(run_id, names=names)
+    changes = heapq.merge(recorded, unwatched.changes, key=_DECIDED_US)
+    decided = _decided(_messages(log, run_id, None), changes, _refuted(log, run_id, None))
+    late_us = max(log.late_us(run_id), unwatched.late_us) if in_time else 0
+    waiting: list[tuple[int, int, Event]] = []
+    for number, (decided_us, event) in enumerate(decided):
+        heapq.heappush(waiting, (event.t_us if in_time else decided_us, number, event))
+        while waiting[0][0] < decided_us - late_us:
+            yield heapq.heappop(waiting)[2]
+    yield from (event for _, _, event in sorted(waiting, key=itemgetter(0, 1)))
+
+
+def _refuted(log: EventLog, run_id: str, labels: Collection[str] | None) -> set[str]:
+    return {one.label for one in log.hypotheses(run_id, labels=labels) if one.verdict == "refuted"}
+
+
+def _decided(
+    messages: Iterator[tuple[int, Event]], changes: Iterable[RelationRecord], refuted: set[str]
+) -> Iterator[tuple[int, Event]]:
+    """Give messages and changes, but for those that rest on something refuted, as they were decided, and when."""
+    believed = (
         (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence))
-        for one in heapq.merge(recorded, computed, key=_DECIDED_US)
+        for one in changes
         if refuted.isdisjoint(one.hypotheses)
     )
     # At equal times merge gives the first first: verdicts came before what was decided at the same frame.
-    merged = heapq.merge(_messages(log, run_id, part), changes, key=itemgetter(0))
-    return StoredEvents(tuple(event for _, event in merged), log.last_us(run_id))
+    return heapq.merge(messages, believed, key=itemgetter(0))
 
 
 def _changes(log: EventLog, run_id: str, part: Part) -> list[RelationRecord]:
@@ -117,9 +152,19 @@ def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[i
             yield event.start_us + lag_us, message
 
 
+class Unwatched(NamedTuple):
+    """Hold changes that a run did not watch, in the order of decision, to be looked at once.
+
+    They are decided at most `late_us` after they happened.
+    """
+
+    changes: Iterable[RelationRecord] = ()
+    late_us: int = 0
+
+
 def unwatched_relations(
     log: EventLog, run: RunRecord, asked: Collection[str], site_file: Path | None = None
-) -> Sequence[RelationRecord]:
+) -> Unwatched:
     """Compute those of some relations that a run did not watch; none if it watched all.
 
     Parameters
@@ -136,7 +181,7 @@ def unwatched_relations(
     """
     names = sorted(set(asked).difference(run.relations))
     if not names:
-        return ()
+        return Unwatched()
     if run.kpl:
         watched = ", ".join(run.relations) or "none"
         raise LogError(
@@ -146,7 +191,8 @@ def unwatched_relations(
     # What only this needs, the anchoring and relations of the pipeline, takes most of a second to load.
     from service.questions.computed_relations import computed_relations, ground_of
 
-    return tuple(computed_relations(log, run, names, ground_of(run, ", ".join(names), site_file)))
+    ground = ground_of(run, ", ".join(names), site_file)
+    return Unwatched(computed_relations(log, run, names, ground), ground.late_us)
 
 
 def relations_of(chronicles: ChronicleSet) -> frozenset[str]:

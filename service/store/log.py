@@ -331,6 +331,14 @@ class EventLog:
             where = {**where, "args": lambda args: not wanted.isdisjoint(args)}
         return self._unpacked(RELATIONS, run_id, from_us, to_us, where)
 
+    def late_us(self, run_id: str) -> int:
+        """Say how long after it happened a relation change of a run was decided at most, roughly; at least how long."""
+        table = schema.chunks
+        query = select(func.max(table.c.span_us - table.c.first_us))
+        with self.connect() as connection:
+            most_us = connection.scalar(query.where(_of_run(table.c.run_no, run_id), table.c.kind == RELATIONS.name))
+        return SPAN_US + (most_us or 0)
+
     def _unpacked(
         self,
         kind: ChunkKind[_Record],

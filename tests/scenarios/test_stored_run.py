@@ -82,7 +82,7 @@ def test_one_chronicle_alone_costs_and_stores_only_its_relations(
     with open_log(log) as opened:
         asked = ("ahead", "behind", "beside", "in_crossing", "moving", "on")
         computed = unwatched_relations(opened, opened.run(), asked)
-        assert {one.name for one in computed} == {"ahead", "behind", "beside", "moving", "on"}
+        assert {one.name for one in computed.changes} == {"ahead", "behind", "beside", "moving", "on"}
     assert run(["recognise", log, "--chronicles", str(LIBRARY / "overtake.chronicle"), "--format", "jsonl"]) == 0
     assert {json.loads(line)["chronicle"]["name"] for line in capsys.readouterr().out.splitlines()} == {"overtake"}
 

@@ -11,10 +11,12 @@ import pytest
 from chronicles import library
 from service.cli.app import run
 from service.errors import LogError
-from service.questions.stored_events import unwatched_relations
+from service.questions import recognition
+from service.questions.stored_events import Unwatched, relations_of, streamed_events, unwatched_relations
 from service.records import RelationRecord, RunRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
+from service.texts.chronicle_files import load_chronicle_files
 
 ATTRIBUTES = re.findall(r"^attribute (\w+)(\[[^\]]*\])", library.relations_text(), re.MULTILINE)
 
@@ -47,9 +49,29 @@ def test_they_are_those_of_a_run_that_watched_them(folder: Path) -> None:
     with open_log(str(folder / "every.db")) as every, open_log(str(folder / "one.db")) as one:
         (watched,) = one.run().relations
         expected = [change for change in every.relations(every.run().id) if change.name != watched]
-        assert _sorted(list(unwatched_relations(one, one.run(), names))) == _sorted(expected)
+        assert _sorted(list(unwatched_relations(one, one.run(), names).changes)) == _sorted(expected)
         assert len(expected) > 1000
-        assert unwatched_relations(every, every.run(), names) == ()
+        assert unwatched_relations(every, every.run(), names) == Unwatched()
+
+
+def test_what_is_recognised_does_not_depend_on_how_much_is_at_hand(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["recognise", str(folder / "one.db"), "--format", "jsonl", "--evidence"]
+    assert run(asked) == 0
+    at_hand = capsys.readouterr().out
+    monkeypatch.setattr(recognition, "_MOST_AT_HAND", 100)
+    assert run(asked) == 0
+    assert capsys.readouterr() == (at_hand, "")
+    assert len(at_hand.splitlines()) > 5
+    with open_log(str(folder / "one.db")) as log:
+        names = relations_of(load_chronicle_files(()).merged)
+        unwatched = [unwatched_relations(log, log.run(), names) for _ in range(2)]
+        decided, in_time = (
+            list(streamed_events(log, log.run().id, names, one, in_time=is_one))
+            for one, is_one in zip(unwatched, (False, True), strict=True)
+        )
+    assert in_time == sorted(decided, key=lambda event: event.t_us) != decided
 
 
 def test_cars_are_there_again_after_frames_that_are_damaged(folder: Path, tmp_path: Path) -> None:
@@ -59,7 +81,7 @@ def test_cars_are_there_again_after_frames_that_are_damaged(folder: Path, tmp_pa
     connection.close()
     with open_log(str(folder / "one.db")) as whole, open_log(str(tmp_path / "one.db")) as damaged:
         decided_us = [
-            {one.decided_us for one in unwatched_relations(log, log.run(), ["close", "behind", "on"])}
+            {one.decided_us for one in unwatched_relations(log, log.run(), ["close", "behind", "on"]).changes}
             for log in (whole, damaged)
         ]
     early = [{t_us for t_us in some if t_us < 10_000_000} for some in decided_us]
