@@ -106,12 +106,6 @@ class _Slab:
         self.panels.append(Panel(np.array(points), colour, is_lamp))
         return self
 
-    def put_all(
-        self, sides: Sequence[int], across: tuple[float, float], up: tuple[float, float], colour: Colour
-    ) -> None:
-        for side in sides:
-            self.put(side, across, up, colour)
-
     def put_pair(
         self, side: int, across: tuple[float, float], up: tuple[float, float], colour: Colour, *, is_lamp: bool = True
     ) -> None:
