@@ -1,9 +1,10 @@
 """Where was every car of a log, frame after frame, as the relations take cars?
 
-Each car is there from the moment at which it got its name, with its rows of before, up to its last row. One that nobody
+Each car is there while it has its name, with its rows of before, up to its last row. One that nobody
 saw for a while stands where it was, unseen, until it has rows again; then it is told where it was meanwhile.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
@@ -27,6 +28,7 @@ _AS_THEY_ARE = ("heading_rad", "speed_mps", "length_m", "width_m", "has_moved", 
 _STORED = (*_KEYS, *_AS_THEY_ARE)
 _T_US, _SEEN, _X_M, _Y_M = range(len(_KEYS))
 _PLACES = {name: column.dtype for name, column in on_roads(nowhere(0)).items()}
+_ALWAYS = ((-math.inf, math.inf),)
 _TYPES = dict.fromkeys(_AS_THEY_ARE, np.dtype(np.float64)) | {"has_moved": np.dtype(np.bool_)} | _PLACES
 
 
@@ -58,8 +60,7 @@ class _Cars:
     def __init__(self, log: EventLog, run: RunRecord, network: RoadNetwork | None, tolerance_m: float) -> None:
         self._network, self._tolerance_m = network, tolerance_m
         self._taken_for_others = _taken_for_others(log, run)
-        links = log.links(run.id)
-        self._named_us = {one.upper: one.t_us for one in links if (one.level, one.kind) == ("car", "established")}
+        self._named = _named(log, run)
         self._last_us = {one.car: one.last_us for one in log.cars(run.id)}
         self._there: list[str] = []  # who was in the last frame, and their latest rows
         self._latest: FloatArray = np.zeros((0, len(_STORED) + len(_PLACES)))
@@ -78,7 +79,8 @@ class _Cars:
         rows = self._with_places(names, columns)
         frame_of = frames_us.searchsorted(rows[:, _T_US]).clip(max=len(frames_us) - 1)
         counts = frames_us[frame_of] == rows[:, _T_US]
-        counts &= rows[:, _T_US] >= [self._named_us.get(name, 0) for name in names]
+        has_name = map(self._has_name, names, rows[:, _T_US].tolist())
+        counts &= np.fromiter(has_name, np.bool_, len(names))
         filled = self._filled(names, rows, counts)
         named = counts.nonzero()[0]
         column = {name: k for k, name in enumerate(self._there)}
@@ -90,6 +92,8 @@ class _Cars:
         latest[frame_of[named], columns_of] = named + held
         np.maximum.accumulate(latest, axis=0, out=latest)
         is_there = (latest >= 0) & (frames_us[:, None] <= [self._last_us[name] for name in cars])
+        for k, name in enumerate(cars):
+            is_there[:, k] &= [self._has_name(name, t_us) for t_us in frames_us.tolist()]
         table = np.vstack([self._latest, rows])
         shown = table[latest[is_there]]
         shown[:, _SEEN] *= shown[:, _T_US] == frames_us.repeat(is_there.sum(axis=1))
@@ -98,6 +102,9 @@ class _Cars:
         self._before = {name: some for name, some in self._before.items() if self._last_us[name] > frames_us[-1]}
         footprints = _footprints(frames_us.tolist(), ids, shown)
         return [Seen(one, {}, filled.get(one.t_us, ())) for one in footprints]
+
+    def _has_name(self, name: str, t_us: int) -> bool:
+        return any(start_us <= t_us < end_us for start_us, end_us in self._named.get(name, _ALWAYS))
 
     def _with_places(self, names: Sequence[str], columns: FloatArray) -> FloatArray:
         """Add the places on the roads, (rows, columns); a car is not seen where another one was taken for it."""
@@ -121,6 +128,17 @@ class _Cars:
             elif name in self._before:
                 found.setdefault(int(row[_T_US]), []).extend((name, one) for one in self._before.pop(name))
         return {t_us: list(_by_time(some)) for t_us, some in found.items()}
+
+
+def _named(log: EventLog, run: RunRecord) -> dict[str, list[list[float]]]:
+    """Say from when to when each car had its name: what looked like no car any more may be one again later."""
+    spans: dict[str, list[list[float]]] = {}
+    for link in log.links(run.id):
+        if link.level == "car" and link.kind in {"established", "reestablished"}:
+            spans.setdefault(link.upper, []).append([link.t_us, math.inf])
+        elif link.level == "car" and link.kind in {"refuted", "ended"}:
+            spans[link.upper][-1][1] = link.t_us
+    return spans
 
 
 def _taken_for_others(log: EventLog, run: RunRecord) -> dict[str, list[IdentityLink]]:
