@@ -28,6 +28,9 @@ class Object:
     name: str
 
 
+ANY = "?"
+"""The name of the object in ``overtake[?a, ?]`` that may be whichever; only events are asked so."""
+
 Argument: TypeAlias = Variable | Object
 
 

@@ -117,6 +117,7 @@ class Signature:
     sorts : of the objects that quantifiers and monitors go over.
     kinds : of the values of features; a feature that is left out can be compared with anything.
     values : all the words that a feature can be; a feature that is left out takes any.
+    events : those features that are events, each as it is written. Of their arguments some may be whichever, ``?``.
 
     Examples
     --------
@@ -136,6 +137,7 @@ class Signature:
     sorts: Collection[str] = ()
     kinds: Mapping[str, Kind] = field(default_factory=dict)
     values: Mapping[str, Collection[str]] = field(default_factory=dict)
+    events: Mapping[str, str] = field(default_factory=dict)
 
 
 class KindChecker:

@@ -97,6 +97,8 @@ def print_term(term: Term | model.Argument) -> str:  # noqa: PLR0911 - one case 
     match term:
         case model.Variable(name):
             return f"?{name}"
+        case model.Object(model.ANY):
+            return model.ANY
         case model.Object(name):
             return name if _PLAIN.fullmatch(name) and name not in _WORDS else _quoted(name)
         case model.Text(text):

@@ -121,7 +121,6 @@ _CHARACTERS: Mapping[str, str] = {
     ".": "numbers are written 0.5; quantifiers end with ':'",
     "/": "units are written km/h or m/s; features can be multiplied by a number, not divided",
     **dict.fromkeys("{}", "write '(' and ')', or '[' and ']' for windows and arguments"),
-    "?": "variables are written ?car, without a blank",
     "\ufeff": "save the file without a byte order mark",
 }
 
@@ -226,9 +225,11 @@ def _arguments(at: Misfit) -> str:  # noqa: PLR0911 - one mistake each
     return ""
 
 
-def _variables(at: Misfit) -> str | Hint:
+def _variables(at: Misfit) -> str | Hint:  # noqa: PLR0911 - one mistake each
     if "VARIABLE" in at.expected and "NAME" not in at.expected and at.kind() == "NAME":
         return Hint(f"variables start with a question mark: ?{at.text()}", f"?{at.text()}")
+    if at.kind() == "ANY" or (at.kind(-1) == "ANY" and at.kind() == "NAME"):
+        return "variables are written ?car, without a blank"
     if at.expected == {"IN"}:
         return f"name the sort: {at.text(-1)} in Car"
     if at.kind() == "IN" and at.kind(-1) == "NAME":

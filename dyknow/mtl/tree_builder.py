@@ -6,7 +6,7 @@ by `kinds.py` that what is compared goes together.
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from typing import Any, cast  # Any: lark leaves the children of a tree untyped
 
@@ -176,7 +176,7 @@ class TreeBuilder:
     def _feature(self, tree: Node, scope: Scope) -> model.Feature:
         name, *rest = tree.parts
         arguments = [part for part in rest if part is not None]
-        self._check_feature(name, len(arguments))
+        self._check_feature(name, arguments)
         return model.Feature(name.text, tuple(self._argument(part, scope) for part in arguments))
 
     def _argument(self, tree: Node, scope: Scope) -> model.Argument:
@@ -233,17 +233,23 @@ class TreeBuilder:
             self._reporter.error("F0205", message, word.span(self._file), hint, related=related)
         scope[name], self._bound[name] = sort, word.span(self._file)
 
-    def _check_feature(self, word: Word, count: int) -> None:
+    def _check_feature(self, word: Word, arguments: Sequence[Node]) -> None:
         if self._signature is None:
             return
-        name, known = word.text, self._signature.features
+        name, known, count, events = word.text, self._signature.features, len(arguments), self._signature.events
         if name not in known:
             hint = suggest(name, known)
             self._reporter.error("F0201", f"expected a known feature, got {name!r}", word.span(self._file), hint)
         elif known[name] != count:
             plural = "" if known[name] == 1 else "s"
             message = f"expected {known[name]} argument{plural} of {name!r}, got {count}"
-            self._reporter.error("F0202", message, word.span(self._file))
+            form = f"write {events[name]}, with ? for what may be whichever" if name in events else ""
+            self._reporter.error("F0202", message, word.span(self._file), form)
+        elif name not in events:
+            for whichever in (one.parts[0] for one in arguments if one.parts[0].kind == "ANY"):
+                message = f"expected an object or a variable in {name!r}, got '?'"
+                advice = "only events may be asked of whichever object: write forall ?x in Car: or exists ?x in Car:"
+                self._reporter.error("F0208", message, whichever.span(self._file), advice)
 
     def _check_sort(self, word: Word) -> None:
         if self._signature is not None and word.text not in self._signature.sorts:

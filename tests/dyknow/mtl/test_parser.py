@@ -16,7 +16,8 @@ from dyknow.mtl.structure import MOST_CHANGES, window_changes
 from dyknow.mtl.syntax_errors import explain_character
 from tests.dyknow.mtl.support import pick, random_formula
 
-SIGNATURE = Signature({"speed": 1, "behind": 2, "green": 0}, ["Car"])
+OVERTAKE = "overtake[?overtaker, ?overtaken, ?road]"
+SIGNATURE = Signature({"speed": 1, "behind": 2, "green": 0, "overtake": 3}, ["Car"], events={"overtake": OVERTAKE})
 
 
 def parse(text: str) -> Formula:
@@ -147,6 +148,9 @@ def test_per_sort_looks_past_the_variables_of_quantifiers() -> None:
         ("tolerate(p, 1s)", "F0102", (1, 15), "expected ',' after '1s', got ')'", "write tolerate(p, 1s, 500ms)"),
         ("always spead[?a] < 3", "F0201", (1, 8), "expected a known feature, got 'spead'", "did you mean 'speed'?"),
         ("behind[?a]", "F0202", (1, 1), "expected 2 arguments of 'behind', got 1", ""),
+        ("overtake[?a, ?b]", "F0202", (1, 1), "expected 3 arguments of 'overtake', got 2", f"write {OVERTAKE}, with ?"),
+        ("behind[?, ?a]", "F0208", (1, 8), "expected an object or a variable in 'behind', got '?'", "exists ?x in"),
+        ("overtake[?a, ? b, we]", "F0102", (1, 16), "after '?', got 'b'", "written ?car, without a blank"),
         ("forall ?x in Cars: green", "F0203", (1, 14), "expected a known sort, got 'Cars'", "did you mean 'Car'?"),
         ("always speed[?c] < 3", "F0204", (1, 14), "expected a bound variable, got '?c'", "known: 'a', 'b'"),
         ("forall ?a in Car: green", "F0205", (1, 8), "expected a new variable, got '?a' again", "different names"),
@@ -192,6 +196,13 @@ def test_error_says_where_what_was_expected_and_what_came(
     assert message in found.message
     assert hint in found.hint
     assert bool(hint) == bool(found.hint)
+
+
+def test_an_event_may_be_asked_of_whichever_object() -> None:
+    text = "always not overtake[?a, ?, we]"
+    formula = parse_formula(text, variables=["a"], signature=SIGNATURE)
+    assert print_formula(formula) == text
+    assert parse_formula(print_formula(formula), variables=["a"]) == formula
 
 
 @pytest.mark.parametrize(
