@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 
 from chronicles.compilation.compiler import compile_chronicle
@@ -58,6 +58,27 @@ class ChronicleSet:
             if plan.name == name:
                 return plan
         raise ChronicleError(f"chronicle set: expected one of {list(self.names)}, got {name!r}")
+
+    @property
+    def given(self) -> dict[str, tuple[str, ...]]:
+        """Name the events that the chronicles give, with what stands in the places of their arguments."""
+        return {name: arguments for plan in self.plans for name, arguments, _ in plan.given}
+
+    def feeding(self, names: Collection[str]) -> "ChronicleSet":
+        """Keep the chronicles that events of some names come from, directly or by way of others.
+
+        Examples
+        --------
+        >>> text = "chronicle {}(t1) {{ event({}[], t1) when recognised {{ emit {}[] }} }}"
+        >>> load(text.format("one", "x", "a") + text.format("two", "a", "b") + text.format("rest", "a", "c")).feeding(
+        ...     {"b"}).names
+        ('one', 'two')
+        """
+        wanted = set(names)
+        for plan in self.plans * len(self.plans):  # what is found last may be what leads to all others
+            if not wanted.isdisjoint((plan.name, *plan.produces)):
+                wanted |= {plan.name} | plan.consumes | plan.asserts
+        return replace(self, plans=tuple(plan for plan in self.plans if plan.name in wanted))
 
 
 def load(text: str, *, name: str = "<text>") -> ChronicleSet:

@@ -92,6 +92,15 @@ class Occurrence:
         """What makes it the same occurrence, whatever its status: chronicle, roles, time points and events."""
         return self.chronicle, tuple(self.roles.items()), self.sub_events, self.events
 
+    @property
+    def given(self) -> tuple[Event, ...]:
+        """The messages that it emits, or else one of its own name, with its roles and at its end.
+
+        What an `assert` sets is a value and no event of its own.
+        """
+        own = Event(self.chronicle, tuple(self.roles.values()), self.end_us)
+        return tuple(event for event in self.emitted if event.new is None) or (own,)
+
 
 @dataclass(frozen=True, slots=True)
 class ExpectedEvent:

@@ -136,6 +136,11 @@ class Recogniser:
     # ---- hypotheses
 
     @property
+    def settled_us(self) -> int:
+        """The time before which nothing comes or goes any more: without early answers, all that ended is told."""
+        return self._engine.watermark_us if self._revision is None else self._revision.settled_us
+
+    @property
     def open_hypotheses(self) -> frozenset[str]:
         """The hypotheses opened, or of events seen so far, that are not decided; memory grows until they are."""
         return frozenset() if self._revision is None else self._revision.open_hypotheses

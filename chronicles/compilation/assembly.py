@@ -101,6 +101,7 @@ class Assembly:
             reports=tuple(self._report(one) for one in chronicle.actions if isinstance(one, model.Report)),
             is_symmetric=_is_symmetric([position.test for position in positions]),
             tail_us=max(self._after_us(Anchor(index, 0)) for index in range(len(positions))),
+            delay_us=max(0, min(map(self._after_us, header or [Anchor(index, 0) for index in range(len(positions))]))),
             memory_us=max(map(self._after_us, starts), default=0),
             selection=self._selection(header),
             settling_us=self._settling_us,

@@ -164,9 +164,9 @@ class Plan:
     are finite. `different` are pairs of event slots that must differ; `points` all time points by name; `start` and
     `end` the exported ones; `roles` the header variables. `is_symmetric` says that one event could fill two positions,
     so two instances can be the same set of events. `tail_us` bounds how long after its first event an instance is
-    concluded, `memory_us` how far an obligation then looks back. `settling_us` is how long an instance waits after its
-    end: 1 where the order of results matters (a selection, an `assert` action), so that simultaneous events are in.
-    What is less sure than `floor` is not told.
+    concluded, `delay_us` how long after its end, `memory_us` how far an obligation then looks back. `settling_us` is
+    how long an instance waits after its end: 1 where the order of results matters (a selection, an `assert` action), so
+    that simultaneous events are in. What is less sure than `floor` is not told.
     """
 
     name: str
@@ -186,6 +186,7 @@ class Plan:
     reports: tuple[tuple[ReportPart, ...], ...]
     is_symmetric: bool
     tail_us: int
+    delay_us: int
     memory_us: int
     selection: Selection = Selection()
     settling_us: int = 0
@@ -216,3 +217,13 @@ class Plan:
     def asserts(self) -> frozenset[str]:
         """Names of the attributes that the chronicle sets."""
         return frozenset(emission.name for emission in self.emissions if emission.is_assertion)
+
+    @property
+    def given(self) -> tuple[tuple[str, tuple[str, ...], int], ...]:
+        """What an occurrence gives: its messages, or an event of its own name; each with its arguments and delay."""
+        messages = [(one.name, one.arguments, one.delay_us) for one in self.emissions if one.change is None]
+        own = (self.name, tuple(filling for _, filling in self.roles), self.delay_us)
+        return tuple(
+            (name, tuple(one.constant or f"?{self.slots[one.slot]}" for one in arguments), delay_us)
+            for name, arguments, delay_us in messages or [own]
+        )

@@ -27,8 +27,7 @@ def event_drafts(
     told : identifiers of the events that were made of it before; each is revised by the one in the same place, which is
         decided at `now_us`.
     """
-    # What an `assert` sets is a value and no event of its own: only messages name a type.
-    names = [event.name for event in occurrence.emitted if event.new is None] or [occurrence.chronicle]
+    names = [event.name for event in occurrence.given]
     is_doubtful = occurrence.confidence < (occurrence.floor if least is None else least)
     return [
         EventDraft(

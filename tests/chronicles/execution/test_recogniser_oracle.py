@@ -3,6 +3,7 @@
 import pytest
 
 from chronicles import recognise
+from chronicles.compilation.hierarchy import levels
 from chronicles.events import Occurrence
 from tests.cases import seeds
 from tests.chronicles.execution.case_runner import FAR_US, check_case, disagreements, make_case
@@ -30,3 +31,36 @@ def test_missing_occurrence_and_wrong_order_are_noticed(monkeypatch: pytest.Monk
     missing, turned = disagreements(case, ("eager", "missing", "turned"))
     assert missing.startswith("missing differs from the oracle")
     assert turned.startswith("turned gives another order than eager")
+
+
+@seeds(range(1000), kept=150)
+def test_every_event_is_given_within_the_bound_of_its_plan(seeds: range) -> None:
+    """Whoever waits for it cannot see more of the trace than what comes by then."""
+    waited = 0
+    for case in map(make_case, seeds):
+        placed = levels(case.chronicles.plans)
+        for found in recognise(case.chronicles, case.trace, until_us=FAR_US):
+            given = case.chronicles.plan(found.chronicle).given
+            for event, (name, _, delay_us) in zip(found.given, given, strict=True):
+                until_us = event.t_us + placed[found.chronicle][1] + delay_us
+                seen = [one for one in case.trace if one.t_us <= until_us]
+                assert (event.name, found.key) in [
+                    (name, one.key) for one in recognise(case.chronicles, seen, until_us=until_us)
+                ], case.text
+                waited += delay_us > 0
+    assert waited
+
+
+@seeds(range(1000), kept=150)
+def test_what_feeds_some_events_finds_them_as_the_whole_set_does(seeds: range) -> None:
+    smaller = 0
+    for case in map(make_case, seeds):
+        for name in case.chronicles.given:
+            feeding = case.chronicles.feeding({name})
+            whole, part = (
+                sorted(repr(it) for one in found for it in one.given if it.name == name)
+                for found in (recognise(these, case.trace, until_us=FAR_US) for these in (case.chronicles, feeding))
+            )
+            assert part == whole, case.text
+            smaller += len(feeding.plans) < len(case.chronicles.plans)
+    assert smaller
