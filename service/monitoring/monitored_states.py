@@ -16,16 +16,12 @@ from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from anchoring.adapter import Anchored
 from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.synchroniser import State, Synchroniser
 from dyknow.sample import NO_VALUE, Sample
-from gis.road_network import RoadNetwork
-from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange, Value
 from service.monitoring.monitored_features import CAR_FEATURES, PLACE_RELATIONS, CarValue
 from service.records import CarState
-from service.runs.car_states import CarRows
 
 # How much longer than its lag a stream may stay silent until states go on without it.
 IDLE_US = 1_000_000
@@ -286,49 +282,3 @@ class TrafficStates:
         if "seen" in tables:
             tables["seen"] = {(car.car,): False for car in cars} | dict(tables["seen"])
         return TrafficState(tuple(car.car for car in cars), tables | dict(past.relations))
-
-
-class SynchronisationUnit:
-    """Make states as a computational unit: cars (input 0) and relations (input 1) in, traffic states out.
-
-    Parameters
-    ----------
-    features : what is asked of the states; None if nobody asks, and then there are none.
-    """
-
-    def __init__(self, features: Collection[str] | None, network: RoadNetwork | None, *, lag_us: int) -> None:
-        self._is_asked = features is not None
-        self._states = TrafficStates(features or (), lag_us=lag_us)
-        self._rows = CarRows(network)
-        self._now_us = 0
-
-    @property
-    def left_out(self) -> dict[str, int]:
-        """Count by cause what no state needed."""
-        return self._states.left_out
-
-    def update(self, index: int, sample: Sample[Anchored] | Sample[FrameRelations]) -> list[Sample[TrafficState]]:
-        """Take one frame's cars, or one frame's relations, which make earlier states complete."""
-        if not self._is_asked:
-            return []
-        self._now_us = sample.available_us
-        value = sample.value
-        if isinstance(value, Anchored):
-            rows = tuple(self._rows.of(value.cars))
-            return self._samples(self._states.take_cars(sample.valid_us, rows, value.hypotheses.about))
-        changes = ((change, value.hypotheses_of(change)) for change in value.changes)
-        known = value.hypotheses
-        states = self._states.take_relations(sample.valid_us, changes, known.refuted, known.validated)
-        return self._samples(states)
-
-    def advance(self, available_us: int) -> list[Sample[TrafficState]]:
-        """Give the states that need not, or may not, wait longer."""
-        self._now_us = max(self._now_us, available_us)
-        return self._samples(self._states.advance(available_us))
-
-    def finish(self) -> list[Sample[TrafficState]]:
-        """Give the states that still wait."""
-        return self._samples(self._states.finish())
-
-    def _samples(self, states: Iterable[tuple[int, TrafficState]]) -> list[Sample[TrafficState]]:
-        return [Sample(self._now_us, t_us, state) for t_us, state in states]

@@ -12,19 +12,68 @@ So it is not late, as the monitors get each frame's relations before the chronic
 made after it.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
+from anchoring.adapter import Anchored
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport, Monitors
 from dyknow.sample import Sample
+from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from service.monitoring.monitor_files import LoadedMonitors
-from service.monitoring.monitored_states import IDLE_US, TrafficState
+from service.monitoring.monitored_states import IDLE_US, TrafficState, TrafficStates
+from service.runs.car_states import CarRows
 
 # Speeds of a video wobble about a limit; what is back within a second was no new deed.
 CALM_US = 1_000_000
+
+
+class SynchronisationUnit:
+    """Make states as a computational unit: cars (input 0) and relations (input 1) in, traffic states out.
+
+    Parameters
+    ----------
+    features : what is asked of the states; None if nobody asks, and then there are none.
+    """
+
+    def __init__(self, features: Collection[str] | None, network: RoadNetwork | None, *, lag_us: int) -> None:
+        self._is_asked = features is not None
+        self._states = TrafficStates(features or (), lag_us=lag_us)
+        self._rows = CarRows(network)
+        self._now_us = 0
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """Count by cause what no state needed."""
+        return self._states.left_out
+
+    def update(self, index: int, sample: Sample[Anchored] | Sample[FrameRelations]) -> list[Sample[TrafficState]]:
+        """Take one frame's cars, or one frame's relations, which make earlier states complete."""
+        if not self._is_asked:
+            return []
+        self._now_us = sample.available_us
+        value = sample.value
+        if isinstance(value, Anchored):
+            rows = tuple(self._rows.of(value.cars))
+            return self._samples(self._states.take_cars(sample.valid_us, rows, value.hypotheses.about))
+        changes = ((change, value.hypotheses_of(change)) for change in value.changes)
+        known = value.hypotheses
+        states = self._states.take_relations(sample.valid_us, changes, known.refuted, known.validated)
+        return self._samples(states)
+
+    def advance(self, available_us: int) -> list[Sample[TrafficState]]:
+        """Give the states that need not, or may not, wait longer."""
+        self._now_us = max(self._now_us, available_us)
+        return self._samples(self._states.advance(available_us))
+
+    def finish(self) -> list[Sample[TrafficState]]:
+        """Give the states that still wait."""
+        return self._samples(self._states.finish())
+
+    def _samples(self, states: Iterable[tuple[int, TrafficState]]) -> list[Sample[TrafficState]]:
+        return [Sample(self._now_us, t_us, state) for t_us, state in states]
 
 
 class MonitoringUnit:

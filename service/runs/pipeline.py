@@ -35,8 +35,7 @@ from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
-from service.monitoring.monitored_states import SynchronisationUnit
-from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit
+from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit, SynchronisationUnit
 from service.records import SourceText
 from service.runs.relations import relation_observer
 from vision.adapter import Vision, VisionUnit
