@@ -48,7 +48,7 @@ def check(
     stream: StreamOption = None,
     monitors: Annotated[
         list[Path] | None,
-        typer.Option(help="File of monitors that give messages to the chronicles; repeat for several."),
+        typer.Option(help="File of monitors that run with the chronicles; repeat for several."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -65,6 +65,7 @@ def check(
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
     import msgspec
 
+    from chronicles.chronicle_set import load_texts
     from dyknow.language.diagnostics import TextError
     from dyknow.language.rendering import render_json
     from service.monitoring.monitor_files import load_monitor_files
@@ -74,17 +75,20 @@ def check(
     rates_hz = read_rates(rates or ())
     every = [(name, read_text_or_input(name)) for name in files]
     texts = [one for one in every if not one[0].endswith(LINKAGE_SUFFIX)]
+    if monitors and stream == "own":
+        raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
+    chosen: Stream | None = "traffic" if monitors else stream
     try:
-        messages = load_monitor_files(monitors or ()).messages
+        draft = load_monitor_files(monitors or (), None)
+        checked = check_chronicles(texts, chosen, draft.messages)
+        if monitors and not checked.errors:
+            chronicles = load_texts(with_relations(texts, "traffic", draft.events))
+            load_monitor_files(monitors, chronicles.given).check_names(chronicles)
     except TextError as error:
         if output == "text" and not as_json:
             raise  # told where all refused files are told
         _print_findings(error.diagnostics, "json" if as_json else output)
         raise typer.Exit(INVALID) from None
-    if monitors and stream == "own":
-        raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
-    chosen: Stream | None = "traffic" if monitors else stream
-    checked = check_chronicles(texts, chosen, messages)
     links = tuple(check_linkages(one for one in every if one not in texts))
     checked = replace(checked, findings=checked.findings + links)
     costs = _costs(with_relations(texts, checked.stream), rates_hz, keys) if cost and not checked.errors else []

@@ -16,7 +16,7 @@ from dyknow.mtl.structure import features_of
 from qsr.relations import RANK
 from service.errors import InputError
 from service.monitoring.monitor_messages import Messages, messages_of
-from service.monitoring.monitored_features import NEED_ROADS, SIGNATURE
+from service.monitoring.monitored_features import NEED_ROADS, NO_EVENTS, SIGNATURE, Given, signature_with
 from service.records import MonitorRecord
 from service.texts.chronicle_files import read_text
 
@@ -28,10 +28,17 @@ class LoadedMonitors:
     Attributes
     ----------
     features : what the monitors look at, relations among it.
+    events : the events of chronicles that they look at; no feature is among them.
     """
 
     definitions: tuple[Monitor, ...] = ()
     features: frozenset[str] = frozenset()
+    events: frozenset[str] = frozenset()
+
+    @property
+    def looking_at_events(self) -> tuple[Monitor, ...]:
+        """Return the monitors that look at events of chronicles."""
+        return tuple(one for one in self.definitions if self.events & features_of([one]))
 
     @property
     def relations(self) -> frozenset[str]:
@@ -63,12 +70,13 @@ class LoadedMonitors:
             raise InputError(f"{where}: expected roads, which the monitors need for {', '.join(asked)}, got none")
 
     def check_names(self, chronicles: ChronicleSet) -> None:
-        """Refuse chronicles that cannot be told from these monitors in a log.
+        """Refuse chronicles that cannot be told from these monitors in a log, or that do not feed one way only.
 
         Raises
         ------
         InputError
-            If a chronicle has the name of a monitor, or gives what is a message of one.
+            If a chronicle has the name of a monitor, or gives what is a message of one; if it looks at a message of a
+            monitor that looks at events, or at any while monitors look at what it gives.
         """
         for one in self.definitions:
             if one.name in chronicles.names:
@@ -79,13 +87,25 @@ class LoadedMonitors:
                 raise InputError(
                     f"chronicle {plan.name!r}: expected names of events that no monitor gives, got {taken[0]!r}"
                 )
+        late, feeding = messages_of(self.looking_at_events), chronicles.feeding(self.events).names
+        for plan in chronicles.plans:
+            messages, fitting = late, "messages of monitors that look at no chronicle"
+            if plan.name in feeding:
+                messages, fitting = self.messages, "no message of a monitor, as it feeds monitors itself"
+            taken = sorted(plan.consumes & messages.keys())
+            if taken:
+                raise InputError(f"chronicle {plan.name!r}: expected {fitting}, got {taken[0]!r}")
 
 
 NO_MONITORS = LoadedMonitors()
 
 
-def load_monitor_files(paths: Sequence[Path]) -> LoadedMonitors:
+def load_monitor_files(paths: Sequence[Path], given: Given | None = NO_EVENTS) -> LoadedMonitors:
     """Read and check files of monitors, all in one name space.
+
+    Parameters
+    ----------
+    given : the events that the monitors may look at; None if that is not known yet, and then any name may be one.
 
     Raises
     ------
@@ -95,17 +115,20 @@ def load_monitor_files(paths: Sequence[Path]) -> LoadedMonitors:
         If a text is malformed, names what there is not, compares what cannot be compared, or has a monitor with the
         name of another one.
     """
+    signature = None if given is None else signature_with(given)
     definitions: list[Monitor] = []
     file_of: dict[str, Path] = {}
     for path in paths:
         text = read_text(path)
-        found = parse_monitors(text, name=str(path), signature=SIGNATURE)
+        found = parse_monitors(text, name=str(path), signature=signature)
         if not found:
             raise InputError(f"{path}: expected at least one monitor, got none")
         _refuse_known_names(text, path, found, file_of)
         file_of |= dict.fromkeys((one.name for one in found), path)
         definitions += found
-    return LoadedMonitors(tuple(definitions), features_of(definitions))
+    used = features_of(definitions)
+    known = SIGNATURE.features.keys()
+    return LoadedMonitors(tuple(definitions), used & known, used - known)
 
 
 def _refuse_known_names(text: str, path: Path, found: Sequence[Monitor], file_of: Mapping[str, Path]) -> None:

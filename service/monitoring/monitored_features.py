@@ -4,7 +4,7 @@ What was not seen is not known: where a car is only predicted, all its own featu
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from anchoring.linking.classes import CLASS_NAMES
 from dyknow.mtl.kinds import Kind, Signature
@@ -13,6 +13,10 @@ from service.records import CarState
 from service.texts.idle_chronicles import ROAD_RELATIONS
 
 CarValue = float | str | bool | None
+Given = Mapping[str, tuple[str, ...]]
+"""Events by name, with what stands in the places of their arguments."""
+
+NO_EVENTS: Given = {}
 
 # Relations to places are told only where a car has been: elsewhere they are false without a word.
 PLACE_RELATIONS = frozenset(one.name for one in RELATIONS if one.frame == "map" and one.arity == 2)
@@ -66,3 +70,20 @@ SIGNATURE = Signature(
 )
 
 NEED_ROADS = ROAD_RELATIONS.union(name for name, one in CAR_FEATURES.items() if one.needs_roads)
+
+
+def signature_with(given: Given) -> Signature:
+    """Say what monitors can speak of where there are some events; a feature goes before an event of the same name.
+
+    Examples
+    --------
+    >>> signature_with({"pass": ("?passer", "?passed"), "seen": ("?a",)}).events
+    {'pass': 'pass[?passer, ?passed]'}
+    """
+    events = {name: arguments for name, arguments in given.items() if name not in SIGNATURE.features}
+    return replace(
+        SIGNATURE,
+        features={**SIGNATURE.features, **{name: len(arguments) for name, arguments in events.items()}},
+        kinds={**KINDS, **dict.fromkeys(events, Kind.TRUTH)},
+        events={name: f"{name}[{', '.join(arguments)}]" for name, arguments in events.items()},
+    )

@@ -16,6 +16,8 @@ from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from chronicles.events import Event
+from dyknow.mtl.formula import ANY
 from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.synchroniser import State, Synchroniser
 from dyknow.sample import NO_VALUE, Sample
@@ -39,6 +41,7 @@ class TrafficState:
     ----------
     cars : the members of the sort Car.
     tables : values by feature and arguments; they must not change afterwards.
+    events : those that are true here; no table has their names.
 
     Examples
     --------
@@ -49,13 +52,21 @@ class TrafficState:
     (True, False, None)
     >>> state
     TrafficState(1 car, on: 1, speed: 1)
+    >>> later = state.with_events([Event("overtake", ("car7", "car8", "main"), 0)])
+    >>> [later.value("overtake", asked) for asked in [("car7", "?", "main"), ("car8", "?", "?")]]
+    [True, False]
     """
 
-    __slots__ = ("_cars", "_tables")
+    __slots__ = ("_cars", "_events", "_tables")
 
-    def __init__(self, cars: tuple[str, ...], tables: Mapping[str, Table]) -> None:
+    def __init__(self, cars: tuple[str, ...], tables: Mapping[str, Table], events: Sequence[Event] = ()) -> None:
         self._cars = cars
         self._tables = tables
+        self._events = events
+
+    def with_events(self, events: Sequence[Event]) -> "TrafficState":
+        """Give this state with the events that are true in it."""
+        return TrafficState(self._cars, self._tables, events)
 
     def __repr__(self) -> str:
         """Say how much is known: the cars, and how many values each feature has."""
@@ -64,7 +75,9 @@ class TrafficState:
         return f"TrafficState({', '.join([cars, *known])})"
 
     def value(self, feature: str, arguments: Arguments) -> CarValue:
-        """Give the value of a feature; None where it is not known."""
+        """Give the value of a feature, None where it is not known, or tell whether an event happened."""
+        if feature not in self._tables:
+            return any(one.name == feature and _is_of(one, arguments) for one in self._events)
         value = self._tables[feature].get(arguments)
         if value is None and feature in PLACE_RELATIONS and arguments[0] in self._cars:
             return False
@@ -73,6 +86,11 @@ class TrafficState:
     def members(self, sort: str) -> Collection[str]:
         """Give the cars of this time; there is no other sort."""
         return self._cars if sort == "Car" else ()
+
+
+def _is_of(event: Event, asked: Arguments) -> bool:
+    pairs = zip(asked, event.args, strict=False)
+    return len(asked) == len(event.args) and all(one in (ANY, other) for one, other in pairs)
 
 
 @dataclass(frozen=True, slots=True)

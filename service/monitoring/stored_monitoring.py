@@ -1,6 +1,6 @@
 """Would other monitors have been violated in what was stored? Monitors over the cars and relations of a log."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, groupby
 from operator import attrgetter
@@ -12,6 +12,8 @@ from msgspec.structs import astuple
 from anchoring.hypotheses.trials import DoubtfulLinks
 from anchoring.observations import Level, LinkChange
 from anchoring.settings import AnchoringSettings
+from chronicles.chronicle_set import ChronicleSet, load_texts
+from chronicles.recogniser import recognise
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
@@ -19,10 +21,12 @@ from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_states import TrafficState, TrafficStates
+from service.monitoring.standing_events import StandingEvents
 from service.monitoring.stream_processes import MonitoringUnit
-from service.questions.stored_events import unwatched_relations
+from service.questions.stored_events import relations_of, stored_events, unwatched_relations
 from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
 from service.store.log import EventLog, open_log
+from service.texts.chronicle_files import with_relations
 
 _Row = TypeVar("_Row", LinkRecord, RelationRecord, HypothesisRecord)
 _NEVER_US = -(2**62)
@@ -55,16 +59,32 @@ def monitor_log(
     LogError, InputError, DyKnowError
         If the log or the monitors cannot be used, or the run did not watch a relation that the monitors look at.
     """
-    monitors = load_monitor_files(monitor_files)
+    asked = load_monitor_files(monitor_files, None).events
     with open_log(url) as log:
         record = log.run(run)
+        chronicles = _chronicles(record, asked)
+        monitors = load_monitor_files(monitor_files, chronicles.given)
+        monitors.check_names(chronicles)
         _check_complete(record)
         monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
-        computed = unwatched_relations(log, record, monitors.relations, site_file).changes
+        feeding = chronicles.feeding(monitors.events)
+        looked_at = monitors.relations | relations_of(feeding)
+        computed = tuple(unwatched_relations(log, record, looked_at, site_file).changes)
         lag_us = RelationSettings().backdate_us
-        states, unit = TrafficStates(monitors.features, lag_us=lag_us), MonitoringUnit(monitors, lag_us=lag_us)
+        standing = StandingEvents(feeding, monitors.events, lag_us=lag_us)
+        if monitors.events:
+            stored = stored_events(log, record.id, computed=computed)
+            standing.finish(recognise(feeding, stored.events, until_us=stored.until_us))
+        states = TrafficStates(monitors.features, lag_us=lag_us)
+        unit = MonitoringUnit(monitors, standing, lag_us=lag_us)
         events = [one.value for one in _told(states, unit, _replay(log, record.id, states, computed))]
     return Monitored(record.id, tuple(events), unit.report())
+
+
+def _chronicles(run: RunRecord, names: Collection[str]) -> ChronicleSet:
+    """Compile the chronicles of a run, and those of the library that it did not have; none if no name asks for them."""
+    texts = [(one.name, one.text) for one in run.texts] if names else []
+    return load_texts([*dict(with_relations(texts, monitored=names)).items()])
 
 
 def _check_complete(run: RunRecord) -> None:

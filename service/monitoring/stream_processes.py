@@ -10,9 +10,13 @@
 A verdict speaks of a time that lies back by the dating back of relations, just as far as the recogniser waits for them.
 So it is not late, as the monitors get each frame's relations before the chronicles: a process that reads another one is
 made after it.
+
+Monitors that look at events of chronicles are another matter: their states wait until these events stand, so what they
+tell is told later, and no chronicle may look at it. Recognition for them goes on beside the states; see
+`StandingEvents`.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from anchoring.adapter import Anchored
 from chronicles.adapter import RecognitionUnit
@@ -24,6 +28,7 @@ from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from service.monitoring.monitor_files import LoadedMonitors
 from service.monitoring.monitored_states import IDLE_US, TrafficState, TrafficStates
+from service.monitoring.standing_events import StandingEvents
 from service.runs.car_states import CarRows
 
 # Speeds of a video wobble about a limit; what is back within a second was no new deed.
@@ -36,9 +41,13 @@ class SynchronisationUnit:
     Parameters
     ----------
     features : what is asked of the states; None if nobody asks, and then there are none.
+    standing : hears of the relations; the states' events will be of it.
     """
 
-    def __init__(self, features: Collection[str] | None, network: RoadNetwork | None, *, lag_us: int) -> None:
+    def __init__(
+        self, features: Collection[str] | None, network: RoadNetwork | None, standing: StandingEvents, *, lag_us: int
+    ) -> None:
+        self._standing = standing
         self._is_asked = features is not None
         self._states = TrafficStates(features or (), lag_us=lag_us)
         self._rows = CarRows(network)
@@ -58,6 +67,7 @@ class SynchronisationUnit:
         if isinstance(value, Anchored):
             rows = tuple(self._rows.of(value.cars))
             return self._samples(self._states.take_cars(sample.valid_us, rows, value.hypotheses.about))
+        self._standing.take(sample.valid_us, value)
         changes = ((change, value.hypotheses_of(change)) for change in value.changes)
         known = value.hypotheses
         states = self._states.take_relations(sample.valid_us, changes, known.refuted, known.validated)
@@ -70,6 +80,7 @@ class SynchronisationUnit:
 
     def finish(self) -> list[Sample[TrafficState]]:
         """Give the states that still wait."""
+        self._standing.finish()
         return self._samples(self._states.finish())
 
     def _samples(self, states: Iterable[tuple[int, TrafficState]]) -> list[Sample[TrafficState]]:
@@ -81,18 +92,23 @@ class MonitoringUnit:
 
     Parameters
     ----------
-    lag_us : how long after its time a state is complete; the idle time of the synchroniser comes on top.
+    standing : holds the states back from monitors that look at events.
+    lag_us : how long after its time a state comes; the idle time of the synchroniser comes on top.
     """
 
-    def __init__(self, loaded: LoadedMonitors, *, lag_us: int) -> None:
-        self._monitors = Monitors(loaded.definitions, calm_us=CALM_US)
+    def __init__(self, loaded: LoadedMonitors, standing: StandingEvents, *, lag_us: int) -> None:
+        late = loaded.looking_at_events
+        self._standing = standing
+        self._monitors = Monitors([one for one in loaded.definitions if one not in late], calm_us=CALM_US)
+        self._late = Monitors(late, calm_us=CALM_US)
         self._wait_us = lag_us + IDLE_US
         self._now_us = 0
 
     def update(self, sample: Sample[TrafficState]) -> Iterable[Sample[MonitorEvent]]:
-        """Give the verdicts on the next state."""
+        """Give the verdicts on the next state, and those on events in the states that are complete now."""
         self._now_us = sample.available_us
-        return self._samples(self._monitors.update(sample.valid_us, sample.value))
+        self._standing.hold(sample.valid_us, sample.value)
+        return self._samples((*self._monitors.update(sample.valid_us, sample.value), *self._judge_complete()))
 
     def advance(self, available_us: int) -> Iterable[Sample[MonitorEvent]]:
         """Give the verdicts on deadlines that have passed without a state: the synchroniser lets none wait longer."""
@@ -101,13 +117,19 @@ class MonitoringUnit:
 
     def finish(self) -> Iterable[Sample[MonitorEvent]]:
         """Give the verdicts on what has passed by now, and end every instance; what is still open is no event."""
-        events = self._samples(self._monitors.advance(self._now_us))
+        now_us = self._now_us
+        events = (*self._monitors.advance(now_us), *self._judge_complete(), *self._late.advance(now_us))
         self._monitors.finish()
-        return events
+        self._late.finish()
+        return self._samples(events)
 
     def report(self) -> tuple[MonitorReport, ...]:
         """Count the events and instances of each monitor so far."""
-        return self._monitors.report()
+        return self._monitors.report() + self._late.report()
+
+    def _judge_complete(self) -> Iterator[MonitorEvent]:
+        for t_us, state in self._standing.complete():
+            yield from self._late.update(t_us, state)
 
     def _samples(self, events: Iterable[MonitorEvent]) -> list[Sample[MonitorEvent]]:
         return [Sample(self._now_us, event.t_us, event) for event in events]

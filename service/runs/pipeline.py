@@ -35,6 +35,7 @@ from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.monitoring.monitor_files import NO_MONITORS, LoadedMonitors
+from service.monitoring.standing_events import StandingEvents
 from service.monitoring.stream_processes import MonitoredRecognitionUnit, MonitoringUnit, SynchronisationUnit
 from service.records import SourceText
 from service.runs.relations import relation_observer
@@ -168,6 +169,9 @@ def declared_pipeline(
     text = kpl or shipped_kpl(feed.source)
     registry = _host_code(feed, network, chronicle_set, monitors, settings)
     deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
+    if monitors.events and text.text != shipped_kpl(feed.source).text:
+        events = ", ".join(sorted(monitors.events))
+        raise InputError(f"{text.name}: expected the shipped streams for monitors that look at {events}, got others")
     if not deployment.publishers(feed.source):
         raise InputError(f"{text.name}: expected a process made of the source {feed.source!r}, got none")
     _refuse_gaps(text, deployment)
@@ -219,10 +223,13 @@ def _host_code(
         lambda: RelationUnit(relation_observer(network, settings.relations, watched))
     )
     features = monitors.features if monitors.definitions else None
+    standing = StandingEvents(chronicle_set, monitors.events, lag_us=wait_us, limits=settings.limits)
     registry.unit("synchronisation", inputs=(CARS, RELATIONS), output=STATE)(
-        lambda: SynchronisationUnit(features, network, lag_us=wait_us)
+        lambda: SynchronisationUnit(features, network, standing, lag_us=wait_us)
     )
-    registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(lambda: MonitoringUnit(monitors, lag_us=wait_us))
+    registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(
+        lambda: MonitoringUnit(monitors, standing, lag_us=wait_us)
+    )
     registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
         lambda: MonitoredRecognitionUnit(
             Recogniser(

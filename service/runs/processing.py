@@ -162,8 +162,9 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     ServiceError, VisionError, ChronicleError, DyKnowError
         If any part of the request is wrong; nothing has been written then.
     """
-    monitors = load_monitor_files(request.monitor_files)
-    chronicles = load_chronicle_files(request.chronicle_files, messages=monitors.messages)
+    draft = load_monitor_files(request.monitor_files, None)
+    chronicles = load_chronicle_files(request.chronicle_files, messages=draft.messages, monitored=draft.events)
+    monitors = load_monitor_files(request.monitor_files, chronicles.merged.given)
     monitors.check_names(chronicles.merged)
     site = load_site(request.site) if request.site else None
     source = open_input(request.input, site, request.columns, detector=request.detector, rate_hz=request.rate_hz)

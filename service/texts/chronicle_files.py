@@ -4,7 +4,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,7 +35,10 @@ class LoadedChronicles:
 
 
 def load_chronicle_files(
-    paths: Sequence[Path], stream: Stream | None = "traffic", messages: Messages = NO_MESSAGES
+    paths: Sequence[Path],
+    stream: Stream | None = "traffic",
+    messages: Messages = NO_MESSAGES,
+    monitored: Collection[str] = (),
 ) -> LoadedChronicles:
     """Read and check chronicle files, all in one name space; no path means the whole library.
 
@@ -43,6 +46,7 @@ def load_chronicle_files(
     ----------
     stream : what they are about; None leaves it to the texts.
     messages : of the monitors that run with them.
+    monitored : names that these monitors use: what is of the library comes with the texts.
 
     Raises
     ------
@@ -53,7 +57,7 @@ def load_chronicle_files(
     """
     own = [(str(path), read_text(path)) for path in paths]
     stream = stream or (stream_of(own) if own else "traffic")
-    texts = with_relations(own, stream) if own else library.texts()
+    texts = with_relations(own, stream, monitored) if own else library.texts()
     merged = load_texts(texts)
     check_uses(texts, messages)
     if not merged.plans:
@@ -137,8 +141,14 @@ def chronicles_of(run: RunRecord) -> ChronicleSet:
     return load_texts([(one.name, one.text) for one in run.texts])
 
 
-def with_relations(texts: Sequence[tuple[str, str]], stream: Stream = "traffic") -> list[tuple[str, str]]:
+def with_relations(
+    texts: Sequence[tuple[str, str]], stream: Stream = "traffic", monitored: Collection[str] = ()
+) -> list[tuple[str, str]]:
     """Put our relations, and what is used of the library, before texts (name, text) about traffic that need them.
+
+    Parameters
+    ----------
+    monitored : names that monitors use besides.
 
     Examples
     --------
@@ -147,7 +157,8 @@ def with_relations(texts: Sequence[tuple[str, str]], stream: Stream = "traffic")
     ['relations.chronicle', 'overtake.chronicle', 'mine']
     """
     # With what is nearly a name of the library, the message about it can say which one was meant.
-    return [*(library.texts(library_events(texts, nearly=NEARLY)) if stream == "traffic" else []), *texts]
+    used = library_events(texts, nearly=NEARLY, monitored=monitored) if stream == "traffic" else []
+    return [*(library.texts(used) if stream == "traffic" else []), *texts]
 
 
 def read_text(path: Path, what: str = "text file", error_type: type[InputError] = InputError) -> str:

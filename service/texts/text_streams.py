@@ -4,7 +4,7 @@ Texts for traffic look at the relations without declaring them, so the declarati
 file of other events bring their own, which may use the same names for other things.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from typing import Literal
@@ -38,11 +38,14 @@ def stream_of(texts: Sequence[tuple[str, str]]) -> Stream:
     return "traffic" if is_traffic or library_events(texts) else "own"
 
 
-def library_events(texts: Sequence[tuple[str, str]], *, nearly: float = 1.0) -> list[str]:
+def library_events(
+    texts: Sequence[tuple[str, str]], *, nearly: float = 1.0, monitored: Collection[str] = ()
+) -> list[str]:
     """Name the events of the library that texts (name, text) use without declaring them.
 
     Parameters
     ----------
+    monitored : names that monitors use besides.
     nearly : how like a name may be that is none of the library, and is meant to be one; 1 for the very names.
 
     Examples
@@ -52,15 +55,16 @@ def library_events(texts: Sequence[tuple[str, str]], *, nearly: float = 1.0) -> 
     ([], ['overtake'])
     """
     used, declared = _names(texts)
-    found = (get_close_matches(name, library.names(), n=1, cutoff=nearly) for name in used - declared)
+    found = (get_close_matches(name, library.names(), n=1, cutoff=nearly) for name in used.union(monitored) - declared)
     return sorted({name for names in found for name in names})
 
 
 def _names(texts: Sequence[tuple[str, str]]) -> tuple[set[str], set[str]]:
-    """Give the names of events, attributes and domains that texts use, and of those that they declare."""
+    """Give the names of events, attributes and domains that texts use, and of those that they declare or define."""
     reporter = Reporter(dict(texts))
     declarations = [one for name, text in texts for one in parse(text, name, reporter).declarations]
-    declared = {one.name for one in declarations if isinstance(one, model.Domain | model.Attribute | model.Message)}
+    named = model.Domain | model.Attribute | model.Message | model.Chronicle
+    declared = {one.name for one in declarations if isinstance(one, named)}
     return set(_looked_at(declarations)), declared
 
 
