@@ -7,10 +7,14 @@ from pathlib import Path
 import pytest
 
 from chronicles.chronicle_set import load_texts
+from chronicles.library import load_library
+from dyknow.mtl.parser import parse_monitors
+from service.cli.app import run
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_features import CAR_FEATURES
 from service.questions.queries import EventFilter
 from service.texts.chronicle_files import with_relations
+from tests.conftest import Demo
 from tests.service.logs import read_all
 from tests.service.monitoring.test_stream_processes import run_race
 
@@ -29,7 +33,7 @@ def test_the_examples_of_the_page_run() -> None:
 
 
 def test_the_monitors_and_the_chronicle_of_the_page_go_together(tmp_path: Path) -> None:
-    [monitors], [chronicle, _] = blocks("mtl"), blocks("text")
+    [monitors, _], [chronicle, *_] = blocks("mtl"), blocks("text")
     (tmp_path / "page.monitors").write_text(monitors)
     loaded = load_monitor_files([tmp_path / "page.monitors"])
     chronicles = load_texts(with_relations([("page", chronicle)]))
@@ -38,13 +42,26 @@ def test_the_monitors_and_the_chronicle_of_the_page_go_together(tmp_path: Path) 
 
 
 def test_what_the_chronicle_of_the_page_finds_is_logged_whichever_event_came_first(tmp_path: Path) -> None:
-    [monitors], [chronicle, _] = blocks("mtl"), blocks("text")
+    [monitors, _], [chronicle, *_] = blocks("mtl"), blocks("text")
     url = run_race(tmp_path, monitors.replace("80 km/h", "54 km/h"), chronicle)
     events = read_all(url, EventFilter(types=("races_past",)))
     points = [{one.label: one.t_us for one in event.sub_events} for event in events]
     # The violation (t1) of the fast car comes after it drew level (t2).
     assert any(one["t2"] < one["t1"] for one in points)
     assert [(one.start_us, one.end_us) for one in events] == [(min(one.values()), max(one.values())) for one in points]
+
+
+def test_the_page_shows_what_the_monitors_of_chronicles_tell_of_the_demo(
+    demo: Demo, capsys: pytest.CaptureFixture[str]
+) -> None:
+    [_, monitors], [_, table, _] = blocks("mtl"), blocks("text")
+    example = ROOT / "examples" / "after_overtaking.monitors"
+    assert parse_monitors(example.read_text()) == parse_monitors(monitors)
+    assert run(["monitor", str(demo.log), str(example)]) == 0
+    assert capsys.readouterr().out.splitlines()[: table.count("\n")] == table.splitlines()
+    text = PAGE.read_text(encoding="utf-8")
+    for one in read_all(f"sqlite:///{demo.log}", EventFilter(types=("overtake",), actors=("car3",))):
+        assert f"at {one.end_us / 1e6:.3f} s" in text
 
 
 def test_the_page_lists_every_feature() -> None:
@@ -54,4 +71,4 @@ def test_the_page_lists_every_feature() -> None:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.monitors")), ids=lambda path: path.name)
 def test_the_examples_can_be_loaded(path: Path) -> None:
-    assert load_monitor_files([path]).definitions
+    assert load_monitor_files([path], load_library().given).definitions

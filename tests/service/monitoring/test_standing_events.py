@@ -23,6 +23,7 @@ from service.runs.pipeline import TRAJECTORIES, shipped_kpl
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import with_relations
+from tests.conftest import Demo
 from tests.service.logs import SECOND_US, read_all
 from tests.service.monitoring.test_stream_processes import LIMIT, run_race, stored, told, write_jump, written
 from tests.service.runs.test_hidden_passes import PASSES, rows
@@ -88,6 +89,27 @@ def test_an_event_is_true_in_the_first_state_at_or_after_its_end(tmp_path: Path)
             expected.append((car, frame_at(from_us + 3 * SECOND_US)))
     assert when(verdicts(url, "calms")) == sorted(expected)
     assert expected
+
+
+@pytest.mark.parametrize(("most_kmh", "window_s"), [(80, 10), (60, 3), (50, 1)])
+def test_after_an_overtake_who_stays_fast_is_told_as_a_slow_look_at_the_log_tells_it(
+    tmp_path: Path, demo: Demo, most_kmh: int, window_s: int
+) -> None:
+    text = f"monitor calms per ?a in Car: always (overtake[?a, ?, ?] implies eventually[0s, {window_s}s] speed[?a] <"
+    found = monitor_log(str(demo.log), [written(tmp_path, "a.monitors", f"{text} {most_kmh} km/h)\n")])
+    expected = []
+    with open_log(str(demo.log)) as log:
+        rows_of_car = [one for one in log.states(log.run().id) if one.linked]
+        frames_us = [t_us for _, t_us in log.frames(log.run().id)]
+    for event in read_all(f"sqlite:///{demo.log}", EventFilter(types=("overtake",))):
+        speeds = {one.t_us: one.speed_mps for one in rows_of_car if one.car == event.roles["overtaker"]}
+        begin_us = min(t_us for t_us in frames_us if t_us >= event.end_us)
+        end_us = min((t_us for t_us in frames_us if t_us >= begin_us + window_s * SECOND_US), default=None)
+        within = [speed for t_us, speed in speeds.items() if begin_us <= t_us <= begin_us + window_s * SECOND_US]
+        if end_us in speeds and min(within) >= most_kmh / 3.6:  # else nobody saw the end, or the car was slow enough
+            expected.append((event.roles["overtaker"], end_us))
+    assert [(one.objects[0], one.t_us) for one in found.events] == sorted(expected, key=lambda one: one[1])
+    assert bool(expected) is (most_kmh < 80)
 
 
 def test_the_log_tells_the_same_as_the_run_whether_events_are_told_early_or_late(tmp_path: Path) -> None:
