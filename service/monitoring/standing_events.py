@@ -52,7 +52,7 @@ class StandingEvents:
         """Take what a frame decided."""
         if self._names:
             self._add(one.value for one in self._unit.update(Sample(t_us, t_us, frame)))
-            self._complete_us = self._recogniser.settled_us - self._delay_us
+            self._complete_us = self._recogniser.settled_us - self._delay_us - 1  # of that very time more may come
 
     def finish(self, found: Iterable[Occurrence] = ()) -> None:
         """Take it that nothing comes any more, but for what was found otherwise."""
