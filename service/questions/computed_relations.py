@@ -62,7 +62,11 @@ def _is_the_same(site: Site, run: RunRecord) -> bool:
 
 
 def computed_relations(
-    log: EventLog, run: RunRecord, names: Collection[str], ground: Ground
+    log: EventLog,
+    run: RunRecord,
+    names: Collection[str],
+    ground: Ground,
+    window_us: tuple[int | None, int | None] = (None, None),
 ) -> Iterator[RelationRecord]:
     """Compute the changes of some relations among the cars of a run, in the order in which they would be decided.
 
@@ -70,8 +74,10 @@ def computed_relations(
     ----------
     names : of the relations.
     ground : that of the run.
+    window_us : of the frames that are looked at, [from, to); of who was there before, what is true then is told.
     """
     observer = relation_observer(ground.network, ground.relations, names)
-    for frames in seen_frames(log, run, ground.network, tolerance_m=ground.anchoring.road_tolerance_m):
+    tolerance_m = ground.anchoring.road_tolerance_m
+    for frames in seen_frames(log, run, ground.network, tolerance_m=tolerance_m, window_us=window_us):
         for changes in observer.observe_all(frames):
             yield from map(relation_record, changes)

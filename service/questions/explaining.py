@@ -185,8 +185,9 @@ class Explainer:
         chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
         name = _asked_chronicle(question.chronicle, run, chronicles)
         _check(question, run, chronicles, name)
-        computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file).changes
         part = self._part(question, run, chronicles, name)
+        window_us = (None, None) if part is None else (part.from_us, part.to_us)
+        computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file, window_us).changes
         stored = stored_events(self._log, run.id, part=part, computed=computed)
         self._check_covered(question, run)
         self._check_occur(question, run, stored, is_part=part is not None)

@@ -33,7 +33,12 @@ _TYPES = dict.fromkeys(_AS_THEY_ARE, np.dtype(np.float64)) | {"has_moved": np.dt
 
 
 def seen_frames(
-    log: EventLog, run: RunRecord, network: RoadNetwork | None, *, tolerance_m: float
+    log: EventLog,
+    run: RunRecord,
+    network: RoadNetwork | None,
+    *,
+    tolerance_m: float,
+    window_us: tuple[int | None, int | None] = (None, None),
 ) -> Iterator[list[Seen]]:
     """Show the frames of a run in the order of time, those of some seconds at once.
 
@@ -41,11 +46,15 @@ def seen_frames(
     ----------
     network : on which the cars are; None for open ground.
     tolerance_m : how far beside a road a car is on it.
+    window_us : only frames from the first time on, and before the second one; None is open.
     """
     cars = _Cars(log, run, network, tolerance_m)
-    windows = groupby(log.state_columns(run.id, _STORED), lambda span: span[0] // _AT_ONCE_US)
+    from_us, to_us = window_us
+    spans_of = log.state_columns(run.id, _STORED, from_us=from_us, to_us=to_us)
+    windows = groupby(spans_of, lambda span: span[0] // _AT_ONCE_US)
     window, rows = next(windows, (None, iter(())))
-    for number, frames in groupby(log.frames(run.id), lambda frame: frame[1] // _AT_ONCE_US):
+    frames_of = log.frames(run.id, from_us=from_us, to_us=to_us)
+    for number, frames in groupby(frames_of, lambda frame: frame[1] // _AT_ONCE_US):
         while window is not None and window < number:  # its frames are lost
             window, rows = next(windows, (None, iter(())))
         spans = list(rows) if window == number else []

@@ -163,7 +163,11 @@ class Unwatched(NamedTuple):
 
 
 def unwatched_relations(
-    log: EventLog, run: RunRecord, asked: Collection[str], site_file: Path | None = None
+    log: EventLog,
+    run: RunRecord,
+    asked: Collection[str],
+    site_file: Path | None = None,
+    window_us: tuple[int | None, int | None] = (None, None),
 ) -> Unwatched:
     """Compute those of some relations that a run did not watch; none if it watched all.
 
@@ -171,6 +175,7 @@ def unwatched_relations(
     ----------
     asked : names of relations.
     site_file : where the site file of the run is now; None for where it was.
+    window_us : of the frames that are looked at, [from, to); None is open.
 
     Raises
     ------
@@ -192,7 +197,7 @@ def unwatched_relations(
     from service.questions.computed_relations import computed_relations, ground_of
 
     ground = ground_of(run, ", ".join(names), site_file)
-    return Unwatched(computed_relations(log, run, names, ground), ground.late_us)
+    return Unwatched(computed_relations(log, run, names, ground, window_us), ground.late_us)
 
 
 def relations_of(chronicles: ChronicleSet) -> frozenset[str]:

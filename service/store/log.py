@@ -244,9 +244,14 @@ class EventLog:
             where = {"car": car.__eq__}
         return self._unpacked(CAR_STATES, run_id, from_us, to_us, where)
 
-    def state_columns(self, run_id: str, names: Sequence[str]) -> Iterator[tuple[int, list[str], NDArray[np.float64]]]:
-        """Stream some numbers of the car states, a span of ten seconds at once; see `service.store.chunks.numbers`."""
-        return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES), names, log=str(self.path))
+    def state_columns(
+        self, run_id: str, names: Sequence[str], *, from_us: int | None = None, to_us: int | None = None
+    ) -> Iterator[tuple[int, list[str], NDArray[np.float64]]]:
+        """Stream some numbers of the car states, a span of ten seconds at once, as `service.store.chunks.numbers` does.
+
+        Spans that reach into `from_us <= t_us < to_us` are read whole.
+        """
+        return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES, from_us, to_us), names, log=str(self.path))
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
         """Stream the vision objects of a run, ordered by time, then by name; none for a run without vision."""
@@ -256,9 +261,12 @@ class EventLog:
         """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
         return self._unpacked(VIEWS, run_id)
 
-    def frames(self, run_id: str) -> Iterator[tuple[int, int]]:
-        """Stream (number in the source from 1, t_us) of the frames that a run looked at, in the order of the input."""
-        return ((one.number, one.t_us) for one in self._unpacked(FRAMES, run_id))
+    def frames(self, run_id: str, *, from_us: int | None = None, to_us: int | None = None) -> Iterator[tuple[int, int]]:
+        """Stream (number in the source from 1, t_us) of the frames that a run looked at, in the order of the input.
+
+        Only those with `from_us <= t_us < to_us`.
+        """
+        return ((one.number, one.t_us) for one in self._unpacked(FRAMES, run_id, from_us, to_us))
 
     def source_frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number, t_us) of all frames of the source that a run came to, those not looked at included.

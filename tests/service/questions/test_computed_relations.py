@@ -74,6 +74,22 @@ def test_what_is_recognised_does_not_depend_on_how_much_is_at_hand(
     assert in_time == sorted(decided, key=lambda event: event.t_us) != decided
 
 
+def test_in_a_window_they_are_those_of_the_cars_that_come_in_it(folder: Path) -> None:
+    names, from_us, to_us = ["close", "behind", "on", "moving"], 10_000_000, 32_000_000
+    with open_log(str(folder / "one.db")) as log:
+        there = {one.car for one in log.cars(log.run().id) if one.first_us < from_us}
+        whole, part = (
+            [
+                one
+                for one in unwatched_relations(log, log.run(), names, None, window_us).changes
+                if there.isdisjoint(one.args) and one.decided_us < to_us
+            ]
+            for window_us in ((None, None), (from_us, to_us))
+        )
+    assert whole == part
+    assert len(part) > 5
+
+
 def test_cars_are_there_again_after_frames_that_are_damaged(folder: Path, tmp_path: Path) -> None:
     shutil.copy(folder / "one.db", tmp_path / "one.db")
     with sqlite3.connect(tmp_path / "one.db") as connection:
