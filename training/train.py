@@ -1,7 +1,8 @@
-"""How are weights found? By steps down the loss over crops of rendered worlds, on the processor."""
+"""How are weights found? By steps down the loss over crops of rendered worlds."""
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import torch
 from torch.utils.data import DataLoader, Dataset
@@ -55,8 +56,11 @@ def train(
     *,
     steps: int,
     batch: int,
+    workers: int = 1,
 ) -> CentreNet:
     """Train, and write the running mean of the weights now and then, and at the end.
+
+    It takes a graphics card (CUDA) where there is one, else the processor.
 
     Parameters
     ----------
@@ -64,34 +68,44 @@ def train(
     kind : of `LOOKS`.
     out : weights.
     steps, batch : how many steps, and crops a step.
+    workers : how many processes make crops; the crops do not depend on it.
 
     Returns
     -------
-    The network with the mean weights.
+    The network with the mean weights, on the processor.
     """
     torch.manual_seed(1)
     look = LOOKS[kind]
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     network = CentreNet(is_oriented=look.is_oriented)
-    network = network.to(memory_format=torch.channels_last)
+    network = network.to(device, memory_format=torch.channels_last)
     mean = torch.optim.swa_utils.AveragedModel(network, avg_fn=_running_mean, use_buffers=True)
     optimiser = torch.optim.AdamW(network.parameters(), _RATE, weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, steps, pct_start=0.08)
-    crops = DataLoader(Crops(folders, look, steps * batch), batch, num_workers=1, prefetch_factor=6)
-    seen = np.zeros(2)
+    crops = DataLoader(
+        Crops(folders, look, steps * batch), batch, num_workers=workers, prefetch_factor=4, worker_init_fn=_alone
+    )
+    seen = torch.zeros(2, device=device)
     for step, (pictures, target) in enumerate(crops, start=1):
-        heat, told = loss_of(network(pictures.to(memory_format=torch.channels_last)), target, network.heads)
+        maps = network(pictures.to(device, memory_format=torch.channels_last))
+        heat, told = loss_of(maps, target.to(device), network.heads)
         optimiser.zero_grad()
         (heat + told).backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), 10.0)
         optimiser.step()
         schedule.step()
         mean.update_parameters(network)
-        seen += heat.item(), told.item()
+        seen += torch.stack((heat, told)).detach()
         if step % _EVERY == 0 or step == steps:
             torch.save(mean.module.state_dict(), out)
-            print(f"step {step}: heat {seen[0] / _EVERY:.3f}, told {seen[1] / _EVERY:.3f}", flush=True)
-            seen[:] = 0
-    return mean.module
+            print("step {}: heat {:.3f}, told {:.3f}".format(step, *(seen / _EVERY).tolist()), flush=True)
+            seen.zero_()
+    return mean.module.cpu()
+
+
+def _alone(_: int) -> None:
+    """Let a process that makes crops have one thread: there are as many of them as cores."""
+    cv2.setNumThreads(0)
 
 
 def _running_mean(mean: torch.Tensor, now: torch.Tensor, count: torch.Tensor | int) -> torch.Tensor:

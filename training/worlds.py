@@ -5,8 +5,11 @@ columns off the road too, in any direction, and the ground is recoloured and lit
 """
 
 import math
+import multiprocessing
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -261,7 +264,7 @@ def _discs(states: VehicleStates) -> FloatArray:
     return (states.centre_m + shares * states.length_m[:, None] * ahead).reshape(-1, 2)
 
 
-def write_worlds(folder: Path, kind: str, seeds: range, *, is_plain: bool) -> None:
+def write_worlds(folder: Path, kind: str, seeds: range, *, is_plain: bool, workers: int) -> None:
     """Render worlds into a folder.
 
     Parameters
@@ -269,14 +272,19 @@ def write_worlds(folder: Path, kind: str, seeds: range, *, is_plain: bool) -> No
     folder : gets `frames.npy` (n, h, w, 3) and `boxes.npz`, an array for each frame by its number.
     kind, is_plain : see `render`.
     seeds : of the worlds.
+    workers : how many processes render; the pictures do not depend on it.
     """
     folder.mkdir(parents=True, exist_ok=True)
     shape = (len(seeds) * PER_WORLD, SIZE_PX[1], SIZE_PX[0], 3)
     frames = np.lib.format.open_memmap(folder / "frames.npy", "w+", np.uint8, shape)
     boxes = {}
-    for number, seed in enumerate(seeds):
-        for nth, (picture, found) in enumerate(
-            render(kind, seed, PER_WORLD, is_plain=is_plain), start=number * PER_WORLD
-        ):
+    # SUMO has one simulation a process, and a process that was forked from one with threads may hang.
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        worlds = pool.imap(partial(_rendered, kind, is_plain), seeds)
+        for nth, (picture, found) in enumerate(chain.from_iterable(worlds)):
             frames[nth], boxes[str(nth)] = picture, found
     np.savez(folder / "boxes.npz", **boxes)  # last: a folder with it is complete
+
+
+def _rendered(kind: str, is_plain: bool, seed: int) -> list[tuple[ByteArray, FloatArray]]:
+    return list(render(kind, seed, PER_WORLD, is_plain=is_plain))
