@@ -87,9 +87,9 @@ class _Cars:
         """
         rows = self._with_places(names, columns)
         frame_of = frames_us.searchsorted(rows[:, _T_US]).clip(max=len(frames_us) - 1)
+        has_name = {name: self._has_name(name, frames_us) for name in {*names, *self._there}}
         counts = frames_us[frame_of] == rows[:, _T_US]
-        has_name = map(self._has_name, names, rows[:, _T_US].tolist())
-        counts &= np.fromiter(has_name, np.bool_, len(names))
+        counts &= np.array([has_name[name][k] for name, k in zip(names, frame_of.tolist(), strict=True)], np.bool_)
         filled = self._filled(names, rows, counts)
         named = counts.nonzero()[0]
         column = {name: k for k, name in enumerate(self._there)}
@@ -102,7 +102,7 @@ class _Cars:
         np.maximum.accumulate(latest, axis=0, out=latest)
         is_there = (latest >= 0) & (frames_us[:, None] <= [self._last_us[name] for name in cars])
         for k, name in enumerate(cars):
-            is_there[:, k] &= [self._has_name(name, t_us) for t_us in frames_us.tolist()]
+            is_there[:, k] &= has_name[name]
         table = np.vstack([self._latest, rows])
         shown = table[latest[is_there]]
         shown[:, _SEEN] *= shown[:, _T_US] == frames_us.repeat(is_there.sum(axis=1))
@@ -112,8 +112,11 @@ class _Cars:
         footprints = _footprints(frames_us.tolist(), ids, shown)
         return [Seen(one, {}, filled.get(one.t_us, ())) for one in footprints]
 
-    def _has_name(self, name: str, t_us: int) -> bool:
-        return any(start_us <= t_us < end_us for start_us, end_us in self._named.get(name, _ALWAYS))
+    def _has_name(self, name: str, frames_us: LongArray) -> BoolArray:
+        spans = self._named.get(name, _ALWAYS)
+        return np.asarray(
+            np.logical_or.reduce([(start_us <= frames_us) & (frames_us < end_us) for start_us, end_us in spans])
+        )
 
     def _with_places(self, names: Sequence[str], columns: FloatArray) -> FloatArray:
         """Add the places on the roads, (rows, columns); a car is not seen where another one was taken for it."""
