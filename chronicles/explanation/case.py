@@ -176,7 +176,8 @@ def _deciding(involved: ChronicleSet, plan: Plan, events: list[Event], fixed: Va
     for name, pairs in places:
         known = [(place, value) for place, slot in pairs if (value := fixed[slot]) is not None]
         wanted.setdefault(name, []).append(known)
-    return [event for event in events if any(_has(event, known) for known in wanted.get(event.name, ()))]
+    free = {name for name, some in wanted.items() if [] in some}
+    return [one for one in events if one.name in free or any(_has(one, known) for known in wanted.get(one.name, ()))]
 
 
 def _has(event: Event, known: Iterable[tuple[int, str]]) -> bool:
