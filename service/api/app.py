@@ -11,17 +11,18 @@ from contextlib import asynccontextmanager
 import anyio.to_thread
 from fastapi import FastAPI
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
-from service.api.routes import make_routes
+from service.api.routes import add_routes
 from service.records import ChronicleRecord, software_version
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 
-# The driver gives up the interpreter lock at every row. With many threads a page of 100 rows then waits 100 times
-# behind the others, and the same requests cost three times the processor time. A few let slow questions overlap.
+# Threads queue for the interpreter lock more than for the database: with sixteen, the same requests cost a third more
+# processor time. A few let slow questions overlap.
 WORKER_THREADS = 3
 _PLAIN_ID = re.compile(r"[A-Za-z0-9._-]{1,128}", re.ASCII)
 
@@ -51,11 +52,18 @@ def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None
 
     # No /docs page: the framework's loads its scripts from other people's servers.
     # No redirects for a final slash: one path, one answer, and nothing that the description leaves out.
+    # Answers are put together by the routes, so the framework has no model of them to check.
     app = FastAPI(
-        title="DyKnow", version=version, lifespan=lifespan, docs_url=None, redoc_url=None, redirect_slashes=False
+        title="DyKnow",
+        version=version,
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
+        default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
-    app.include_router(make_routes(log, library, version=version))
+    add_routes(app.router, log, library, version=version)
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)

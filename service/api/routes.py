@@ -48,22 +48,19 @@ curl '{base}api/v1'                                              everything else
 """
 
 
-def make_routes(log: EventLog, shipped: Iterable[ChronicleRecord], *, version: str) -> APIRouter:
-    """Make the routes of one event log.
+def add_routes(router: APIRouter, log: EventLog, shipped: Iterable[ChronicleRecord], *, version: str) -> None:
+    """Add the routes of one event log to those of an application.
 
     Parameters
     ----------
     shipped : the chronicles that come with DyKnow.
     version : of the software, for the index.
     """
-    # Answers are put together here, so the framework has no model of them to check.
-    router = APIRouter(default_response_class=Response)
     _add_general(router, log, version)
     _add_chronicles(router, log, tuple(shipped))
     _add_events(router, log)
     _add_explanations(router, Explainer(log))
     _add_cars(router, log)
-    return router
 
 
 def _add_general(router: APIRouter, log: EventLog, version: str) -> None:

@@ -6,23 +6,26 @@ by counting rows, so page 10,000 costs what page 1 costs, and rows that arrive m
 
 Intervals are half-open. Events that overlap a window are found by an index range scan: an event that reaches into
 the window cannot start earlier than the longest duration of its type before it.
+
+Questions are put together as text: SQLAlchemy's expressions take longer to build than SQLite takes for the answer.
 """
 
 import base64
 import hashlib
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import ColumnElement, Connection, bindparam, exists, func, or_, select, tuple_, union_all
+from sqlalchemy import Connection
 
 from service.errors import CursorError, FilterError, QueryError
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog
-from service.store.schema import HIDDEN_STATUSES, durations, event_roles, events, meta, revisions, role_names, runs
+from service.store.schema import HIDDEN_STATUSES
 from service.times import TimePoint
 
 Match = Literal["overlap", "start", "end", "inside"]
@@ -36,7 +39,8 @@ MAX_ROLES = 20  # different roles in one question
 _RARE_ROWS = 2_000
 _CURSOR = struct.Struct(">qq8s")
 
-_Condition = ColumnElement[bool]
+_Sql = tuple[str, tuple[object, ...]]
+"""A piece of SQL, and a value for each of its question marks."""
 
 
 class EventFilter(Struct, frozen=True, kw_only=True):
@@ -118,11 +122,9 @@ def find_events(
     after = _decode_cursor(cursor, wanted) if cursor is not None else None
     with log.connect() as connection:
         as_of_seq = _last_seq(connection)
-        rows = _read_page(connection, _plan(connection, wanted), limit=limit + 1, after=after)
-    has_more = len(rows) > limit
-    last_start_us, last_seq, _ = rows[limit - 1] if has_more else (0, 0, "")
-    next_cursor = _encode_cursor(last_start_us, last_seq, wanted) if has_more else None
-    return EventPage(tuple(body for _, _, body in rows[:limit]), next_cursor, as_of_seq)
+        items = _read_page(connection, _plan(connection, wanted), limit=limit + 1, after=after)
+    next_cursor = _encode_cursor(_key(items[limit - 1]), wanted) if len(items) > limit else None
+    return EventPage(tuple(items[:limit]), next_cursor, as_of_seq)
 
 
 def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = None) -> Iterator[str]:
@@ -140,18 +142,20 @@ def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = No
 def find_event(log: EventLog, event_id: str) -> str | None:
     """Find one event by its identifier; None if there is none."""
     with log.connect() as connection:
-        return connection.scalar(select(events.c.body).where(events.c.id == event_id))
+        body: str | None = _value(connection, "SELECT body FROM events WHERE id = ?", event_id)
+    return body
 
 
 def find_role_names(log: EventLog, wanted: EventFilter) -> list[str]:
     """List the role names that events of a filter may have, in alphabetical order."""
-    query = select(role_names.c.role).distinct().order_by(role_names.c.role)
-    if wanted.types:
-        query = query.where(role_names.c.type.in_(wanted.types))
+    asked = [*_one_of("type", wanted.types)]
     if wanted.runs:
-        query = query.where(role_names.c.run_no.in_(select(runs.c.run_no).where(runs.c.id.in_(wanted.runs))))
+        text, values = _all_of(_one_of("id", wanted.runs))
+        asked.append((f"run_no IN (SELECT run_no FROM runs WHERE {text})", values))
+    text, values = _all_of(asked or [_ANY])
     with log.connect() as connection:
-        return list(connection.scalars(query))
+        query = f"SELECT DISTINCT role FROM role_names WHERE {text} ORDER BY role"
+        return list(connection.exec_driver_sql(query, values).scalars())
 
 
 def find_last_seq(log: EventLog) -> int:
@@ -189,12 +193,11 @@ def _iterate(log: EventLog, wanted: EventFilter, limit: int | None) -> Iterator[
         plan = _plan(connection, wanted)
         while left is None or left > 0:
             size = MAX_LIMIT if left is None else min(MAX_LIMIT, left)
-            rows = _read_page(connection, plan, limit=size, after=after)
-            yield from (body for _, _, body in rows)
-            if len(rows) < size:
+            items = _read_page(connection, plan, limit=size, after=after)
+            yield from items
+            if len(items) < size:
                 return
-            start_us, seq, _ = rows[-1]
-            after = (start_us, seq)
+            after = _key(items[-1])
             left = None if left is None else left - size
 
 
@@ -211,25 +214,26 @@ class _Plan:
     is_descending: bool
     lower_us: int | None
     upper_us: int | None
-    conditions: tuple[_Condition, ...]
+    conditions: tuple[_Sql, ...]
 
 
 def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
-    conditions = [*_one_of(events.c.road, wanted.roads), *_one_of(events.c.source, wanted.sources)]
+    conditions = [*_one_of("events.road", wanted.roads), *_one_of("events.source", wanted.sources)]
     hidden = ("retracted",) if wanted.min_confidence is not None else HIDDEN_STATUSES
-    conditions += _one_of(events.c.status, wanted.statuses) or [events.c.status.not_in(hidden)]
+    conditions += _one_of("events.status", wanted.statuses) or _one_of("NOT events.status", hidden)
     if wanted.statuses and set(wanted.statuses) <= set(HIDDEN_STATUSES):
         conditions.append(_IS_HIDDEN)
     if wanted.min_confidence is not None:
-        conditions.append(events.c.confidence >= wanted.min_confidence)
-    conditions.append(~exists().where(revisions.c.revised == events.c.id))
+        conditions.append(("events.confidence >= ?", (wanted.min_confidence,)))
+    conditions.append(_IS_NEWEST)
     if wanted.runs:
-        numbers = connection.scalars(select(runs.c.run_no).where(runs.c.id.in_(wanted.runs))).all()
-        conditions += _one_of(events.c.run_no, tuple(numbers) or (-1,))
+        text, values = _all_of(_one_of("id", wanted.runs))
+        numbers = connection.exec_driver_sql(f"SELECT run_no FROM runs WHERE {text}", values).scalars()
+        conditions += _one_of("events.run_no", tuple(numbers) or (-1,))
     if wanted.actors:
-        conditions.append(_takes_part(connection, _one_of(event_roles.c.actor, wanted.actors)))
+        conditions.append(_takes_part(connection, _one_of("event_roles.actor", wanted.actors)))
     for role, actors in wanted.roles:
-        fills = [*_one_of(event_roles.c.actor, actors), event_roles.c.role == role]
+        fills = [*_one_of("event_roles.actor", actors), *_one_of("event_roles.role", (role,))]
         conditions.append(_takes_part(connection, fills))
     return _Plan(
         types=tuple(sorted(set(wanted.types))),
@@ -240,24 +244,29 @@ def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
     )
 
 
-# Any: the values of a column of any type.
-def _one_of(column: ColumnElement[Any], values: tuple[Any, ...]) -> list[_Condition]:
+def _one_of(column: str, values: tuple[object, ...]) -> list[_Sql]:
     if not values:
         return []
-    return [column == values[0] if len(values) == 1 else column.in_(sorted(set(values)))]
+    distinct = tuple(dict.fromkeys(values))
+    return [(f"{column} IN ({', '.join('?' * len(distinct))})", distinct)]
 
 
-def _takes_part(connection: Connection, conditions: list[_Condition]) -> _Condition:
+def _all_of(conditions: Iterable[_Sql]) -> _Sql:
+    texts, values = zip(*conditions, strict=True)
+    return " AND ".join(texts), tuple(chain.from_iterable(values))
+
+
+def _takes_part(connection: Connection, conditions: list[_Sql]) -> _Sql:
     """Ask for events with a role row like this, in the cheaper of two forms.
 
     Few rows (a car): look up their events and sort those. Many rows (a road in a role): walk the events in order and
     probe each. Databases without statistics cannot tell these apart, so the rows are counted, up to a bound.
     """
-    some = select(event_roles.c.seq).where(*conditions).limit(_RARE_ROWS + 1).subquery()
-    count = connection.scalar(select(func.count()).select_from(some)) or 0
-    if count <= _RARE_ROWS:
-        return events.c.seq.in_(select(event_roles.c.seq).where(*conditions))
-    return exists().where(event_roles.c.seq == events.c.seq, *conditions)
+    text, values = _all_of(conditions)
+    some = f"SELECT seq FROM event_roles WHERE {text} LIMIT {_RARE_ROWS + 1}"
+    if _number(connection, f"SELECT count(*) FROM ({some})", *values) <= _RARE_ROWS:
+        return f"events.seq IN (SELECT seq FROM event_roles WHERE {text})", values
+    return f"EXISTS (SELECT 1 FROM event_roles WHERE event_roles.seq = events.seq AND {text})", values
 
 
 def _lower_us(connection: Connection, wanted: EventFilter) -> int | None:
@@ -266,7 +275,7 @@ def _lower_us(connection: Connection, wanted: EventFilter) -> int | None:
         return None
     bound_us = wanted.from_.us
     if wanted.from_.clock == "utc":
-        bound_us -= connection.scalar(select(func.max(runs.c.start_utc_us))) or 0
+        bound_us -= _number(connection, "SELECT max(start_utc_us) FROM runs")
     if wanted.match in ("overlap", "end"):
         bound_us -= _longest_us(connection, wanted.types)
     return bound_us
@@ -278,92 +287,100 @@ def _upper_us(connection: Connection, wanted: EventFilter) -> int | None:
         return None
     if wanted.to.clock == "media":
         return wanted.to.us
-    return wanted.to.us - (connection.scalar(select(func.min(runs.c.start_utc_us))) or 0)
+    return wanted.to.us - _number(connection, "SELECT min(start_utc_us) FROM runs")
 
 
-def _window(wanted: EventFilter) -> Iterator[_Condition]:
+def _window(wanted: EventFilter) -> Iterator[_Sql]:
     """Say exactly what the window asks for, beyond the bounds of the start in media time."""
     if wanted.from_ is not None:
         from_us, is_utc = wanted.from_.us, wanted.from_.clock == "utc"
         start, end = _interval(is_utc=is_utc)
-        if wanted.match == "overlap":
-            yield or_(end > from_us, start >= from_us)  # the second for an event without duration, at from
+        if wanted.match == "overlap":  # the second for an event without duration, at from
+            yield f"({end} > ? OR {start} >= ?)", (from_us, from_us)
         elif wanted.match == "end":
-            yield end >= from_us
+            yield f"{end} >= ?", (from_us,)
         elif is_utc:
-            yield start >= from_us
+            yield f"{start} >= ?", (from_us,)
     if wanted.to is not None:
         to_us, is_utc = wanted.to.us, wanted.to.clock == "utc"
         start, end = _interval(is_utc=is_utc)
         if wanted.match == "end":
-            yield end < to_us
+            yield f"{end} < ?", (to_us,)
         elif wanted.match == "inside":
-            yield end <= to_us
+            yield f"{end} <= ?", (to_us,)
         if is_utc:
-            yield start < to_us
+            yield f"{start} < ?", (to_us,)
 
 
-def _interval(*, is_utc: bool) -> tuple[ColumnElement[int], ColumnElement[int]]:
-    if not is_utc:
-        return events.c.start_us, events.c.end_us
-    return events.c.start_utc_us, events.c.start_utc_us + (events.c.end_us - events.c.start_us)
+def _interval(*, is_utc: bool) -> tuple[str, str]:
+    return ("start_utc_us", "start_utc_us + (end_us - start_us)") if is_utc else ("start_us", "end_us")
 
 
-def _read_page(
-    connection: Connection, plan: _Plan, *, limit: int, after: tuple[int, int] | None
-) -> Sequence[tuple[int, int, str]]:
-    """Read (start_us, seq, body) of the next rows after a key, in the order of the plan."""
-    key = (events.c.start_us, events.c.seq)
-    page = select(*key, events.c.body).where(*_key_range(plan, after), *plan.conditions)
-    if len(plan.types) <= 1:
-        query = page.where(*_one_of(events.c.type, plan.types)).order_by(*_ordered(plan, *key)).limit(limit)
-        return connection.execute(query).fetchall()
-    # The first rows of each type by its index, merged: cheaper than sorting all rows of all types.
-    parts = [page.where(events.c.type == name).order_by(*_ordered(plan, *key)).limit(limit) for name in plan.types]
-    merged = union_all(*(select(part.subquery()) for part in parts)).subquery()
-    by_key = _ordered(plan, merged.c.start_us, merged.c.seq)
-    query = select(merged).order_by(*by_key).limit(limit)
-    return connection.execute(query).fetchall()
+def _read_page(connection: Connection, plan: _Plan, *, limit: int, after: tuple[int, int] | None) -> list[str]:
+    """Read the next events after a key, in the order of the plan."""
+    of_one_type = _one_of("type", plan.types) if len(plan.types) == 1 else []
+    text, values = _all_of([*of_one_type, *_key_range(plan, after), *plan.conditions])
+    order = "start_us DESC, seq DESC" if plan.is_descending else "start_us, seq"
+    page = f"SELECT start_us, seq, body FROM events WHERE {text}"
+    if len(plan.types) > 1:
+        # The first rows of each type by its index, merged: cheaper than sorting all rows of all types.
+        of_type = f"SELECT * FROM ({page} AND type = ? ORDER BY {order} LIMIT {limit})"
+        page = f"SELECT * FROM ({' UNION ALL '.join([of_type] * len(plan.types))})"
+        values = tuple(chain.from_iterable((*values, name) for name in plan.types))
+    # One row, since the driver gives up the interpreter lock at each. JSON has no line ends but between its parts.
+    lines = f"SELECT group_concat(body, char(10)) FROM ({page} ORDER BY {order} LIMIT {limit})"
+    bodies: str | None = _value(connection, lines, *values)
+    return bodies.split("\n") if bodies else []
 
 
-def _key_range(plan: _Plan, after: tuple[int, int] | None) -> Iterator[_Condition]:
+def _key_range(plan: _Plan, after: tuple[int, int] | None) -> Iterator[_Sql]:
     """Bound the key once on each side: given two lower bounds, SQLite may walk from the worse one."""
-    start_us = events.c.start_us
     if plan.lower_us is not None and (after is None or plan.is_descending or after[0] < plan.lower_us):
-        yield start_us >= plan.lower_us
+        yield "start_us >= ?", (plan.lower_us,)
     if plan.upper_us is not None and (after is None or not plan.is_descending or after[0] >= plan.upper_us):
-        yield start_us < plan.upper_us
+        yield "start_us < ?", (plan.upper_us,)
     if after is not None:
-        place, here = tuple_(start_us, events.c.seq), tuple_(*after)
-        yield place < here if plan.is_descending else place > here
+        yield f"(start_us, seq) {'<' if plan.is_descending else '>'} (?, ?)", after
 
 
-def _ordered(plan: _Plan, *columns: ColumnElement[int]) -> list[ColumnElement[int]]:
-    return [column.desc() if plan.is_descending else column for column in columns]
-
-
-# Built once: putting a statement together takes longer than the database needs for it.
-_LAST_SEQ = select(meta.c.value).where(meta.c.key == "last_seq")
-_LONGEST = select(func.max(durations.c.longest_us))
-_LONGEST_OF_ONE = _LONGEST.where(durations.c.type == bindparam("event_type"))
-
-
+_ANY: _Sql = ("1", ())
+_IS_NEWEST: _Sql = ("NOT EXISTS (SELECT 1 FROM revisions WHERE revised = events.id)", ())
 # The condition of an index, which is taken only where a query has it word for word.
-_IS_HIDDEN = events.c.status.in_(bindparam(None, HIDDEN_STATUSES, expanding=True, literal_execute=True))
+_IS_HIDDEN: _Sql = (f"events.status IN {HIDDEN_STATUSES!r}", ())
 
 
 def _last_seq(connection: Connection) -> int:
-    return int(connection.scalar(_LAST_SEQ) or 0)
+    return _number(connection, "SELECT value FROM meta WHERE key = 'last_seq'")
 
 
 def _longest_us(connection: Connection, types: tuple[str, ...]) -> int:
-    if len(types) == 1:
-        return connection.scalar(_LONGEST_OF_ONE, {"event_type": types[0]}) or 0
-    return connection.scalar(_LONGEST.where(*_one_of(durations.c.type, types))) or 0
+    text, values = _all_of(_one_of("type", types) or [_ANY])
+    return _number(connection, f"SELECT max(longest_us) FROM durations WHERE {text}", *values)
 
 
-def _encode_cursor(start_us: int, seq: int, wanted: EventFilter) -> str:
-    return base64.urlsafe_b64encode(_CURSOR.pack(start_us, seq, _filter_digest(wanted))).decode().rstrip("=")
+# Any: whatever the one column of the one row holds.
+def _value(connection: Connection, query: str, *values: object) -> Any:
+    return connection.exec_driver_sql(query, values).scalar()
+
+
+def _number(connection: Connection, query: str, *values: object) -> int:
+    return int(_value(connection, query, *values) or 0)
+
+
+class _Key(Struct):
+    """What an event is found again by; its other fields are passed over."""
+
+    start_us: int
+    seq: int
+
+
+def _key(text: str) -> tuple[int, int]:
+    key = msgspec.json.decode(text, type=_Key)
+    return key.start_us, key.seq
+
+
+def _encode_cursor(key: tuple[int, int], wanted: EventFilter) -> str:
+    return base64.urlsafe_b64encode(_CURSOR.pack(*key, _filter_digest(wanted))).decode().rstrip("=")
 
 
 def _decode_cursor(cursor: str, wanted: EventFilter) -> tuple[int, int]:
