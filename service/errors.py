@@ -37,7 +37,7 @@ class QueryError(ServiceError):
     parameter : the parameter at fault, as HTTP spells it.
     """
 
-    def __init__(self, message: str, *, parameter: str) -> None:
+    def __init__(self, message: str, *, parameter: str = "") -> None:  # pickling sets it afterwards
         super().__init__(message)
         self.parameter = parameter
 
@@ -48,6 +48,10 @@ class FilterError(QueryError):
 
 class CursorError(QueryError):
     """A page cursor that is not one of ours, or belongs to other filters."""
+
+
+class UnansweredError(ServiceError):
+    """A question that took too long, or whose process was ended; it may be asked again."""
 
 
 class ExportError(ServiceError):

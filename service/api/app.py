@@ -14,6 +14,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.explanations import ANSWERED_WITHIN_S, Explanations
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
 from service.api.routes import add_routes
@@ -27,13 +28,19 @@ WORKER_THREADS = 3
 _PLAIN_ID = re.compile(r"[A-Za-z0-9._-]{1,128}", re.ASCII)
 
 
-def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None) -> FastAPI:
+def create_app(
+    log_url: str,
+    *,
+    shipped: Sequence[ChronicleRecord] | None = None,
+    within_s: float = ANSWERED_WITHIN_S,
+) -> FastAPI:
     """Make the ASGI application that answers questions to an event log.
 
     Parameters
     ----------
     log_url : `sqlite:///PATH`, or a path that ends in `.db`; the log is only read.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
+    within_s : how long an explanation may take.
 
     Raises
     ------
@@ -63,7 +70,7 @@ def create_app(log_url: str, *, shipped: Sequence[ChronicleRecord] | None = None
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
-    add_routes(app.router, log, library, version=version)
+    add_routes(app.router, log, Explanations(log.file, within_s), library, version=version)
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)

@@ -1,8 +1,8 @@
 """Which questions does the HTTP interface answer?
 
 Routes are plain functions run in worker threads: the database is asked and the answer put together there, off the
-event loop. One reads a body, and hands the rest of its work to such a thread. Events are sent as the text that is
-stored; nothing is decoded on the way.
+event loop. One reads a body, and hands the rest of its work to such a thread; explanations come from processes of their
+own. Events are sent as the text that is stored; nothing is decoded on the way.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,9 +15,9 @@ from fastapi import APIRouter, HTTPException, Request
 from msgspec.structs import asdict
 from starlette.responses import PlainTextResponse, Response
 
-from chronicles.explanation.json_form import to_json
 from dyknow.language.rendering import render_json
 from service.api.bodies import CarList, ChronicleList, ChronicleUse, EventExplanation, EventList, Index, LinkList
+from service.api.explanations import Explanations
 from service.api.openapi import EXPLANATION, FINDINGS, answers
 from service.api.parameters import (
     Pairs,
@@ -27,7 +27,6 @@ from service.api.parameters import (
     read_question,
 )
 from service.errors import QueryError
-from service.questions.explaining import Explainer
 from service.questions.identity import identities, links_of
 from service.questions.notes import name_notes, run_notes
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
@@ -48,18 +47,26 @@ curl '{base}api/v1'                                              everything else
 """
 
 
-def add_routes(router: APIRouter, log: EventLog, shipped: Iterable[ChronicleRecord], *, version: str) -> None:
+def add_routes(
+    router: APIRouter,
+    log: EventLog,
+    explanations: Explanations,
+    shipped: Iterable[ChronicleRecord],
+    *,
+    version: str,
+) -> None:
     """Add the routes of one event log to those of an application.
 
     Parameters
     ----------
+    explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
     version : of the software, for the index.
     """
     _add_general(router, log, version)
     _add_chronicles(router, log, tuple(shipped))
     _add_events(router, log)
-    _add_explanations(router, Explainer(log))
+    _add_explanations(router, explanations)
     _add_cars(router, log)
 
 
@@ -69,7 +76,7 @@ def _add_general(router: APIRouter, log: EventLog, version: str) -> None:
         return PlainTextResponse(HELLO.format(base=request.base_url))
 
     @router.get("/healthz", summary="Say that the server lives", response_class=PlainTextResponse)
-    def healthz() -> PlainTextResponse:
+    async def healthz() -> PlainTextResponse:
         return PlainTextResponse("ok\n")
 
     @router.get("/api/v1", summary="Say what can be asked", responses=answers(Index))
@@ -138,19 +145,19 @@ def _add_events(router: APIRouter, log: EventLog) -> None:
         return _json(text.encode())
 
 
-def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
+def _add_explanations(router: APIRouter, explanations: Explanations) -> None:
     @router.get(
         "/api/v1/events/{event_id}/why",
         summary="Say why an event was recognised",
         responses=answers(EventExplanation, 404, 409, 422),
     )
-    def get_why(event_id: str, request: Request) -> Response:
+    async def get_why(event_id: str, request: Request) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
         _refuse_parameters(request)
-        found = explainer.explain_event(event_id)
+        found = await explanations.why(event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
-        return _json(msgspec.json.encode(found.as_record()))
+        return _json(found)
 
     @router.get(
         "/api/v1/chronicles/{name}/why-not",
@@ -159,10 +166,10 @@ def _add_explanations(router: APIRouter, explainer: Explainer) -> None:
         responses=answers(EXPLANATION, 400, 404, 409, 422),
         openapi_extra={"parameters": describe_absence_parameters(name="name")},
     )
-    def get_why_not(name: str, request: Request) -> Response:
+    async def get_why_not(name: str, request: Request) -> Response:
         """Explain the absence of a chronicle by its near misses."""
         question = read_absence_question(name, request.query_params.multi_items())
-        return _json(msgspec.json.encode(to_json(explainer.explain_absence(question))))
+        return _json(await explanations.why_not(question))
 
 
 def _add_cars(router: APIRouter, log: EventLog) -> None:

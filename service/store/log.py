@@ -106,13 +106,14 @@ class EventLog:
     Attributes
     ----------
     path : the SQLite file.
+    file : what is read: the same, or a copy where an older log could not be carried over in its place.
     """
 
     def __init__(self, path: Path, mode: Mode) -> None:
         self.path = path
         self._mode = mode
         self._closing = ExitStack()
-        self._file = up_to_date(path, self._closing) if path.exists() else path
+        self.file = up_to_date(path, self._closing) if path.exists() else path
         self._reading: Engine | None = None
         self._writing: Engine | None = None
 
@@ -186,7 +187,7 @@ class EventLog:
 
     def has_finished(self, run_id: str) -> bool:
         """Tell whether a run is here and went to its end; a log that is not made yet has none."""
-        if not self._file.exists():
+        if not self.file.exists():
             return False
         with self.connect() as connection:
             if not inspect(connection).has_table(schema.runs.name):
@@ -198,7 +199,7 @@ class EventLog:
     def connect(self) -> Iterator[Connection]:
         """Give a connection for reading, in one transaction: everything read through it is one state of the log."""
         if self._reading is None:
-            self._reading = reading_engine(self._file)
+            self._reading = reading_engine(self.file)
             self._closing.callback(self._reading.dispose)
         with explained(self.path, "a log that can be read"), self._reading.begin() as connection:
             yield connection

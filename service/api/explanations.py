@@ -1,0 +1,89 @@
+"""How is an explanation given without holding up anything else? By a process beside the server, for a time.
+
+To explain is to look again at what a run saw, which takes milliseconds or minutes, as the window and the traffic are.
+In a thread it would take the interpreter from all other answers, and nothing could end it. A process can be ended:
+it only reads.
+"""
+
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
+
+from chronicles.explanation.json_form import to_json
+from service.errors import UnansweredError
+from service.questions.explaining import AbsenceQuestion, Explainer
+from service.store.log import open_log
+
+ANSWERED_WITHIN_S = 10.0
+
+_About = TypeVar("_About")
+_Answer = TypeVar("_Answer")
+
+
+class Explanations:
+    """Gives the explanations of one log, as JSON.
+
+    As many questions as there are cores are answered at once; others wait, which counts as theirs.
+
+    Parameters
+    ----------
+    log : its file.
+    within_s : how long an answer may take.
+    """
+
+    def __init__(self, log: Path, within_s: float = ANSWERED_WITHIN_S) -> None:
+        self._log = log
+        self._within_s = within_s
+        self._limiter = CapacityLimiter(os.cpu_count() or 1)
+
+    async def why(self, event_id: str) -> bytes | None:
+        """Explain an event; None if the log has no such event.
+
+        Raises
+        ------
+        UnansweredError
+            If it takes too long; besides, what `Explainer.explain_event` raises.
+        """
+        return await self._ask(_why, event_id)
+
+    async def why_not(self, question: AbsenceQuestion) -> bytes:
+        """Explain the absence of a chronicle.
+
+        Raises
+        ------
+        UnansweredError
+            If it takes too long; besides, what `Explainer.explain_absence` raises.
+        """
+        return await self._ask(_why_not, question)
+
+    async def _ask(self, explained: Callable[[Path, _About], _Answer], about: _About) -> _Answer:
+        try:
+            with fail_after(self._within_s):
+                return await to_process.run_sync(explained, self._log, about, cancellable=True, limiter=self._limiter)
+        except TimeoutError as error:
+            wanted = f"explanation: expected one within {self._within_s:g} s, got none"
+            raise UnansweredError(f"{wanted}; ask about less time, or later if much else is asked") from error
+        except BrokenWorkerProcess as error:
+            raise UnansweredError("explanation: expected one, got a process that was ended; ask again") from error
+
+
+# What follows runs in such a process, which stays for the questions to come.
+
+
+def _why(log: Path, event_id: str) -> bytes | None:
+    found = _explainer(log).explain_event(event_id)
+    return None if found is None else msgspec.json.encode(found.as_record())
+
+
+def _why_not(log: Path, question: AbsenceQuestion) -> bytes:
+    return msgspec.json.encode(to_json(_explainer(log).explain_absence(question)))
+
+
+@cache
+def _explainer(log: Path) -> Explainer:
+    return Explainer(open_log(f"sqlite:///{log}"))

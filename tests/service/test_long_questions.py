@@ -1,0 +1,102 @@
+"""Is a question that takes long ended, without holding up the others?"""
+
+import asyncio
+import os
+import pickle
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import msgspec
+import pytest
+
+from service.api.app import create_app
+from service.api.bodies import Problem
+from service.api.explanations import Explanations
+from service.errors import LogError, QueryError, UnansweredError
+from service.questions.explaining import AbsenceQuestion
+from tests.service.http import Client
+from tests.service.logs import write_log
+
+_NO_QUESTION = AbsenceQuestion(chronicle="nothing", roles={})
+
+
+@dataclass(frozen=True, slots=True)
+class Acting:
+    """An event's name that does something in the process that reads it."""
+
+    action: Callable[[Any], object]  # Any: whatever the action takes
+    argument: object
+
+    def __reduce__(self) -> tuple[Callable[[Any], object], tuple[object]]:
+        return self.action, (self.argument,)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("long") / "a.db"
+    write_log(path, [])
+    return path
+
+
+def test_a_question_that_takes_too_long_is_a_problem_to_be_asked_again(log: Path) -> None:
+    with Client(create_app(str(log), shipped=[], within_s=0.001)) as client:  # no process starts as fast
+        for path in ("/api/v1/events/r1-1/why", "/api/v1/chronicles/overtake/why-not"):
+            answer = client.get(path)
+            assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
+            told = msgspec.json.decode(answer.content, type=Problem)
+            assert told.type == "urn:dyknow:problem:unanswered"
+            assert told.detail.startswith("explanation: expected one within 0.001 s, got none; ask about less time")
+
+
+def test_what_is_asked_after_a_question_that_was_ended_is_answered(log: Path) -> None:
+    async def ask() -> None:
+        patient, hasty = Explanations(log), Explanations(log, 1.0)
+        with pytest.raises(UnansweredError, match="within 1 s"):
+            await hasty.why(Acting(time.sleep, 3600.0))  # type: ignore[arg-type]  # acts where it is read
+        with pytest.raises(UnansweredError, match="a process that was ended"):
+            await patient.why(Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it at once
+        assert await patient.why("r1-99") is None
+
+    asyncio.run(ask())
+
+
+def test_errors_come_from_the_process_as_they_are(log: Path) -> None:
+    async def ask() -> None:
+        explanations = Explanations(log)
+        with pytest.raises(LogError, match="expected one of its chronicles, got 'nothing'"):
+            await explanations.why_not(_NO_QUESTION)
+
+    asyncio.run(ask())
+    error = pickle.loads(pickle.dumps(QueryError("limit: ...", parameter="limit")))
+    assert (str(error), error.parameter) == ("limit: ...", "limit")
+
+
+def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Path) -> None:
+    app = create_app(str(log), shipped=[])
+    transport = httpx.ASGITransport(app=app)
+
+    async def ask() -> None:
+        explanations = Explanations(log)
+        begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
+        long = [asyncio.create_task(explanations.why(Acting(_stay, str(one)))) for one in begun]  # type: ignore[arg-type]
+        while not all(one.exists() for one in begun):
+            await asyncio.sleep(0.01)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            assert (await client.get("/healthz")).text == "ok\n"
+            assert (await client.get("/api/v1/events")).status_code == 200
+        assert not any(one.done() for one in long)
+        for one in long:
+            one.cancel()
+        await asyncio.gather(*long, return_exceptions=True)
+
+    asyncio.run(ask())
+
+
+def _stay(begun: str) -> None:
+    """Say that a process came here, and stay."""
+    Path(begun).touch()
+    time.sleep(3600.0)
