@@ -1,10 +1,12 @@
 """A client for an ASGI application, without sockets."""
 
-import asyncio
+from contextlib import ExitStack
+from functools import partial
 from types import TracebackType
 from typing import Any, Self  # Any: JSON, and httpx's own arguments
 
 import httpx
+from anyio.from_thread import start_blocking_portal
 from fastapi import FastAPI
 
 
@@ -15,24 +17,24 @@ class Client:
     """
 
     def __init__(self, app: FastAPI) -> None:
-        self._runner = asyncio.Runner()
         self._lifespan = app.router.lifespan_context(app)
         transport = httpx.ASGITransport(app=app, raise_app_exceptions=False)
         self._client = httpx.AsyncClient(transport=transport, base_url="http://test")
+        self._open = ExitStack()
 
     def request(self, method: str, path: str, **arguments: Any) -> httpx.Response:
-        return self._runner.run(self._client.request(method, path, **arguments))
+        return self._portal.call(partial(self._client.request, method, path, **arguments))
 
     def get(self, path: str, **arguments: Any) -> httpx.Response:
         return self.request("GET", path, **arguments)
 
     def __enter__(self) -> Self:
-        self._runner.run(self._lifespan.__aenter__())
+        self._portal = self._open.enter_context(start_blocking_portal())
+        self._open.enter_context(self._portal.wrap_async_context_manager(self._lifespan))
+        self._open.enter_context(self._portal.wrap_async_context_manager(self._client))
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._runner.run(self._client.aclose())
-        self._runner.run(self._lifespan.__aexit__(None, None, None))
-        self._runner.close()
+        self._open.close()
