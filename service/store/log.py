@@ -21,12 +21,10 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
 import msgspec
-import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Engine, Select, func, inspect, select
 
 from service.errors import LogError, NotInLogError
@@ -53,8 +51,6 @@ from service.store.chunks import (
     Chunk,
     ChunkKind,
     Where,
-    numbers,
-    unpacked,
 )
 from service.store.engine import explained, reading_engine, writing_engine
 from service.store.location import check_writable, parse_log_url
@@ -62,6 +58,12 @@ from service.store.repeats import file_beside, remove_log, take_place
 from service.store.run_lock import RunLock
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import RunWriter, insert_rows
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+# What packs and unpacks chunks rests on NumPy, which takes a tenth of a second to load: who lists events needs none.
 
 Mode = Literal["r", "w"]
 
@@ -247,11 +249,13 @@ class EventLog:
 
     def state_columns(
         self, run_id: str, names: Sequence[str], *, from_us: int | None = None, to_us: int | None = None
-    ) -> Iterator[tuple[int, list[str], NDArray[np.float64]]]:
-        """Stream some numbers of the car states, a span of ten seconds at once, as `service.store.chunks.numbers` does.
+    ) -> "Iterator[tuple[int, list[str], NDArray[np.float64]]]":
+        """Stream some numbers of the car states, a span of ten seconds at once; see `service.store.packing.numbers`.
 
         Spans that reach into `from_us <= t_us < to_us` are read whole.
         """
+        from service.store.packing import numbers
+
         return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES, from_us, to_us), names, log=str(self.path))
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
@@ -356,7 +360,9 @@ class EventLog:
         to_us: int | None = None,
         where: Where = MappingProxyType({}),
     ) -> Iterator[_Record]:
-        """Stream rows of a kind that is kept in chunks; see `chunks.unpacked`."""
+        """Stream rows of a kind that is kept in chunks; see `packing.unpacked`."""
+        from service.store.packing import unpacked
+
         chunks = self.chunks(run_id, kind, from_us, to_us)
         return unpacked(kind, chunks, from_us=from_us, to_us=to_us, where=where, log=str(self.path))
 

@@ -8,10 +8,11 @@ from sqlalchemy import Connection, Delete, Update, delete, func, select, text, u
 
 from service.errors import LogError
 from service.store import schema
-from service.store.chunks import CHUNK_KINDS, FRAMES, PRUNED, SPAN_US, ChunkKind, opened, said_of_missing
+from service.store.chunks import CHUNK_KINDS, FRAMES, SPAN_US, ChunkKind
 from service.store.columns import DamagedChunkError
 from service.store.engine import compact, explained, writing_engine
 from service.store.log import EventLog
+from service.store.packing import PRUNED, opened, said_of_missing
 
 KEPT_FOR_EVER = FRAMES.name
 """By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""

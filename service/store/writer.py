@@ -19,7 +19,7 @@ from sqlalchemy.dialects.sqlite import insert
 
 from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunRecord, RunStatus, StreamRecord
 from service.store import schema
-from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind, packed
+from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind
 from service.store.engine import explained
 
 BATCH_ROWS = 20_000
@@ -149,6 +149,8 @@ class RunWriter:
             waiting.clear()
 
     def _chunk_rows(self) -> Iterator[Row]:
+        from service.store.packing import packed
+
         for kind, records in self._records.items():
             for chunk in packed(_CHUNKED[kind], records):
                 number = self._next(schema.chunks)
