@@ -224,6 +224,12 @@ def suggest(name: str, known: Iterable[str]) -> Hint:
     return Hint()
 
 
+def hinted(name: str, known: Iterable[str]) -> str:
+    """Say which known name is nearest, or which there are when they are few, behind a message; "" if neither helps."""
+    hint = suggest(name, sorted(known)).text
+    return f"; {hint}" if hint else ""
+
+
 def near(name: str, known: Iterable[str]) -> Hint:
     """Suggest the nearest known name; nothing where none is near."""
     found = suggest(name, known)

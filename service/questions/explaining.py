@@ -22,7 +22,7 @@ from chronicles.explanation.json_form import to_json
 from chronicles.explanation.rendering import render
 from chronicles.explanation.sentences import of_event, seconds
 from chronicles.explanation.why import why
-from chronicles.explanation.why_not import why_not
+from dyknow.language.diagnostics import hinted
 from service.errors import FilterError, NotInLogError, QueryError
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
@@ -30,6 +30,7 @@ from service.questions.queries import decode_event, find_event
 from service.questions.stored_events import (
     Part,
     StoredEvents,
+    chronicles_of,
     refuse_thinned,
     relations_of,
     stored_events,
@@ -37,8 +38,6 @@ from service.questions.stored_events import (
 )
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
-from service.texts.chronicle_files import chronicles_of, load_chronicle_files
-from service.texts.idle_chronicles import hinted
 from service.times import format_media
 
 Json = dict[str, Any]  # Any: a JSON object
@@ -181,6 +180,11 @@ class Explainer:
         LogError, InputError, ChronicleError
             If what the chronicle looks at was not watched and cannot be computed, or a text cannot be used.
         """
+        # What reads files, searches, and measures cars again loads a third of a second; who asks why needs none of it.
+        from chronicles.explanation.why_not import why_not
+        from service.questions.thresholds import with_settings
+        from service.texts.chronicle_files import load_chronicle_files
+
         run = self._log.run(question.run)
         chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
         name = _asked_chronicle(question.chronicle, run, chronicles)
@@ -202,9 +206,6 @@ class Explainer:
             limit=question.limit,
             floor=float(run.settings["min_confidence"]) if "min_confidence" in run.settings else None,
         )
-        # What measures cars again takes a third of a second to load, and who asks why does not need it.
-        from service.questions.thresholds import with_settings
-
         return with_settings(self._log, run, found)
 
     def _part(self, question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> Part | None:

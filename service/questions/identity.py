@@ -9,10 +9,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from msgspec import Struct
 from msgspec.structs import replace
 
+from dyknow.language.diagnostics import hinted
 from service.errors import NotInLogError
 from service.records import CarRecord, LinkRecord, RunRecord
 from service.store.log import EventLog
-from service.texts.idle_chronicles import hinted
 
 _LEVELS = ("world", "on_road", "car")
 _SHOWN = 5  # names in a message

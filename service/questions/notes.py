@@ -6,12 +6,11 @@ from typing import Any  # a column of any type
 
 from sqlalchemy import ColumnElement, select
 
-from service.monitoring.monitor_messages import messages_of_run
+from dyknow.language.diagnostics import hinted
 from service.questions.queries import EventFilter
 from service.records import RunRecord, RunStatus
 from service.store.log import EventLog
 from service.store.schema import cars, event_roles, events, role_names
-from service.texts.idle_chronicles import hinted
 from service.times import format_media
 
 _STATES: Mapping[RunStatus, str] = {
@@ -56,6 +55,8 @@ def _known(log: EventLog, what: str) -> set[str]:
     runs = log.runs()
     match what:
         case "type":
+            from service.monitoring.monitor_messages import messages_of_run  # loads all of chronicles and monitors
+
             given = {one.name for run in runs for one in run.chronicles}
             given |= {name for run in runs for name in messages_of_run(run)}
             emitted = {name for run in runs for one in run.chronicles for name in _EMITTED.findall(one.text)}

@@ -12,10 +12,8 @@ from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-from chronicles.chronicle_set import ChronicleSet
+from chronicles.chronicle_set import ChronicleSet, load_texts
 from chronicles.events import Event
-from dyknow.kpl.model import StreamDeclaration
-from dyknow.kpl.parser import parse_kpl
 from qsr.relations import RANK
 from qsr.settings import RelationSettings
 from service.errors import LogError
@@ -200,6 +198,11 @@ def unwatched_relations(
     return Unwatched(computed_relations(log, run, names, ground, window_us), ground.late_us)
 
 
+def chronicles_of(run: RunRecord) -> ChronicleSet:
+    """Compile the chronicles of a run again, from the texts that the log holds."""
+    return load_texts([(one.name, one.text) for one in run.texts])
+
+
 def relations_of(chronicles: ChronicleSet) -> frozenset[str]:
     """Name the relations that chronicles look at."""
     return frozenset[str]().union(*(plan.consumes for plan in chronicles.plans)) & RANK.keys()
@@ -219,5 +222,8 @@ def refuse_thinned(run: RunRecord) -> None:
 
 def _records_relations(kpl: str) -> bool:
     """Say whether a text hands all relation changes to the log."""
+    from dyknow.kpl.model import StreamDeclaration
+    from dyknow.kpl.parser import parse_kpl
+
     streams = [one for one in parse_kpl(kpl).statements if isinstance(one, StreamDeclaration)]
     return any(one.name.text == "recorded_relations" and not one.term.constraints for one in streams)

@@ -16,6 +16,7 @@ import numpy as np
 from dyknow.language.diagnostics import near
 from service.errors import TruthError
 from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.stored_events import chronicles_of
 from service.records import CarState, RunRecord
 from service.scoring.evaluate import (
     Evaluation,
@@ -29,7 +30,6 @@ from service.scoring.evaluate import (
 from service.scoring.pairs import BoolArray, FloatArray, IntArray, ground_pairs
 from service.scoring.truth_rows import nearest_times
 from service.store.log import EventLog, open_log
-from service.texts.chronicle_files import chronicles_of
 
 NEAR_M, LEAST_SHARE = 2.0, 0.7
 """Where a car was seen the truth has a vehicle so near; in so many cases at least, even if vision is poor."""

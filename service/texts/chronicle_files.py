@@ -16,7 +16,7 @@ from dyknow.language.diagnostics import Diagnostic, Reporter
 from qsr.relations import RANK
 from service.errors import InputError
 from service.monitoring.monitor_messages import NO_MESSAGES, Messages, check_uses, misuses
-from service.records import ChronicleRecord, RunRecord, SourceText
+from service.records import ChronicleRecord, SourceText
 from service.texts.text_streams import NEARLY, Stream, library_events, stream_of
 
 
@@ -134,11 +134,6 @@ def _is_empty(name: str, text: str) -> bool:
     reporter = Reporter({name: text})
     declarations = parse(text, name, reporter).declarations
     return not reporter.errors and not any(isinstance(one, model.Chronicle) for one in declarations)
-
-
-def chronicles_of(run: RunRecord) -> ChronicleSet:
-    """Compile the chronicles of a run again, from the texts that the log holds."""
-    return load_texts([(one.name, one.text) for one in run.texts])
 
 
 def with_relations(

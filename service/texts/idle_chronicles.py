@@ -10,7 +10,7 @@ from chronicles.compilation.plan import Plan
 from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.unfit_events import Reason, UnfitCounter, UnfitEvents
-from dyknow.language.diagnostics import suggest
+from dyknow.language.diagnostics import hinted
 from qsr.relations import RANK, RELATIONS
 
 ROAD_RELATIONS = frozenset(one.name for one in RELATIONS if one.frame in ("map", "road"))
@@ -147,12 +147,6 @@ def _looked_at(plan: Plan) -> dict[str, bool]:
     for name, is_needed in looked_at:
         found[name] = found.get(name, False) or is_needed
     return found
-
-
-def hinted(name: str, known: Iterable[str]) -> str:
-    """Say which known name is nearest, or which there are when they are few; "" if neither helps."""
-    hint = suggest(name, sorted(known)).text
-    return f"; {hint}" if hint else ""
 
 
 def _events(count: int) -> str:

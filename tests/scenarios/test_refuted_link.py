@@ -4,10 +4,9 @@ from pathlib import Path
 
 from chronicles.recogniser import recognise
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import stored_events
+from service.questions.stored_events import chronicles_of, stored_events
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
-from service.texts.chronicle_files import chronicles_of
 from tests.service.tracks import HEADER
 
 MET = """\

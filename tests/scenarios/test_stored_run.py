@@ -9,11 +9,10 @@ from chronicles.recogniser import recognise
 from service.cli.app import run
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import stored_events, unwatched_relations
+from service.questions.stored_events import chronicles_of, stored_events, unwatched_relations
 from service.records import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
-from service.texts.chronicle_files import chronicles_of
 from tests.conftest import Demo
 
 LIBRARY = Path(__file__).parents[2] / "chronicles" / "library"

@@ -12,7 +12,7 @@ from service.cli.app import run
 from service.errors import LogError, QueryError
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import Part, StoredEvents, stored_events
+from service.questions.stored_events import Part, StoredEvents, chronicles_of, stored_events
 from service.records import (
     ChronicleRef,
     EventDraft,
@@ -24,7 +24,7 @@ from service.records import (
     SubEvent,
 )
 from service.store.log import EventLog, open_log
-from service.texts.chronicle_files import chronicles_of, load_chronicle_files
+from service.texts.chronicle_files import load_chronicle_files
 from tests.conftest import Demo
 from tests.service.http import Client
 
