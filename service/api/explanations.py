@@ -15,6 +15,7 @@ import msgspec
 from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 
 from chronicles.explanation.json_form import to_json
+from service.collector import look_seldom
 from service.errors import UnansweredError
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.store.log import open_log
@@ -86,4 +87,5 @@ def _why_not(log: Path, question: AbsenceQuestion) -> bytes:
 
 @cache
 def _explainer(log: Path) -> Explainer:
+    look_seldom()
     return Explainer(open_log(f"sqlite:///{log}"))

@@ -4,7 +4,6 @@ Each command is a function in a module of its own that imports what it needs whe
 `dyknow --help` loads no video, no database and no web server.
 """
 
-import gc
 import os
 import sys
 import traceback
@@ -36,6 +35,7 @@ from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.texts import check, format_files, run_examples
+from service.collector import look_seldom
 from service.errors import QueryError, RunBusyError
 
 # A new command: write its function in its own module and add it here with an example; the order is that of
@@ -79,13 +79,10 @@ PACKAGES = ("service", "gis", "vision", "anchoring", "qsr", "chronicles", "dykno
 # An error whose class comes from one of these says something about the user's input.
 INPUT_ERROR_MODULES = frozenset(f"{package}.errors" for package in PACKAGES)
 
-# To load a command makes many objects that all stay: looking through them at every 700 takes a tenth of a second.
-_NEW_OBJECTS = 50_000
-
 
 def main() -> None:
     """Run the command line of this process and leave with its exit code."""
-    gc.set_threshold(_NEW_OBJECTS)
+    look_seldom()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # a file name that is no text is printed as its bytes
     if foreign := foreign_package():
