@@ -41,7 +41,7 @@ def traffic(count: int, frames: int, *, rate_hz: float = 25.0, seed: int = 1) ->
         noisy_m = along_m + rng.normal(0.0, 0.1, count)
         across = across_m + rng.normal(0.0, 0.1, count)
         result.append(
-            Footprints(
+            Footprints.of(
                 t_us=frame * int(1e6 / rate_hz),
                 ids=ids,
                 centre_m=np.stack([noisy_m, across + 200.0 * road], axis=1),

@@ -109,7 +109,7 @@ def frames_of(
         x_m, y_m, heading_rad, speed_mps, length_m, width_m = values[start:end].T
         centre_m = np.column_stack((x_m, y_m))
         at = network.locate(centre_m)
-        yield Footprints(
+        yield Footprints.of(
             t_us=int(t_us[start]),
             ids=tuple(vehicles[start:end]),
             centre_m=centre_m,

@@ -123,7 +123,7 @@ def _earlier(value: HasCars) -> list[Footprints]:
 
 
 def _footprints(cars: Cars) -> Footprints:
-    return Footprints(
+    return Footprints.of(
         t_us=cars.t_us,
         ids=cars.ids,
         centre_m=cars.centre_m,

@@ -51,9 +51,9 @@ class RelationObserver:
     Examples
     --------
     >>> def frame(t_us, along_m):                        # b drives 10 m in front of a, on no road
-    ...     return Footprints(t_us, ("a", "b"), np.array([[along_m, 0.0], [10.0, 3.0]]), np.zeros(2), np.full(2, 9.0),
-    ...                       np.full(2, 4.0), np.full(2, 2.0), np.full(2, -1, np.int32), np.full(2, np.nan),
-    ...                       np.full(2, np.nan), np.full(2, np.nan), np.full(2, -1, np.int32))
+    ...     centre_m = np.array([[along_m, 0.0], [10.0, 3.0]])
+    ...     return Footprints.of(t_us, ("a", "b"), centre_m=centre_m, heading_rad=np.zeros(2),
+    ...                          speed_mps=np.full(2, 9.0), length_m=np.full(2, 4.0), width_m=np.full(2, 2.0))
     >>> observer = RelationObserver((), ())
     >>> sorted(change.name for change in observer.observe(frame(0, 0.0)) if change.new and change.args == ("a", "b"))
     ['behind', 'close', 'right', 'same_direction']

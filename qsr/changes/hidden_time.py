@@ -6,7 +6,6 @@ are those in which an object was seen already that has got its name only now.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -58,7 +57,7 @@ class HiddenTime:
         for rows in earlier:
             then = self._frames.get(rows.t_us)
             if then is not None and rows.ids:
-                seen = replace(rows, observed=np.ones(len(rows.ids), np.bool_))
+                seen = rows.having(observed=np.ones(len(rows.ids), np.bool_))
                 ids = (*known.ids, *[one for one in rows.ids if one not in known.ids])
                 at_once = pick_rows(rows.t_us, ids, (seen, then, known))
                 known = _unseen(at_once)
@@ -100,4 +99,4 @@ class HiddenTime:
 
 
 def _unseen(frame: Footprints) -> Footprints:
-    return replace(frame, observed=np.zeros(len(frame.ids), np.bool_))
+    return frame.having(observed=np.zeros(len(frame.ids), np.bool_))

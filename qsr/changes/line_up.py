@@ -1,7 +1,7 @@
 """Who is there in which frame, in which order, and what is known of who is not seen?"""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -28,7 +28,7 @@ class Seen:
         shown = self.footprints
         observed = shown.observed & ~np.array([one in objects for one in shown.ids], dtype=np.bool_)
         filled = [then.select([k for k, one in enumerate(then.ids) if one not in objects]) for then in self.filled]
-        return Seen(replace(shown, observed=observed), self.hidden, filled)
+        return Seen(shown.having(observed=observed), self.hidden, filled)
 
 
 class LineUp:

@@ -1,8 +1,8 @@
 """Where does every car stand, at one time? The input of the relations, and the table that pairs are measured from."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any  # columns are arrays of several types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar  # columns are arrays of several types
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +14,45 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 BoolArray = NDArray[np.bool_]
 LongArray = NDArray[np.int64]
+Rows = NDArray[np.void]
+
+_PLACES = ("road", "along_m", "across_m", "tangent_rad", "junction", "lane")
+_NUMBERS = ("heading_rad", "speed_mps", "length_m", "width_m", "along_m", "across_m", "tangent_rad", "sigma_m")
+BODY = np.dtype(
+    [
+        ("centre_m", np.float64, 2),
+        *((name, np.float64) for name in (*_NUMBERS, "confidence")),
+        *((name, np.int32) for name in ("road", "junction", "lane")),
+        *((name, np.bool_) for name in ("observed", "has_moved")),
+    ],
+    align=True,
+)
+"""A row of footprints: all that is known of one object at one time."""
+_NAMES = BODY.names or ()
+_USUAL = np.array(((np.nan, np.nan), *(np.nan for _ in _NUMBERS), 1.0, -1, -1, -1, True, True), BODY)
+
+Array = TypeVar("Array")
+
+
+class _Column(Generic[Array]):
+    """A column of the rows that footprints hold."""
+
+    def __set_name__(self, _: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, footprints: "Footprints", _: type) -> Array:
+        return footprints.rows[self._name]  # type: ignore[return-value]  # of the type that BODY says
 
 
 @dataclass(frozen=True, slots=True)
 class Footprints:
-    """Hold the bodies of all objects at one time; entry k of every array belongs to ``ids[k]``.
+    """Hold the bodies of all objects at one time; row k is that of ``ids[k]``. Made by `Footprints.of`.
 
     Attributes
     ----------
     t_us : time of the frame, microseconds.
     ids : n identifiers, all different, in any order.
+    rows : (n,) of `BODY`, whose columns are attributes too.
     centre_m : (n, 2) centres of the bodies, local east/north frame.
     heading_rad : (n,) direction of the nose; 0 east, counter-clockwise.
     speed_mps, length_m, width_m : (n,).
@@ -31,36 +60,61 @@ class Footprints:
     along_m, across_m : (n,) position on that road's reference line, across positive to the left; nan off the roads.
     tangent_rad : (n,) direction of that line there; nan off the roads.
     junction : (n,) int32, index of the junction under the centre; -1 for none.
-    lane : (n,) int32, index of the lane under the centre; -1 for none, and everywhere if left out.
-    observed : (n,) bool, whether the object was seen in this frame, else it is only predicted; True if left out.
+    lane : (n,) int32, index of the lane under the centre; -1 for none.
+    observed : (n,) bool, whether the object was seen in this frame, else it is only predicted.
     has_moved : (n,) bool, False of what has stood since it was seen first: it may be no vehicle, and takes part in no
-        pair; True if left out.
-    sigma_m : (n,) standard deviation of each coordinate of the centre; nan where that is not known, or if left out.
-    confidence : (n,) how sure it is that the object is one vehicle; 1 if left out.
-
-    Raises
-    ------
-    QsrError
-        If an array has another length than ``ids``, or an identifier comes twice.
+        pair.
+    sigma_m : (n,) standard deviation of each coordinate of the centre; nan where that is not known.
+    confidence : (n,) how sure it is that the object is one vehicle.
     """
 
     t_us: int
     ids: tuple[str, ...]
-    centre_m: FloatArray
-    heading_rad: FloatArray
-    speed_mps: FloatArray
-    length_m: FloatArray
-    width_m: FloatArray
-    road: IntArray
-    along_m: FloatArray
-    across_m: FloatArray
-    tangent_rad: FloatArray
-    junction: IntArray
-    lane: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
-    observed: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    has_moved: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    sigma_m: FloatArray = field(default_factory=lambda: np.zeros(0))
-    confidence: FloatArray = field(default_factory=lambda: np.zeros(0))
+    rows: Rows
+
+    centre_m = _Column[FloatArray]()
+    heading_rad = _Column[FloatArray]()
+    speed_mps = _Column[FloatArray]()
+    length_m = _Column[FloatArray]()
+    width_m = _Column[FloatArray]()
+    road = _Column[IntArray]()
+    along_m = _Column[FloatArray]()
+    across_m = _Column[FloatArray]()
+    tangent_rad = _Column[FloatArray]()
+    junction = _Column[IntArray]()
+    lane = _Column[IntArray]()
+    observed = _Column[BoolArray]()
+    has_moved = _Column[BoolArray]()
+    sigma_m = _Column[FloatArray]()
+    confidence = _Column[FloatArray]()
+
+    @staticmethod
+    def of(t_us: int, ids: Sequence[str], **columns: Any) -> "Footprints":
+        """Lay out objects by columns.
+
+        Parameters
+        ----------
+        columns : arrays of n entries by the names of `BODY`. What is left out is as usual: off the roads, seen, moved,
+            one vehicle for sure; numbers are not known.
+
+        Raises
+        ------
+        QsrError
+            If an array has another length than ``ids``, there is no such column, or an identifier comes twice.
+
+        Examples
+        --------
+        >>> shown = Footprints.of(0, ("a", "b"), centre_m=np.zeros((2, 2)), speed_mps=np.full(2, 20.0))
+        >>> shown.speed_mps.tolist(), shown.road.tolist()
+        ([20.0, 20.0], [-1, -1])
+        """
+        if len(set(ids)) != len(ids):
+            raise QsrError(f"footprints at {t_us} us: expected different ids, got {tuple(ids)!r}")
+        return Footprints(t_us, tuple(ids), bodies(len(ids), **columns))
+
+    def having(self, **columns: Any) -> "Footprints":
+        """Give the same objects with other values in some columns; see `of`."""
+        return Footprints(self.t_us, self.ids, _filled(self.rows.copy(), columns))
 
     def select(self, rows: Sequence[int]) -> "Footprints":
         """Keep some of the objects.
@@ -69,41 +123,31 @@ class Footprints:
         ----------
         rows : which, in the order in which they are to stand.
         """
-        arrays = {name: getattr(self, name)[list(rows)] for name in _COLUMNS}
-        return Footprints(t_us=self.t_us, ids=tuple(self.ids[row] for row in rows), **arrays)
+        return Footprints(self.t_us, tuple(self.ids[row] for row in rows), self.rows[list(rows)])
 
     def __deepcopy__(self, memo: object) -> "Footprints":
         """Copy nothing: nobody writes into footprints."""
         return self
 
-    def __post_init__(self) -> None:
-        """Check the sizes once, at the border."""
-        count = len(self.ids)
-        usual = {"observed": np.True_, "has_moved": np.True_, "sigma_m": np.nan, "confidence": 1.0}
-        for name, value in ({"lane": np.int32(-1)} | usual).items():
-            if not len(getattr(self, name)):
-                object.__setattr__(self, name, np.full(count, value))
-        if len(set(self.ids)) != count:
-            raise QsrError(f"footprints at {self.t_us} us: expected different ids, got {self.ids!r}")
-        if self.centre_m.shape != (count, 2):
-            raise QsrError(
-                f"footprints at {self.t_us} us: centre_m must have shape {(count, 2)!r}, got {self.centre_m.shape!r}"
-            )
-        rows = (self.heading_rad, self.speed_mps, self.length_m, self.width_m)
-        places = (self.road, self.along_m, self.across_m, self.tangent_rad, self.junction, self.lane)
-        for row in (*rows, *places, self.observed, self.has_moved, self.sigma_m, self.confidence):
-            if row.shape != (count,):
-                raise QsrError(
-                    f"footprints at {self.t_us} us: every array must have {count} entries, got {row.shape!r}"
-                )
+
+def bodies(count: int, **columns: Any) -> Rows:
+    """Lay out the rows of footprints by columns; see `Footprints.of`."""
+    return _filled(np.full(count, _USUAL), columns)
 
 
-_COLUMNS = tuple(one.name for one in fields(Footprints) if one.name not in ("t_us", "ids"))
+def _filled(rows: Rows, columns: Mapping[str, Any]) -> Rows:
+    for name, column in columns.items():
+        if name not in _NAMES:
+            raise QsrError(f"footprints: expected columns of {_NAMES!r}, got {name!r}")
+        if column.shape != rows[name].shape:
+            raise QsrError(f"footprints: {name} must have shape {rows[name].shape!r}, got {column.shape!r}")
+        rows[name] = column
+    return rows
 
 
 def on_roads(places: RoadPositions) -> dict[str, Any]:
     """Give the columns of footprints that say where their centres are on a road network."""
-    return {name: getattr(places, name) for name in ("road", "along_m", "across_m", "tangent_rad", "junction", "lane")}
+    return {name: getattr(places, name) for name in _PLACES}
 
 
 def pick_rows(t_us: int, ids: Sequence[str], sources: Sequence[Footprints]) -> Footprints:
@@ -118,24 +162,22 @@ def pick_rows(t_us: int, ids: Sequence[str], sources: Sequence[Footprints]) -> F
     Examples
     --------
     >>> def at(x_m, *ids):
-    ...     none, off = np.full(len(ids), np.nan), np.full(len(ids), -1, np.int32)
-    ...     return Footprints(0, ids, np.full((len(ids), 2), x_m), none, none, none, none, off, none, none, none, off)
+    ...     return Footprints.of(0, ids, centre_m=np.full((len(ids), 2), x_m))
     >>> pick_rows(9, ("c", "a"), (at(1.0, "a", "b"), at(2.0, "a", "c"))).centre_m[:, 0].tolist()
     [2.0, 1.0]
     """
     names = [one for source in sources for one in source.ids]
     row_of = {one: len(names) - 1 - k for k, one in enumerate(reversed(names))}
-    rows = [row_of[one] for one in ids]
-    arrays = {name: np.concatenate([getattr(source, name) for source in sources])[rows] for name in _COLUMNS}
-    return Footprints(t_us=t_us, ids=tuple(ids), **arrays)
+    rows = np.concatenate([source.rows for source in sources])
+    return Footprints(t_us, tuple(ids), rows[[row_of[one] for one in ids]])
 
 
 def stacked(frames: Sequence[Footprints]) -> Footprints:
     """Lay the objects of one or more frames behind each other, as if they were those of one, with numbers for names."""
     if len(frames) == 1:
         return frames[0]
-    arrays = {name: np.concatenate([getattr(one, name) for one in frames]) for name in _COLUMNS}
-    return Footprints(frames[0].t_us, tuple(map(str, range(len(arrays["centre_m"])))), **arrays)
+    rows = np.concatenate([one.rows for one in frames])
+    return Footprints(frames[0].t_us, tuple(map(str, range(len(rows)))), rows)
 
 
 # Rows of the object table.

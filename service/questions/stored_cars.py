@@ -6,7 +6,7 @@ saw for a while stands where it was, unseen, until it has rows again; then it is
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby
+from itertools import groupby, pairwise
 from operator import itemgetter
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from anchoring.observations import nowhere
 from gis.road_network import RoadNetwork
 from qsr.changes.line_up import Seen
-from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, LongArray, on_roads
+from qsr.measuring.footprints import BODY, BoolArray, FloatArray, Footprints, LongArray, Rows, bodies, on_roads
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.records import RunRecord
 from service.store.log import EventLog
@@ -22,14 +22,10 @@ from service.store.log import EventLog
 # So much is shown at once: a frame has too few cars to be worth a call of its own.
 _AT_ONCE_US = 20_000_000
 
-# The columns of a table of rows. Those of the log, and the places of the rows on the roads behind them.
-_KEYS = ("t_us", "linked", "x_m", "y_m")
 _AS_THEY_ARE = ("heading_rad", "speed_mps", "length_m", "width_m", "has_moved", "sigma_m", "confidence")
-_STORED = (*_KEYS, *_AS_THEY_ARE)
-_T_US, _SEEN, _X_M, _Y_M = range(len(_KEYS))
-_PLACES = {name: column.dtype for name, column in on_roads(nowhere(0)).items()}
+_STORED = ("t_us", "linked", "x_m", "y_m", *_AS_THEY_ARE)
+_ROW = np.dtype([("t_us", np.int64), ("body", BODY)])
 _ALWAYS = ((-math.inf, math.inf),)
-_TYPES = dict.fromkeys(_AS_THEY_ARE, np.dtype(np.float64)) | {"has_moved": np.dtype(np.bool_)} | _PLACES
 
 
 def seen_frames(
@@ -72,9 +68,9 @@ class _Cars:
         self._named = _named(log, run)
         self._last_us = {one.car: one.last_us for one in log.cars(run.id)}
         self._there: list[str] = []  # who was in the last frame, and their latest rows
-        self._latest: FloatArray = np.zeros((0, len(_STORED) + len(_PLACES)))
+        self._latest: Rows = np.zeros(0, _ROW)
         # Rows of cars that have no name yet, or that nobody sees: they count once it is seen with its name.
-        self._before: dict[str, list[FloatArray]] = {}
+        self._before: dict[str, list[Rows]] = {}
 
     def seen(self, frames_us: LongArray, names: Sequence[str], columns: FloatArray) -> list[Seen]:
         """Show frames.
@@ -83,12 +79,12 @@ class _Cars:
         ----------
         frames_us : (frames,) rising.
         names : of the cars of the rows of these times, by time.
-        columns : (`_STORED`, rows) of them; written into.
+        columns : (`_STORED`, rows) of them.
         """
-        rows = self._with_places(names, columns)
-        frame_of = frames_us.searchsorted(rows[:, _T_US]).clip(max=len(frames_us) - 1)
+        rows = self._rows(names, columns)
+        frame_of = frames_us.searchsorted(rows["t_us"]).clip(max=len(frames_us) - 1)
         has_name = {name: self._has_name(name, frames_us) for name in {*names, *self._there}}
-        counts = frames_us[frame_of] == rows[:, _T_US]
+        counts = frames_us[frame_of] == rows["t_us"]
         counts &= np.array([has_name[name][k] for name, k in zip(names, frame_of.tolist(), strict=True)], np.bool_)
         filled = self._filled(names, rows, counts)
         named = counts.nonzero()[0]
@@ -103,14 +99,16 @@ class _Cars:
         is_there = (latest >= 0) & (frames_us[:, None] <= [self._last_us[name] for name in cars])
         for k, name in enumerate(cars):
             is_there[:, k] &= has_name[name]
-        table = np.vstack([self._latest, rows])
-        shown = table[latest[is_there]]
-        shown[:, _SEEN] *= shown[:, _T_US] == frames_us.repeat(is_there.sum(axis=1))
+        rows = np.concatenate([self._latest, rows])
+        shown = rows[latest[is_there]]
+        shown["body"]["observed"] &= shown["t_us"] == frames_us.repeat(is_there.sum(axis=1))
         ids = [tuple([cars[k] for k in one.nonzero()[0]]) for one in is_there]
-        self._there, self._latest = list(ids[-1]), table[latest[-1, is_there[-1]]]
+        self._there, self._latest = list(ids[-1]), rows[latest[-1, is_there[-1]]]
         self._before = {name: some for name, some in self._before.items() if self._last_us[name] > frames_us[-1]}
-        footprints = _footprints(frames_us.tolist(), ids, shown)
-        return [Seen(one, {}, filled.get(one.t_us, ())) for one in footprints]
+        ends = is_there.sum(axis=1).cumsum().tolist()
+        bodies = [shown["body"][start:end] for start, end in pairwise([0, *ends])]
+        frames = map(Footprints, frames_us.tolist(), ids, bodies)
+        return [Seen(one, {}, filled.get(one.t_us, ())) for one in frames]
 
     def _has_name(self, name: str, frames_us: LongArray) -> BoolArray:
         spans = self._named.get(name, _ALWAYS)
@@ -118,27 +116,32 @@ class _Cars:
             np.logical_or.reduce([(start_us <= frames_us) & (frames_us < end_us) for start_us, end_us in spans])
         )
 
-    def _with_places(self, names: Sequence[str], columns: FloatArray) -> FloatArray:
-        """Add the places on the roads, (rows, columns); a car is not seen where another one was taken for it."""
-        if self._taken_for_others:
-            for k, (name, t_us) in enumerate(zip(names, columns[_T_US].tolist(), strict=True)):
-                for link in self._taken_for_others.get(name, ()):
-                    if link.start_us <= t_us and (link.end_us is None or t_us < link.end_us):
-                        columns[_SEEN, k] = 0.0
-        network, centre_m = self._network, columns[[_X_M, _Y_M]].T
-        places = nowhere(len(names)) if network is None else network.locate(centre_m, tolerance_m=self._tolerance_m)
-        return np.vstack([columns, *on_roads(places).values()]).T
+    def _rows(self, names: Sequence[str], columns: FloatArray) -> Rows:
+        """Lay out rows with their places on the roads; a car is not seen where another one was taken for it."""
+        t_us, is_seen, *centre_m = columns[:4]
+        is_seen = is_seen > 0
+        for k, (name, then_us) in enumerate(zip(names, t_us.tolist(), strict=True) if self._taken_for_others else ()):
+            for link in self._taken_for_others.get(name, ()):
+                if link.start_us <= then_us and (link.end_us is None or then_us < link.end_us):
+                    is_seen[k] = False
+        network, at_m, count = self._network, np.array(centre_m).T, len(names)
+        places = nowhere(count) if network is None else network.locate(at_m, tolerance_m=self._tolerance_m)
+        told = dict(zip(_AS_THEY_ARE, columns[4:], strict=True))
+        rows = np.empty(count, _ROW)
+        rows["t_us"] = t_us
+        rows["body"] = bodies(count, centre_m=at_m, observed=is_seen, **told, **on_roads(places))
+        return rows
 
-    def _filled(self, names: Sequence[str], rows: FloatArray, counts: BoolArray) -> dict[int, list[Footprints]]:
+    def _filled(self, names: Sequence[str], rows: Rows, counts: BoolArray) -> dict[int, list[Footprints]]:
         """Say for frames where the cars were before that are seen again there, or have got their name."""
-        is_known = counts & (rows[:, _SEEN] > 0)
+        is_known = counts & rows["body"]["observed"]
         waiting = self._before.keys() | {names[k] for k in (~is_known).nonzero()[0].tolist()}
-        found: dict[int, list[tuple[str, FloatArray]]] = {}
-        for name, row, is_one in zip(names, rows, is_known.tolist(), strict=True):
+        found: dict[int, list[tuple[str, Rows]]] = {}
+        for k, (name, is_one) in enumerate(zip(names, is_known.tolist(), strict=True)):
             if name in waiting and not is_one:
-                self._before.setdefault(name, []).append(row.copy())
+                self._before.setdefault(name, []).append(rows[k : k + 1].copy())
             elif name in self._before:
-                found.setdefault(int(row[_T_US]), []).extend((name, one) for one in self._before.pop(name))
+                found.setdefault(int(rows["t_us"][k]), []).extend((name, one) for one in self._before.pop(name))
         return {t_us: list(_by_time(some)) for t_us, some in found.items()}
 
 
@@ -162,20 +165,9 @@ def _taken_for_others(log: EventLog, run: RunRecord) -> dict[str, list[IdentityL
     return {car: links for car, links in wrong.items() if links}
 
 
-def _by_time(rows: Iterable[tuple[str, FloatArray]]) -> Iterator[Footprints]:
+def _by_time(rows: Iterable[tuple[str, Rows]]) -> Iterator[Footprints]:
     """Lay out rows of cars, those of one time together."""
-    timed = sorted(((int(row[_T_US]), name, row) for name, row in rows), key=itemgetter(0))
+    timed = sorted(((int(row["t_us"][0]), name, row["body"]) for name, row in rows), key=itemgetter(0))
     for t_us, group in groupby(timed, itemgetter(0)):
-        _, names, table = zip(*group, strict=True)
-        yield from _footprints([t_us], [names], np.array(table))
-
-
-def _footprints(times_us: Sequence[int], ids: Sequence[tuple[str, ...]], table: FloatArray) -> Iterator[Footprints]:
-    """Lay out the rows of some frames, those of each behind those of the one before."""
-    named = zip(_TYPES.items(), table[:, len(_KEYS) :].T, strict=True)
-    columns = {name: column.astype(dtype) for (name, dtype), column in named}
-    columns |= {"centre_m": table[:, [_X_M, _Y_M]], "observed": table[:, _SEEN] > 0}
-    start = 0
-    for t_us, names in zip(times_us, ids, strict=True):
-        some = slice(start, start := start + len(names))
-        yield Footprints(t_us=t_us, ids=names, **{name: column[some] for name, column in columns.items()})
+        _, names, some = zip(*group, strict=True)
+        yield Footprints(t_us, names, np.concatenate(some))

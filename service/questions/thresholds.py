@@ -208,7 +208,7 @@ def _footprints(cars: Sequence[CarState], is_on_road: BoolArray) -> Footprints:
     is_oncoming = np.cos(heading_rad[:half] - heading_rad[half:]) < 0
     turned_rad = np.concatenate([turned_rad, turned_rad + np.pi * is_oncoming])
     nowhere = np.full(len(cars), -1, np.int32)
-    return Footprints(
+    return Footprints.of(
         t_us=0,
         ids=tuple(map(str, range(len(cars)))),
         centre_m=centre_m,

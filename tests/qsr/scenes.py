@@ -96,7 +96,7 @@ def _frames(network: RoadNetwork, cars: Mapping[str, Knots], seed: int | None) -
 def footprints_at(network: RoadNetwork, t_us: int, ids: Sequence[str], states: FloatArray) -> Footprints:
     """Lay out cars of one size; states are (n, 4): x, y, heading and speed."""
     at = network.locate(states[:, :2])
-    return Footprints(
+    return Footprints.of(
         t_us=t_us,
         ids=tuple(ids),
         centre_m=states[:, :2],

@@ -1,7 +1,7 @@
 """What was told of traffic in which cars are not seen, or taken for others, and what of it stands in the end."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def road_observer() -> RelationObserver:
 def seen_traffic(rng: np.random.Generator) -> tuple[list[Footprints], set[Told]]:
     """Drive cars that are seen all the time; give the frames, and what is told of them."""
     frames = [
-        replace(frame, observed=np.ones(len(frame.ids), np.bool_))
+        frame.having(observed=np.ones(len(frame.ids), np.bool_))
         for frame in random_traffic(rng, frames=60, count=12, noise_m=0.1)
     ]
     told = road_observer()

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ def footprints(
     count = len(ids)
     centre_m = np.asarray(xy_m, dtype=np.float64).reshape(count, 2)
     none = np.full(count, np.nan)
-    return Footprints(
+    return Footprints.of(
         t_us=t_us,
         ids=tuple(ids),
         centre_m=centre_m,
@@ -91,7 +91,7 @@ def random_traffic(
         hidden ^= hiding.random(count) < np.where(hidden, 0.3, 0.1)
         order = rng.permutation(np.flatnonzero(seen))
         frame_of_all = _place(drivers, rng, t_us, order=order, centre_m=centre_m, body_rad=body_rad, noise_m=noise_m)
-        yield replace(frame_of_all, observed=~hidden[order])
+        yield frame_of_all.having(observed=~hidden[order])
 
 
 def _draw_drivers(rng: np.random.Generator, count: int) -> _Drivers:
@@ -145,7 +145,7 @@ def _place(
     in_junction = drivers.on_road & (along_m > 60) & (along_m < 80)
     road = np.where(drivers.on_road & ~in_junction, np.where(along_m < 90, 0, 1), -1).astype(np.int32)
     on = road >= 0
-    return Footprints(
+    return Footprints.of(
         t_us=t_us,
         ids=tuple(f"car{k}" for k in order),
         centre_m=centre_m[order],

@@ -45,7 +45,7 @@ def tell(
         hidden = {name: frames[start].t_us for name, start in away.items() if name not in guessed}
         shown = frame.select([k for k, name in enumerate(frame.ids) if name not in hidden])
         observed = np.array([name not in guessed for name in shown.ids], np.bool_)
-        shown = replace(shown, observed=observed, centre_m=shown.centre_m + np.where(observed, 0.0, 9.0)[:, None])
+        shown = shown.having(observed=observed, centre_m=shown.centre_m + np.where(observed, 0.0, 9.0)[:, None])
         filled = [
             then.select([k for k, name in enumerate(then.ids) if back.get(name, number) <= past])
             for past, then in enumerate(
@@ -83,7 +83,7 @@ def test_nobody_nearly_met_unseen() -> None:
     def at(number: int) -> Footprints:
         x_m = [2.0 * number, 50.0]
         shown = footprints(number * 100_000, "ab", [[x_m[0], 0.0], [x_m[1], 0.0]], straight_road=True)
-        return replace(shown, speed_mps=np.array([20.0, 0.0]))
+        return shown.having(speed_mps=np.array([20.0, 0.0]))
 
     def told(hidden: range) -> set[Value]:
         observer, values = RelationObserver(("road",), ("cross",), only=["conflict"]), set[Value]()

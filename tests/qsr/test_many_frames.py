@@ -1,7 +1,6 @@
 """Frames that are observed many at once are told as if they were observed one by one."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,7 +25,7 @@ def hidden_traffic(rng: np.random.Generator, *, count: int) -> Iterator[Seen]:
     since_us: dict[str, int] = {}
     for frame in random_traffic(rng, frames=60, count=count, noise_m=float(rng.choice([0.0, 0.3]))):
         moving = rng.random(len(frame.ids)) < 0.95
-        whole = replace(frame, has_moved=moving, sigma_m=np.full(len(frame.ids), 0.02))
+        whole = frame.having(has_moved=moving, sigma_m=np.full(len(frame.ids), 0.02))
         earlier: list[Footprints] = []
         for one in sorted({*whole.ids, *lost}):
             if one in lost and one in whole.ids and rng.random() < 0.3:

@@ -1,7 +1,6 @@
 """Of two symbols on one vehicle, and of what never moved, nothing is said."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ def side_by_side(apart_m: list[float], *, sigma_m: float) -> Iterator[Footprints
     """Drive two cars 2 m wide beside each other, so far apart in each frame; a is a little ahead."""
     for number, lateral_m in enumerate(apart_m):
         frame = footprints(number * PERIOD_US, "ab", [[number + 1.0, 0.0], [number, lateral_m]], straight_road=True)
-        yield replace(frame, sigma_m=np.full(2, sigma_m))
+        yield frame.having(sigma_m=np.full(2, sigma_m))
 
 
 def told_beside(apart_m: list[float], *, sigma_m: float = 0.1) -> list[tuple[int, object, object]]:
@@ -47,7 +46,7 @@ def test_who_never_moved_is_in_no_relation_to_others_but_on_a_road() -> None:
     for number in range(6):
         xy_m = [[0.0, 0.0], [30.0, 0.0], [60.0, 3.0]]
         frame = footprints(number * PERIOD_US, "abc", xy_m, heading_rad=[0.0, 0.0, np.pi], straight_road=True)
-        told += observer.observe(replace(frame, has_moved=np.array([True, number > 3, True])))
+        told += observer.observe(frame.having(has_moved=np.array([True, number > 3, True])))
     assert changes_of(told, "on", "b", "road") == [(0, None, True)]
     assert changes_of(told, "behind", "a", "b") == [(400_000, None, True)]
     assert changes_of(told, "oncoming", "b", "c") == [(400_000, None, True)]

@@ -1,7 +1,7 @@
 """Who was taken for another car is told of as if that had not happened."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,9 +49,8 @@ def tell(frames: Sequence[Footprints], plans: Mapping[str, Sequence[Away]]) -> t
         hidden = {name: frames[one.start].t_us for name, one in away.items() if name not in wrong}
         shown = frame.select([k for k, name in enumerate(frame.ids) if name not in hidden])
         moved = np.array([name in wrong for name in shown.ids], np.bool_)[:, None]
-        shown = replace(
-            shown, centre_m=shown.centre_m + 15.0 * moved, lane=np.where(moved[:, 0], (shown.lane + 1) % 4, shown.lane)
-        )
+        lane = np.where(moved[:, 0], (shown.lane + 1) % 4, shown.lane)
+        shown = shown.having(centre_m=shown.centre_m + 15.0 * moved, lane=lane)
         found = back | {name: one for name, one in wrong.items() if one.wrong == number}
         filled = [
             then.select(rows)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def hairpin() -> Iterator[Footprints]:
     """Let a car stand while another one drives by on the same road, 80 m or so further along it."""
     for number in range(30):
         frame = footprints(number * PERIOD_US, ("a", "b"), [[0.0, 0.0], [number - 15.0, 8.0]], straight_road=True)
-        yield replace(frame, along_m=frame.along_m + np.array([0.0, 80.0]), across_m=np.zeros(2))
+        yield frame.having(along_m=frame.along_m + np.array([0.0, 80.0]), across_m=np.zeros(2))
 
 
 def nearing(*, speed_mps: float, noise_m: float = 0.0) -> Iterator[Footprints]:
@@ -43,13 +43,13 @@ def nearing(*, speed_mps: float, noise_m: float = 0.0) -> Iterator[Footprints]:
 def wide() -> Iterator[Footprints]:
     """Let a car pass one that stands 3.5 m aside; both seem to be 4 m wide."""
     for frame in nearing(speed_mps=15.0):
-        yield replace(frame, across_m=np.array([0.0, 3.5]), width_m=np.full(2, 4.0))
+        yield frame.having(across_m=np.array([0.0, 3.5]), width_m=np.full(2, 4.0))
 
 
 def doubled() -> Iterator[Footprints]:
     """Let a tracker that says how sure it is see a car drive through another one: the two are one vehicle."""
     for frame in nearing(speed_mps=15.0):
-        yield replace(frame, sigma_m=np.full(2, 0.1))
+        yield frame.having(sigma_m=np.full(2, 0.1))
 
 
 def aside() -> Iterator[Footprints]:
