@@ -36,8 +36,11 @@ class HiddenTime:
             return frame
         last = self._last or frame.select(())
         known = frozenset(last.ids)
-        present = [one for k, one in enumerate(frame.ids) if frame.observed[k] or one in known]
+        is_seen = frame.observed.tolist()
+        present = [one for k, one in enumerate(frame.ids) if is_seen[k] or one in known]
         kept = [one for one in hidden if one in known and one not in frame.ids]
+        if len(present) == len(frame.ids) and not kept:
+            return frame
         return pick_rows(frame.t_us, (*present, *kept), (frame, _unseen(last)))
 
     def moments(self, earlier: Sequence[Footprints]) -> Iterator[tuple[Footprints, frozenset[str]]]:

@@ -29,6 +29,7 @@ BODY = np.dtype(
 )
 """A row of footprints: all that is known of one object at one time."""
 _NAMES = BODY.names or ()
+_BYTES = np.dtype((np.void, BODY.itemsize))
 _USUAL = np.array(((np.nan, np.nan), *(np.nan for _ in _NUMBERS), 1.0, -1, -1, -1, True, True), BODY)
 
 Array = TypeVar("Array")
@@ -145,6 +146,11 @@ def _filled(rows: Rows, columns: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def joined(parts: Sequence[Rows]) -> Rows:
+    """Put rows behind each other, as plain bytes: field by field, as NumPy would, takes twenty times as long."""
+    return np.concatenate([part.view(_BYTES) for part in parts]).view(BODY)
+
+
 def on_roads(places: RoadPositions) -> dict[str, Any]:
     """Give the columns of footprints that say where their centres are on a road network."""
     return {name: getattr(places, name) for name in _PLACES}
@@ -168,7 +174,7 @@ def pick_rows(t_us: int, ids: Sequence[str], sources: Sequence[Footprints]) -> F
     """
     names = [one for source in sources for one in source.ids]
     row_of = {one: len(names) - 1 - k for k, one in enumerate(reversed(names))}
-    rows = np.concatenate([source.rows for source in sources])
+    rows = joined([source.rows for source in sources])
     return Footprints(t_us, tuple(ids), rows[[row_of[one] for one in ids]])
 
 
@@ -176,7 +182,7 @@ def stacked(frames: Sequence[Footprints]) -> Footprints:
     """Lay the objects of one or more frames behind each other, as if they were those of one, with numbers for names."""
     if len(frames) == 1:
         return frames[0]
-    rows = np.concatenate([one.rows for one in frames])
+    rows = joined([one.rows for one in frames])
     return Footprints(frames[0].t_us, tuple(map(str, range(len(rows)))), rows)
 
 

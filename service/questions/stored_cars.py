@@ -14,7 +14,7 @@ import numpy as np
 from anchoring.observations import nowhere
 from gis.road_network import RoadNetwork
 from qsr.changes.line_up import Seen
-from qsr.measuring.footprints import BODY, BoolArray, FloatArray, Footprints, LongArray, Rows, bodies, on_roads
+from qsr.measuring.footprints import BODY, BoolArray, FloatArray, Footprints, LongArray, Rows, bodies, joined, on_roads
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.records import RunRecord
 from service.store.log import EventLog
@@ -170,4 +170,4 @@ def _by_time(rows: Iterable[tuple[str, Rows]]) -> Iterator[Footprints]:
     timed = sorted(((int(row["t_us"][0]), name, row["body"]) for name, row in rows), key=itemgetter(0))
     for t_us, group in groupby(timed, itemgetter(0)):
         _, names, some = zip(*group, strict=True)
-        yield Footprints(t_us, names, np.concatenate(some))
+        yield Footprints(t_us, names, joined(some))
