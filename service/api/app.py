@@ -38,7 +38,7 @@ def create_app(
 
     Parameters
     ----------
-    log_url : `sqlite:///PATH`, or a path that ends in `.db`; the log is only read.
+    log_url : as `open_log` takes it; the log is only read.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
     within_s : how long an explanation may take.
 
@@ -70,7 +70,7 @@ def create_app(
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
-    add_routes(app.router, log, Explanations(log.file, within_s), library, version=version)
+    add_routes(app.router, log, Explanations(log.read_from.url, within_s), library, version=version)
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)

@@ -8,7 +8,6 @@ it only reads.
 import os
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import TypeVar
 
 import msgspec
@@ -33,11 +32,11 @@ class Explanations:
 
     Parameters
     ----------
-    log : its file.
+    log : its URL.
     within_s : how long an answer may take.
     """
 
-    def __init__(self, log: Path, within_s: float = ANSWERED_WITHIN_S) -> None:
+    def __init__(self, log: str, within_s: float = ANSWERED_WITHIN_S) -> None:
         self._log = log
         self._within_s = within_s
         self._limiter = CapacityLimiter(os.cpu_count() or 1)
@@ -62,7 +61,7 @@ class Explanations:
         """
         return await self._ask(_why_not, question)
 
-    async def _ask(self, explained: Callable[[Path, _About], _Answer], about: _About) -> _Answer:
+    async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
         try:
             with fail_after(self._within_s):
                 return await to_process.run_sync(explained, self._log, about, cancellable=True, limiter=self._limiter)
@@ -76,16 +75,16 @@ class Explanations:
 # What follows runs in such a process, which stays for the questions to come.
 
 
-def _why(log: Path, event_id: str) -> bytes | None:
+def _why(log: str, event_id: str) -> bytes | None:
     found = _explainer(log).explain_event(event_id)
     return None if found is None else msgspec.json.encode(found.as_record())
 
 
-def _why_not(log: Path, question: AbsenceQuestion) -> bytes:
+def _why_not(log: str, question: AbsenceQuestion) -> bytes:
     return msgspec.json.encode(to_json(_explainer(log).explain_absence(question)))
 
 
 @cache
-def _explainer(log: Path) -> Explainer:
+def _explainer(log: str) -> Explainer:
     look_seldom()
-    return Explainer(open_log(f"sqlite:///{log}"))
+    return Explainer(open_log(log))

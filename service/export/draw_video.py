@@ -13,7 +13,7 @@ from service.export.drawing import TRAIL_US, OverlayReader, draw_overlay
 from service.export.tracks import Views
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord
-from service.store.location import parse_log_url
+from service.store.location import log_files
 from service.store.log import open_log
 from vision.objects import ByteArray
 from vision.video.frames import Frame, open_video
@@ -30,7 +30,7 @@ def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str |
     LogError, InputError, VisionError
         If the log holds no camera for the video, the video ends before the time, or a file cannot be used.
     """
-    _check_target(out, video, parse_log_url(log_url))
+    _check_target(out, video, *log_files(log_url))
     for _, picture in _drawn_frames(video, log_url, from_us=at_us, to_us=None, run=run):
         if not cv2.imwrite(str(out), picture):
             raise InputError(f"{out}: expected a path that can be written, got a refusal")
@@ -48,7 +48,7 @@ def draw_video(
     LogError, VisionError, InputError
         If the log holds no camera for the video, no frame lies in the interval, or a file cannot be used.
     """
-    _check_target(out, video, parse_log_url(log_url))
+    _check_target(out, video, *log_files(log_url))
     drawn = _drawn_frames(video, log_url, from_us=from_us, to_us=to_us, run=run)
     first = next(drawn, None)
     if first is None:

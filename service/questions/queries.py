@@ -154,8 +154,8 @@ def find_role_names(log: EventLog, wanted: EventFilter) -> list[str]:
         asked.append((f"run_no IN (SELECT run_no FROM runs WHERE {text})", values))
     text, values = _all_of(asked or [_ANY])
     with log.connect() as connection:
-        query = f"SELECT DISTINCT role FROM role_names WHERE {text} ORDER BY role"
-        return list(connection.exec_driver_sql(query, values).scalars())
+        query = f"SELECT DISTINCT role FROM role_names WHERE {text}"
+        return sorted(_values(connection, query, *values))
 
 
 def find_last_seq(log: EventLog) -> int:
@@ -228,7 +228,7 @@ def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
     conditions.append(_IS_NEWEST)
     if wanted.runs:
         text, values = _all_of(_one_of("id", wanted.runs))
-        numbers = connection.exec_driver_sql(f"SELECT run_no FROM runs WHERE {text}", values).scalars()
+        numbers = _values(connection, f"SELECT run_no FROM runs WHERE {text}", *values)
         conditions += _one_of("events.run_no", tuple(numbers) or (-1,))
     if wanted.actors:
         conditions.append(_takes_part(connection, _one_of("event_roles.actor", wanted.actors)))
@@ -264,7 +264,7 @@ def _takes_part(connection: Connection, conditions: list[_Sql]) -> _Sql:
     """
     text, values = _all_of(conditions)
     some = f"SELECT seq FROM event_roles WHERE {text} LIMIT {_RARE_ROWS + 1}"
-    if _number(connection, f"SELECT count(*) FROM ({some})", *values) <= _RARE_ROWS:
+    if _number(connection, f"SELECT count(*) FROM ({some}) AS found", *values) <= _RARE_ROWS:
         return f"events.seq IN (SELECT seq FROM event_roles WHERE {text})", values
     return f"EXISTS (SELECT 1 FROM event_roles WHERE event_roles.seq = events.seq AND {text})", values
 
@@ -324,11 +324,12 @@ def _read_page(connection: Connection, plan: _Plan, *, limit: int, after: tuple[
     page = f"SELECT start_us, seq, body FROM events WHERE {text}"
     if len(plan.types) > 1:
         # The first rows of each type by its index, merged: cheaper than sorting all rows of all types.
-        of_type = f"SELECT * FROM ({page} AND type = ? ORDER BY {order} LIMIT {limit})"
-        page = f"SELECT * FROM ({' UNION ALL '.join([of_type] * len(plan.types))})"
+        of_type = f"SELECT * FROM ({page} AND type = ? ORDER BY {order} LIMIT {limit}) AS one"
+        page = f"SELECT * FROM ({' UNION ALL '.join([of_type] * len(plan.types))}) AS several"
         values = tuple(chain.from_iterable((*values, name) for name in plan.types))
     # One row, since the driver gives up the interpreter lock at each. JSON has no line ends but between its parts.
-    lines = f"SELECT group_concat(body, char(10)) FROM ({page} ORDER BY {order} LIMIT {limit})"
+    joined = _JOINED[connection.dialect.name]
+    lines = f"SELECT {joined} FROM ({page} ORDER BY {order} LIMIT {limit}) AS page"
     bodies: str | None = _value(connection, lines, *values)
     return bodies.split("\n") if bodies else []
 
@@ -343,7 +344,8 @@ def _key_range(plan: _Plan, after: tuple[int, int] | None) -> Iterator[_Sql]:
         yield f"(start_us, seq) {'<' if plan.is_descending else '>'} (?, ?)", after
 
 
-_ANY: _Sql = ("1", ())
+_JOINED = {"sqlite": "group_concat(body, char(10))", "postgresql": "string_agg(body, chr(10))"}
+_ANY: _Sql = ("1 = 1", ())
 _IS_NEWEST: _Sql = ("NOT EXISTS (SELECT 1 FROM revisions WHERE revised = events.id)", ())
 # The condition of an index, which is taken only where a query has it word for word.
 _IS_HIDDEN: _Sql = (f"events.status IN {HIDDEN_STATUSES!r}", ())
@@ -360,7 +362,13 @@ def _longest_us(connection: Connection, types: tuple[str, ...]) -> int:
 
 # Any: whatever the one column of the one row holds.
 def _value(connection: Connection, query: str, *values: object) -> Any:
-    return connection.exec_driver_sql(query, values).scalar()
+    return next(iter(_values(connection, query, *values)), None)
+
+
+def _values(connection: Connection, query: str, *values: object) -> Iterable[Any]:
+    if connection.dialect.name != "sqlite":
+        query = query.replace("?", "%s")
+    return connection.exec_driver_sql(query, values).scalars()
 
 
 def _number(connection: Connection, query: str, *values: object) -> int:

@@ -1,46 +1,85 @@
-"""Where does an event log lie?
+"""Which database does a user name?
 
-A log is named by `sqlite:///path` or by a plain path that ends in `.db`. Other schemes are refused here, in words,
-before anything is touched.
+A log is named by `sqlite:///path`, by a plain path that ends in `.db`, or by `postgresql+psycopg://...`. Other schemes
+are refused here, in words, before anything is touched.
 """
 
-import os
 import re
 from pathlib import Path
 
 from service.errors import LogError
+from service.store.database import Database
+from service.store.sqlite_file import SqliteFile
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _SQLITE = "sqlite:///"
+_POSTGRES = "postgresql+psycopg://"
+_WANTED = f"expected PATH.db, {_SQLITE}PATH or {_POSTGRES}..."
 
 
-def parse_log_url(url: str) -> Path:
-    """Turn the name of a log into the path of its SQLite file.
+def database_of(url: str) -> Database:
+    """Find the database of a log by its name.
 
     Raises
     ------
     LogError
         If the scheme is unknown, or the name has no scheme and does not end in `.db`.
+    """
+    if not url.startswith(_POSTGRES):
+        return SqliteFile(log_file(url))
+    from sqlalchemy.engine import make_url
+    from sqlalchemy.exc import ArgumentError
+
+    from service.store.postgres_server import PostgresServer
+
+    try:
+        return PostgresServer(make_url(url))
+    except (ArgumentError, ValueError) as error:
+        raise LogError(f"log: expected {_POSTGRES}USER:PASSWORD@HOST:PORT/DATABASE, got {str(error)!r}") from error
+
+
+def log_file(url: str) -> Path:
+    """Turn the name of a log into the path of its SQLite file.
+
+    Raises
+    ------
+    LogError
+        If it is none.
 
     Examples
     --------
-    >>> parse_log_url("sqlite:///out/demo.db").as_posix()
+    >>> log_file("sqlite:///out/demo.db").as_posix()
     'out/demo.db'
-    >>> parse_log_url("sqlite:////data/demo.db").as_posix()
+    >>> log_file("sqlite:////data/demo.db").as_posix()
     '/data/demo.db'
-    >>> parse_log_url("ftp://a")
+    >>> log_file("ftp://a")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    service.errors.LogError: log 'ftp://a': expected sqlite:///PATH or a path ending in .db, got scheme 'ftp'
+    service.errors.LogError: log 'ftp://a': expected PATH.db, ..., got scheme 'ftp'
     """
-    wanted = "expected sqlite:///PATH or a path ending in .db"
     scheme = _SCHEME.match(url)
     if scheme and not url.startswith(_SQLITE):
-        raise LogError(f"log {url!r}: {wanted}, got scheme {scheme[1]!r}")
+        raise LogError(f"log {url!r}: {_WANTED}, got scheme {scheme[1]!r}")
     path = url.removeprefix(_SQLITE)
     if not path or path == ":memory:" or (not scheme and not path.endswith(".db")):
-        raise LogError(f"log {url!r}: {wanted}, got {path!r}")
+        raise LogError(f"log {url!r}: {_WANTED}, got {path!r}")
     return Path(path)
+
+
+def shown(name: str) -> str:
+    """Give the name of a log as it may be shown, without a password.
+
+    Examples
+    --------
+    >>> shown("a.db"), shown("postgresql+psycopg://road:secret@db/log")
+    ('a.db', 'postgresql+psycopg://road:***@db/log')
+    """
+    return re.sub(r"(://[^/:@]*):[^/@]+@", r"\1:***@", name)
+
+
+def log_files(url: str) -> list[Path]:
+    """List the files that a log is read from: one, or none if it lies on a server."""
+    return [] if url.startswith(_POSTGRES) else [log_file(url)]
 
 
 def is_log_name(name: str) -> bool:
@@ -52,24 +91,3 @@ def is_log_name(name: str) -> bool:
     (True, True, False)
     """
     return _SCHEME.match(name) is not None or name.endswith(".db")
-
-
-def check_writable(path: Path) -> None:
-    """Refuse a place where a log cannot be written, without touching it.
-
-    Raises
-    ------
-    LogError
-        If the folder is missing, or the folder or file may not be written.
-    """
-    folder = path.parent
-    if not folder.is_dir():
-        came = "a file" if folder.exists() else "no such folder"
-        raise LogError(f"log {str(path)!r}: expected an existing folder {str(folder)!r}, got {came}")
-    target = path if path.exists() else folder
-    if path.is_dir():
-        raise LogError(f"log {str(path)!r}: expected a file, got a folder")
-    if not (os.access(target, os.W_OK) and os.access(folder, os.W_OK)):
-        raise LogError(
-            f"log {str(path)!r}: expected a writable folder and file, got {str(target)!r} without permission"
-        )

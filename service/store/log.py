@@ -19,7 +19,6 @@ import heapq
 import re
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
@@ -52,12 +51,11 @@ from service.store.chunks import (
     ChunkKind,
     Where,
 )
-from service.store.engine import explained, reading_engine, writing_engine
-from service.store.location import check_writable, parse_log_url
-from service.store.repeats import file_beside, remove_log, take_place
-from service.store.run_lock import RunLock
+from service.store.database import Database, Lock, explained
+from service.store.location import database_of
+from service.store.repeats import take_place
 from service.store.versions import create_schema, up_to_date
-from service.store.writer import RunWriter, insert_rows
+from service.store.writer import RunWriter, insert_rows, lock_seqs
 
 if TYPE_CHECKING:
     import numpy as np
@@ -79,7 +77,7 @@ def open_log(url: str, mode: Mode = "r") -> "EventLog":
 
     Parameters
     ----------
-    url : `sqlite:///PATH`, or a path that ends in `.db`.
+    url : `sqlite:///PATH`, a path that ends in `.db`, or `postgresql+psycopg://...`.
     mode : `r` reads a log that exists; `w` also writes runs. Opening for writing checks that the log can be
         written, but creates nothing: that is left to the first `begin_run`.
 
@@ -91,13 +89,12 @@ def open_log(url: str, mode: Mode = "r") -> "EventLog":
         If the URL is not understood, the file is missing (`r`) or cannot be written (`w`), is not a DyKnow log, or
         was written by a newer version.
     """
-    path = parse_log_url(url)
+    database = database_of(url)
     if mode == "w":
-        check_writable(path)
-    elif not path.is_file():
-        came = "a folder" if path.is_dir() else "no such file"
-        raise LogError(f"log {str(path)!r}: expected an event log, got {came}")
-    return EventLog(path, mode)
+        database.check_writable()
+    else:
+        database.check_readable()
+    return EventLog(database, mode)
 
 
 class EventLog:
@@ -107,15 +104,15 @@ class EventLog:
 
     Attributes
     ----------
-    path : the SQLite file.
-    file : what is read: the same, or a copy where an older log could not be carried over in its place.
+    place : where it lies.
+    read_from : what is read: the same, or a copy where an older log could not be carried over in its place.
     """
 
-    def __init__(self, path: Path, mode: Mode) -> None:
-        self.path = path
+    def __init__(self, place: Database, mode: Mode) -> None:
+        self.place = place
         self._mode = mode
         self._closing = ExitStack()
-        self.file = up_to_date(path, self._closing) if path.exists() else path
+        self.read_from = up_to_date(place, self._closing, may_be_empty=mode == "w") if place.exists() else place
         self._reading: Engine | None = None
         self._writing: Engine | None = None
 
@@ -134,41 +131,42 @@ class EventLog:
             the database refuses.
         """
         if self._mode != "w":
-            raise LogError(f"log {str(self.path)!r}: expected mode 'w' to begin a run, got {self._mode!r}")
+            raise LogError(f"log {self.place.name!r}: expected mode 'w' to begin a run, got {self._mode!r}")
         if not _RUN_ID.fullmatch(run.id):
             raise LogError(f"run: expected an identifier of 1 to 64 letters, digits, '.', '_' or '-', got {run.id!r}")
-        lock = RunLock(self.path, run.id)
+        lock = self.place.lock(run.id)
         self._closing.callback(lock.release)
         if self._writing is None:
-            self._writing = self._engine(self.path)
+            self._writing = self._engine(self.place)
         run_no = self._add_run(self._writing, run)
         if run_no is not None:
-            return RunWriter(self._writing, self.path, run_no, run, lock.release)
+            return RunWriter(self._writing, self.place, run_no, run, lock.release)
         return self._begin_repeat(run, lock)
 
-    def _begin_repeat(self, run: RunRecord, lock: RunLock) -> RunWriter:
+    def _begin_repeat(self, run: RunRecord, lock: Lock) -> RunWriter:
         """Start to write a run beside the log, in which it is already."""
-        beside = file_beside(self.path, run.id)
-        remove_log(beside)  # of a repeat that was killed
-        self._closing.callback(remove_log, beside)
+        beside = self.place.beside(run.id)
+        beside.remove()  # of a repeat that was killed
+        self._closing.callback(beside.remove)
         engine = self._engine(beside)
         run_no = self._add_run(engine, run)
         assert run_no is not None, beside
 
         def finish() -> bool:
             engine.dispose()
-            has_place = take_place(self.path, beside, run.id)
-            remove_log(beside)
+            has_place = take_place(self.place, beside, run.id)
+            beside.remove()
             lock.release()
             return has_place
 
-        return RunWriter(engine, self.path, run_no, run, finish)
+        return RunWriter(engine, self.place, run_no, run, finish)
 
     def _add_run(self, engine: Engine, run: RunRecord) -> int | None:
         """Put a run after all others and return its number; None if it is there."""
         table = schema.runs
-        with explained(self.path, "a log that can be written"), engine.begin() as connection:
+        with explained(self.place, "a log that can be written"), engine.begin() as connection:
             create_schema(connection)
+            lock_seqs(connection)  # one at a time takes a number
             if connection.scalar(select(table.c.run_no).where(table.c.id == run.id)) is not None:
                 return None
             run_no = (connection.scalar(select(func.max(table.c.run_no))) or 0) + 1
@@ -178,8 +176,8 @@ class EventLog:
             insert_rows(connection, table, [row])
         return run_no
 
-    def _engine(self, path: Path) -> Engine:
-        engine = writing_engine(path)
+    def _engine(self, database: Database) -> Engine:
+        engine = database.writing()
         self._closing.callback(engine.dispose)
         return engine
 
@@ -189,7 +187,7 @@ class EventLog:
 
     def has_finished(self, run_id: str) -> bool:
         """Tell whether a run is here and went to its end; a log that is not made yet has none."""
-        if not self.file.exists():
+        if not self.read_from.exists():
             return False
         with self.connect() as connection:
             if not inspect(connection).has_table(schema.runs.name):
@@ -201,9 +199,9 @@ class EventLog:
     def connect(self) -> Iterator[Connection]:
         """Give a connection for reading, in one transaction: everything read through it is one state of the log."""
         if self._reading is None:
-            self._reading = reading_engine(self.file)
+            self._reading = self.read_from.reading()
             self._closing.callback(self._reading.dispose)
-        with explained(self.path, "a log that can be read"), self._reading.begin() as connection:
+        with explained(self.place, "a log that can be read"), self._reading.begin() as connection:
             yield connection
 
     def runs(self) -> list[RunRecord]:
@@ -229,7 +227,7 @@ class EventLog:
         if len(found) == 1:
             return found[0]
         wanted = "the name of one run" if run_id is None else f"a run {run_id!r}"
-        raise NotInLogError(f"log {str(self.path)!r}: expected {wanted}, got {[run.id for run in runs]!r}")
+        raise NotInLogError(f"log {self.place.name!r}: expected {wanted}, got {[run.id for run in runs]!r}")
 
     def cars(self, run_id: str) -> list[CarRecord]:
         """List the car symbols of a run in the order of first sight."""
@@ -256,7 +254,7 @@ class EventLog:
         """
         from service.store.packing import numbers
 
-        return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES, from_us, to_us), names, log=str(self.path))
+        return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES, from_us, to_us), names, log=self.place.name)
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
         """Stream the vision objects of a run, ordered by time, then by name; none for a run without vision."""
@@ -364,7 +362,7 @@ class EventLog:
         from service.store.packing import unpacked
 
         chunks = self.chunks(run_id, kind, from_us, to_us)
-        return unpacked(kind, chunks, from_us=from_us, to_us=to_us, where=where, log=str(self.path))
+        return unpacked(kind, chunks, from_us=from_us, to_us=to_us, where=where, log=self.place.name)
 
     def chunks(
         self, run_id: str, kind: ChunkKind[Any], from_us: int | None = None, to_us: int | None = None
@@ -396,6 +394,7 @@ class EventLog:
         self, query: Select[Any], *, at_once: int = _ROWS_AT_ONCE
     ) -> Iterator[Any]:  # Any: a row has the types of the query's columns
         with self.connect() as connection:
+            query = query.execution_options(yield_per=at_once)  # nothing is read ahead, wherever rows come from
             for rows in connection.execute(query).partitions(at_once):
                 yield from rows
 

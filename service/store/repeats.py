@@ -1,32 +1,25 @@
 """How does a repeated run take the place of the one before? It is written beside the log, and moved in at its end.
 
-Until then readers see the run before, so a repeat that is killed loses nothing; its file is left for the next one to
+Until then readers see the run before, so a repeat that is killed loses nothing; its rows are left for the next one to
 replace. One that was stopped takes the place only of a run that came no further.
 """
 
-from pathlib import Path
+import re
+from collections.abc import Mapping
 from typing import Any
 
 from sqlalchemy import Connection, MetaData, Table, delete, func, insert, literal, select
 
 from service.store import schema
 from service.store.chunks import FRAMES
-from service.store.engine import explained, writing_engine
-from service.store.writer import take_seqs
+from service.store.database import Database, explained
+from service.store.writer import insert_rows, take_seqs
+
+_AT_ONCE = 1_000
+_SEQ = re.compile(r'"seq":\d+')
 
 
-def file_beside(log: Path, run_id: str) -> Path:
-    """Say where a repeat is written."""
-    return log.with_name(f"{log.name}-{run_id}.again")
-
-
-def remove_log(path: Path) -> None:
-    """Remove the file of a log that nobody has open, if there is one."""
-    for suffix in ("", "-wal", "-shm"):
-        path.with_name(path.name + suffix).unlink(missing_ok=True)
-
-
-def take_place(log: Path, beside: Path, run_id: str) -> bool:
+def take_place(log: Database, beside: Database, run_id: str) -> bool:
     """Replace a run of a log by the one that was written beside, in one transaction.
 
     Returns
@@ -38,23 +31,26 @@ def take_place(log: Path, beside: Path, run_id: str) -> bool:
     LogError
         If the database refuses.
     """
-    engine = writing_engine(log, beside=beside)
+    engine = log.writing(beside)
+    theirs = {
+        table: table.to_metadata(MetaData(), schema=beside.namespace) for table in schema.metadata.tables.values()
+    }
     try:
         with explained(log, "a log that can be written"), engine.begin() as connection:
             run_no = connection.scalar(select(schema.runs.c.run_no).where(schema.runs.c.id == run_id))
             assert run_no is not None, run_id
-            if not _came_as_far(connection, run_no):
+            if not _came_as_far(connection, run_no, theirs):
                 return False
             _delete(connection, run_no)
-            _move_in(connection, run_no)
+            _move_in(connection, run_no, theirs)
             return True
     finally:
         engine.dispose()
 
 
-def _came_as_far(connection: Connection, run_no: int) -> bool:
+def _came_as_far(connection: Connection, run_no: int, theirs: Mapping[Table, Table]) -> bool:
     old = _status_and_frames(connection, schema.runs, schema.chunks, run_no)
-    new = _status_and_frames(connection, _beside(schema.runs), _beside(schema.chunks), 1)
+    new = _status_and_frames(connection, theirs[schema.runs], theirs[schema.chunks], 1)
     return new[0] == "finished" or (old[0] != "finished" and new[1] >= old[1])
 
 
@@ -71,22 +67,25 @@ def _delete(connection: Connection, run_no: int) -> None:
         connection.execute(delete(table).where(table.c.run_no == run_no))
 
 
-def _move_in(connection: Connection, run_no: int) -> None:
+def _move_in(connection: Connection, run_no: int, theirs: Mapping[Table, Table]) -> None:
     """Copy all rows, with the number of the run and with new numbers for its events."""
-    events = _beside(schema.events)
+    events = theirs[schema.events]
     count = connection.scalar(select(func.max(events.c.seq))) or 0
     shift = take_seqs(connection, count) - 1
     for table in (schema.runs, schema.event_roles, *schema.RUN_TABLES):
-        source = _beside(table)
-        columns: dict[str, Any] = dict(source.c)  # Any: expressions of any type
+        columns: dict[str, Any] = dict(theirs[table].c)  # Any: expressions of any type
         if "run_no" in columns:
             columns["run_no"] = literal(run_no)
         if "seq" in columns:
-            columns["seq"] = source.c.seq + shift
+            columns["seq"] = columns["seq"] + shift
         if table is schema.events:  # the one body that tells its own number
-            columns["body"] = func.json_set(source.c.body, "$.seq", source.c.seq + shift)
-        connection.execute(insert(table).from_select(list(columns), select(*columns.values())))
+            bodies = connection.execute(select(*columns.values()).execution_options(yield_per=_AT_ONCE)).partitions()
+            for rows in bodies:
+                insert_rows(connection, table, [(*row[:-1], _with_seq(row[-1], row[0])) for row in rows])
+        else:
+            connection.execute(insert(table).from_select(list(columns), select(*columns.values())))
 
 
-def _beside(table: Table) -> Table:
-    return table.to_metadata(MetaData(), schema="beside")
+def _with_seq(body: str, seq: int) -> str:
+    """Give the text of an event its number; other numbers of that name may come behind it only."""
+    return _SEQ.sub(f'"seq":{seq}', body, count=1)

@@ -38,6 +38,7 @@ HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""
 
 metadata = MetaData()
+_IS_HIDDEN = column("status").in_(HIDDEN_STATUSES)
 
 
 class JsonArray(TypeDecorator[tuple[Any, ...]]):  # Any: of texts or numbers
@@ -115,7 +116,7 @@ events = Table(
     Index("events_by_road", "road", "start_us", "seq"),
     Index("events_by_run", "run_no", "start_us", "seq"),
     # Few among many.
-    Index("events_by_status", "status", "start_us", "seq", sqlite_where=column("status").in_(HIDDEN_STATUSES)),
+    Index("events_by_status", "status", "start_us", "seq", sqlite_where=_IS_HIDDEN, postgresql_where=_IS_HIDDEN),
 )
 
 event_roles = Table(

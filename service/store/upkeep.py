@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any  # rows of any kind
 
-from sqlalchemy import Connection, Delete, Update, delete, func, select, text, update
+from sqlalchemy import Connection, Delete, Update, delete, func, select, update
 
 from service.errors import LogError
 from service.store import schema
 from service.store.chunks import CHUNK_KINDS, FRAMES, SPAN_US, ChunkKind
 from service.store.columns import DamagedChunkError
-from service.store.engine import compact, explained, writing_engine
+from service.store.database import explained
 from service.store.log import EventLog
 from service.store.packing import PRUNED, opened, said_of_missing
 
@@ -68,8 +68,7 @@ def holdings(log: EventLog, run_id: str) -> list[Holding]:
 
 def damage(log: EventLog) -> Iterator[str]:
     """Read everything, and say what cannot be read; nothing if all is well."""
-    with log.connect() as connection:
-        yield from (f"database: {line}" for line in connection.scalars(text("PRAGMA quick_check")) if line != "ok")
+    yield from (f"database: {line}" for line in log.place.faults())
     for run in log.runs():
         for kind in CHUNK_KINDS.values():
             missing = ((span_us, why) for span_us, why in _unreadable(log, run.id, kind) if why != PRUNED)
@@ -119,9 +118,9 @@ def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run
     for kind in keep_us:
         if kind not in PRUNABLE:
             raise LogError(f"prune: expected kinds among {', '.join(PRUNABLE)}, got {kind!r}")
-    engine = writing_engine(log.path)
+    engine = log.place.writing()
     removed = dict.fromkeys(keep_us, (0, 0))
-    with explained(log.path, "a log that can be pruned"), engine.begin() as connection:
+    with explained(log.place, "a log that can be pruned"), engine.begin() as connection:
         for run in log.runs():
             before_us = {kind: now_utc_us - us - run.start_utc_us for kind, us in keep_us.items()}
             for kind, us in before_us.items() if run.start_from != "unknown" else ():
@@ -129,7 +128,7 @@ def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run
                 removed[kind] = removed[kind][0] + rows, removed[kind][1] + size_bytes
     engine.dispose()
     if not dry_run and any(rows for rows, _ in removed.values()):
-        compact(log.path)
+        log.place.compact()
     return [Pruned(kind, *counts) for kind, counts in removed.items()]
 
 

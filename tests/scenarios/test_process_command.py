@@ -86,7 +86,7 @@ def test_chronicle_with_an_error(capsys: pytest.CaptureFixture[str], tmp_path: P
 def test_unknown_log_url(capsys: pytest.CaptureFixture[str], scene: Path) -> None:
     code = process(scene / "video.mp4", "--site", scene / "site.toml", "--log", "mongodb://host/db")
     assert code == 3
-    assert "expected sqlite:///PATH or a path ending in .db, got scheme 'mongodb'" in capsys.readouterr().err
+    assert "got scheme 'mongodb'" in capsys.readouterr().err
 
 
 def test_trajectory_file_without_its_columns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -1,12 +1,12 @@
 """Builders of small event logs for the tests of the service."""
 
 import random
-import sqlite3
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any  # records of many kinds
 
 import msgspec
+from sqlalchemy import text
 
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import (
@@ -22,6 +22,7 @@ from service.records import (
     RunRecord,
     SubEvent,
 )
+from service.store import schema
 from service.store.log import open_log
 
 START_UTC_US = 1_777_622_400_000_000  # 2026-05-01T08:00:00Z
@@ -83,9 +84,9 @@ def state(t_us: int, car: str, x_m: float = 0.0, y_m: float = 0.0, **fields: obj
     return CarState(t_us=t_us, car=car, x_m=x_m, y_m=y_m, **(defaults | fields))  # type: ignore[arg-type]  # by name
 
 
-def write_log(path: Path, events: Sequence[EventDraft], *, record: RunRecord | None = None) -> str:
-    """Write one run with events alone; return the log's URL."""
-    url = f"sqlite:///{path}"
+def write_log(place: Path | str, events: Sequence[EventDraft], *, record: RunRecord | None = None) -> str:
+    """Write one run with events alone, into a file or where a URL says; return the log's URL."""
+    url = place if isinstance(place, str) else f"sqlite:///{place}"
     with open_log(url, "w") as log:
         writer = log.begin_run(record or run())
         writer.append_events(events)
@@ -93,9 +94,9 @@ def write_log(path: Path, events: Sequence[EventDraft], *, record: RunRecord | N
     return url
 
 
-def write_small_log(path: Path, record: RunRecord | None = None) -> str:
+def write_small_log(place: Path | str, record: RunRecord | None = None) -> str:
     """Write one run with a few rows of everything; return the log's URL."""
-    url = f"sqlite:///{path}"
+    url = place if isinstance(place, str) else f"sqlite:///{place}"
     with open_log(url, "w") as log:
         writer = log.begin_run(record or run())
         for frame in range(3):
@@ -140,13 +141,17 @@ def random_drafts(rng: random.Random, count: int, run_id: str = "r1") -> list[Ev
 
 def read_rows(url: str) -> list[EventRecord]:
     """Read every event that was ever written to a log, newest states or not, in the order of writing."""
-    with sqlite3.connect(url.removeprefix("sqlite:///")) as connection:
-        rows = connection.execute("select body from events order by seq").fetchall()
-    connection.close()
-    return [decode_event(body) for (body,) in rows]
+    with open_log(url) as log, log.connect() as connection:
+        return [decode_event(body) for body in connection.scalars(text("select body from events order by seq"))]
 
 
-def kept_rows(log: Path) -> dict[str, list[Any]]:
+def count_rows(url: str) -> dict[str, int]:
+    """Count the rows of every table."""
+    with open_log(url) as log, log.connect() as connection:
+        return {name: connection.scalar(text(f"select count(*) from {name}")) for name in schema.metadata.tables}
+
+
+def kept_rows(log: Path | str) -> dict[str, list[Any]]:
     """Read everything that the runs of a log keep, by kind, but what a clock measured."""
     kinds = (
         "states",
@@ -162,9 +167,8 @@ def kept_rows(log: Path) -> dict[str, list[Any]]:
     )
     with open_log(str(log)) as opened:
         found = {kind: [row for run in opened.runs() for row in getattr(opened, kind)(run.id)] for kind in kinds}
-    with sqlite3.connect(log) as connection:
-        found["events"] = connection.execute("select * from events order by seq").fetchall()
-    connection.close()
+        with opened.connect() as connection:
+            found["events"] = list(map(tuple, connection.execute(text("select * from events order by seq"))))
     return found
 
 

@@ -6,15 +6,18 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from sqlalchemy import text
 
 from service.errors import LogError
+from service.questions.queries import decode_event
 from service.records import CarRecord, LinkRecord, RelationRecord, RunStatus
 from service.store.log import open_log
-from tests.service.logs import overtake, random_drafts, read_all, run, state, write_log, write_small_log
+from tests.service.conftest import NewLog
+from tests.service.logs import count_rows, overtake, random_drafts, read_all, run, state, write_log, write_small_log
 
 
-def test_what_a_run_wrote_is_read_back(tmp_path: Path) -> None:
-    url = write_small_log(tmp_path / "a.db")
+def test_what_a_run_wrote_is_read_back(new_log: NewLog) -> None:
+    url = write_small_log(new_log())
     with open_log(url) as log:
         assert log.runs() == [run(status="finished")]
         assert list(log.frames("r1")) == [(1, 0), (2, 40_000), (3, 80_000)]
@@ -37,8 +40,8 @@ def test_what_a_run_wrote_is_read_back(tmp_path: Path) -> None:
         assert log.life_us("r1", ["j1"]) is None
 
 
-def test_states_come_in_the_order_of_time_and_first_sight(tmp_path: Path) -> None:
-    with open_log(write_small_log(tmp_path / "a.db")) as log:
+def test_states_come_in_the_order_of_time_and_first_sight(new_log: NewLog) -> None:
+    with open_log(write_small_log(new_log())) as log:
         states = list(log.states("r1"))
         assert [(one.t_us, one.car) for one in states[:3]] == [(0, "car7"), (0, "car10"), (40_000, "car7")]
         assert states[-1] == state(80_000, "car10", 9.0, 5.0, linked=False)
@@ -46,8 +49,8 @@ def test_states_come_in_the_order_of_time_and_first_sight(tmp_path: Path) -> Non
         assert list(log.states("r1", car="car99")) == []
 
 
-def test_an_event_comes_back_with_its_number_and_utc_times(tmp_path: Path) -> None:
-    (event,) = read_all(write_log(tmp_path / "a.db", [overtake(12_500_000)]))
+def test_an_event_comes_back_with_its_number_and_utc_times(new_log: NewLog) -> None:
+    (event,) = read_all(write_log(new_log(), [overtake(12_500_000)]))
     assert (event.id, event.seq, event.run, event.source) == ("r1-1", 1, "r1", "demo.mp4")
     assert (event.start, event.end) == ("2026-05-01T08:00:12.500000Z", "2026-05-01T08:00:15.500000Z")
     assert event.roles == {"overtaker": "car7", "overtaken": "car3"}
@@ -75,39 +78,39 @@ def test_closing_leaves_one_file(tmp_path: Path) -> None:
 
 def test_a_log_in_a_read_only_folder_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     url = write_log(tmp_path / "a.db", [overtake()])
-    monkeypatch.setattr("service.store.engine.os.access", lambda *_: False)
+    monkeypatch.setattr("service.store.sqlite_file.os.access", lambda *_: False)
     assert len(read_all(url)) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
 
 
 def test_a_read_only_folder_takes_no_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.store.location.os.access", lambda *_: False)
+    monkeypatch.setattr("service.store.sqlite_file.os.access", lambda *_: False)
     with pytest.raises(LogError, match=r"expected a writable folder and file, got '.*' without permission"):
         open_log(str(tmp_path / "a.db"), "w")
 
 
-def test_a_state_written_twice_is_refused(tmp_path: Path) -> None:
-    with open_log(str(tmp_path / "a.db"), "w") as log:
+def test_a_state_written_twice_is_refused(new_log: NewLog) -> None:
+    with open_log(new_log(), "w") as log:
         writer = log.begin_run(run())
         writer.append_states([state(0, "car1"), state(0, "car1")])
         with pytest.raises(LogError, match="car_states: expected one row of 'car1' at 0 us, got two"):
             writer.flush()
 
 
-def test_a_repeated_run_replaces_its_rows_and_no_others(tmp_path: Path) -> None:
-    path = tmp_path / "a.db"
-    write_small_log(path, run("other"))
-    write_small_log(path)
-    before = _counts(path)
-    write_small_log(path)
-    assert _counts(path) == before
-    events = read_all(str(path))
+def test_a_repeated_run_replaces_its_rows_and_no_others(new_log: NewLog) -> None:
+    url = new_log()
+    write_small_log(url, run("other"))
+    write_small_log(url)
+    before = count_rows(url)
+    write_small_log(url)
+    assert count_rows(url) == before
+    events = read_all(url)
     assert sorted(event.id for event in events) == ["other-1", "other-2", "r1-1", "r1-2"]
     assert sorted(event.seq for event in events) == [1, 2, 5, 6]  # numbers of replaced rows are not used again
 
 
-def test_a_killed_run_repeats_without_doubled_events(tmp_path: Path) -> None:
-    url = str(tmp_path / "a.db")
+def test_a_killed_run_repeats_without_doubled_events(new_log: NewLog) -> None:
+    url = new_log()
     with open_log(url, "w") as log:
         writer = log.begin_run(run())
         writer.append_events([overtake()])
@@ -116,35 +119,32 @@ def test_a_killed_run_repeats_without_doubled_events(tmp_path: Path) -> None:
     with open_log(url) as log:
         assert log.run().status == "running"
     assert len(read_all(url)) == 1
-    write_log(tmp_path / "a.db", [overtake(), overtake(20_000_000)])
+    write_log(url, [overtake(), overtake(20_000_000)])
     assert [event.id for event in read_all(url)] == ["r1-1", "r1-2"]
 
 
-def test_a_repeat_is_not_seen_before_it_is_finished(tmp_path: Path) -> None:
-    path = tmp_path / "a.db"
-    url = write_small_log(path)
-    before = _dump(path)
+def test_a_repeat_is_not_seen_before_it_is_finished(new_log: NewLog) -> None:
+    url = write_small_log(new_log())
+    before = count_rows(url), read_all(url)
     with open_log(url, "w") as log:
         writer = log.begin_run(run())
         writer.append_events([overtake()])
         writer.flush()
-        assert _dump(path) == before
+        assert (count_rows(url), read_all(url)) == before
         assert writer.finish("finished")
     assert [(event.id, event.seq, event.type) for event in read_all(url)] == [("r1-1", 3, "overtake")]
-    assert [one.name for one in tmp_path.iterdir()] == ["a.db"]
 
 
-def test_a_repeat_gives_the_same_rows_but_for_the_numbers_of_events(tmp_path: Path) -> None:
+def test_a_repeat_gives_the_same_rows_but_for_the_numbers_of_events(new_log: NewLog) -> None:
     drafts = random_drafts(random.Random(1), 50)
-    first = write_log(tmp_path / "a.db", drafts)
-    write_log(tmp_path / "b.db", drafts)
-    second = write_log(tmp_path / "b.db", drafts)
+    first, second = write_log(new_log(), drafts), write_log(new_log(), drafts)
+    write_log(second, drafts)
     shifted = [msgspec.structs.replace(event, seq=event.seq + 50) for event in read_all(first)]
     assert read_all(second) == shifted
-    with sqlite3.connect(tmp_path / "b.db") as connection:
-        query = "select count(*) from events where body = json(body) and seq = json_extract(body, '$.seq')"
-        assert connection.execute(query).fetchone() == (50,)
-    connection.close()
+    with open_log(second) as log, log.connect() as connection:
+        texts = connection.execute(text("select seq, body from events")).all()
+    assert [seq for seq, _ in texts] == [decode_event(body).seq for _, body in texts]
+    assert [body for _, body in texts] == [msgspec.json.encode(decode_event(body)).decode() for _, body in texts]
 
 
 @pytest.mark.parametrize(
@@ -158,16 +158,17 @@ def test_a_repeat_gives_the_same_rows_but_for_the_numbers_of_events(tmp_path: Pa
     ],
 )
 def test_a_run_is_replaced_by_a_repeat_that_came_as_far(
-    tmp_path: Path, old: tuple[RunStatus, int], new: tuple[RunStatus, int], stays: bool
+    new_log: NewLog, old: tuple[RunStatus, int], new: tuple[RunStatus, int], stays: bool
 ) -> None:
+    url = new_log()
     for number, (status, frames) in enumerate((old, new)):
-        with open_log(str(tmp_path / "a.db"), "w") as log:
+        with open_log(url, "w") as log:
             writer = log.begin_run(run())
             writer.append_frames(range(frames))
             writer.append_events([overtake(number)])
             assert writer.finish(status) is not (stays and number == 1)
-    assert [event.start_us for event in read_all(str(tmp_path / "a.db"))] == [0 if stays else 1]
-    with open_log(str(tmp_path / "a.db")) as log:
+    assert [event.start_us for event in read_all(url)] == [0 if stays else 1]
+    with open_log(url) as log:
         assert log.run().status == (old if stays else new)[0]
 
 
@@ -179,8 +180,8 @@ def test_a_repeat_that_is_given_up_leaves_nothing(tmp_path: Path) -> None:
     assert [one.name for one in tmp_path.iterdir()] == ["a.db"]
 
 
-def test_a_car_that_comes_back_after_a_flush_is_the_same_car(tmp_path: Path) -> None:
-    with open_log(str(tmp_path / "a.db"), "w") as log:
+def test_a_car_that_comes_back_after_a_flush_is_the_same_car(new_log: NewLog) -> None:
+    with open_log(new_log(), "w") as log:
         writer = log.begin_run(run())
         for t_us, cars in enumerate([("car1", "car2"), ("car2",), ("car3", "car1")]):
             writer.append_states([state(t_us, car) for car in cars])
@@ -193,8 +194,8 @@ def test_a_car_that_comes_back_after_a_flush_is_the_same_car(tmp_path: Path) -> 
         ]
 
 
-def test_readers_see_a_run_grow(tmp_path: Path) -> None:
-    url = str(tmp_path / "a.db")
+def test_readers_see_a_run_grow(new_log: NewLog) -> None:
+    url = new_log()
     with open_log(url, "w") as log:
         writer = log.begin_run(run())
         writer.append_events([overtake()])
@@ -203,14 +204,14 @@ def test_readers_see_a_run_grow(tmp_path: Path) -> None:
         assert len(read_all(url)) == 1
 
 
-def test_a_broken_run_says_why(tmp_path: Path) -> None:
-    with open_log(str(tmp_path / "a.db"), "w") as log:
+def test_a_broken_run_says_why(new_log: NewLog) -> None:
+    with open_log(new_log(), "w") as log:
         log.begin_run(run()).finish("broken", "demo.mp4 at 4000000 us: expected a frame, got damaged data")
         assert log.run("r1").reason.startswith("demo.mp4 at 4000000 us")
 
 
-def test_the_class_of_a_car_is_the_last_known_one(tmp_path: Path) -> None:
-    with open_log(str(tmp_path / "a.db"), "w") as log:
+def test_the_class_of_a_car_is_the_last_known_one(new_log: NewLog) -> None:
+    with open_log(new_log(), "w") as log:
         writer = log.begin_run(run())
         for t_us, name in [(0, "unknown"), (1, "truck"), (2, "unknown")]:
             writer.append_states([state(t_us, "car1", car_class=name)])
@@ -271,14 +272,14 @@ def test_a_run_identifier_must_be_plain(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_log_open_for_reading_takes_no_run(tmp_path: Path) -> None:
-    with open_log(write_log(tmp_path / "a.db", [])) as log, pytest.raises(LogError, match="expected mode 'w'"):
+def test_a_log_open_for_reading_takes_no_run(new_log: NewLog) -> None:
+    with open_log(write_log(new_log(), [])) as log, pytest.raises(LogError, match="expected mode 'w'"):
         log.begin_run(run())
 
 
-def test_naming_no_run_of_several_is_refused(tmp_path: Path) -> None:
-    write_log(tmp_path / "a.db", [], record=run("r1"))
-    with open_log(write_log(tmp_path / "a.db", [], record=run("r2"))) as log:
+def test_naming_no_run_of_several_is_refused(new_log: NewLog) -> None:
+    url = write_log(new_log(), [], record=run("r1"))
+    with open_log(write_log(url, [], record=run("r2"))) as log:
         with pytest.raises(LogError, match=r"expected the name of one run, got \['r1', 'r2'\]"):
             log.run()
         assert log.run("r2").id == "r2"
@@ -289,11 +290,3 @@ def _dump(path: Path) -> list[str]:
     lines = list(connection.iterdump())
     connection.close()
     return lines
-
-
-def _counts(path: Path) -> dict[str, int]:
-    connection = sqlite3.connect(path)
-    names = [name for (name,) in connection.execute("select name from sqlite_master where type = 'table'")]
-    counts = {name: connection.execute(f"select count(*) from {name}").fetchone()[0] for name in names}
-    connection.close()
-    return counts

@@ -57,7 +57,7 @@ def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
 
 def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there(log: Path) -> None:
     async def ask() -> None:
-        explanations = Explanations(log)
+        explanations = Explanations(str(log))
         with pytest.raises(UnansweredError, match="a process that was ended"):
             await explanations.why(Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
         assert await explanations.why("r1-99") is None
@@ -67,7 +67,7 @@ def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there
 
 def test_errors_come_from_the_process_as_they_are(log: Path) -> None:
     async def ask() -> None:
-        explanations = Explanations(log)
+        explanations = Explanations(str(log))
         with pytest.raises(LogError, match="expected one of its chronicles, got 'nothing'"):
             await explanations.why_not(_NO_QUESTION)
 
@@ -81,7 +81,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     transport = httpx.ASGITransport(app=app)
 
     async def ask() -> None:
-        explanations = Explanations(log)
+        explanations = Explanations(str(log))
         begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
         long = [asyncio.create_task(explanations.why(Acting(_begin, str(one)))) for one in begun]  # type: ignore[arg-type]
         while not all(one.exists() for one in begun):
@@ -97,7 +97,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     asyncio.run(ask())
 
 
-def _stay(_log: Path, _event_id: str) -> None:
+def _stay(_log: str, _event_id: str) -> None:
     """Take an hour, in place of an explanation."""
     time.sleep(3600.0)
 

@@ -11,8 +11,8 @@ from sqlalchemy import inspect
 
 from service.errors import LogError
 from service.store import schema
-from service.store.engine import reading_engine
 from service.store.log import open_log
+from service.store.sqlite_file import SqliteFile
 from tests.service.logs import read_all, run, write_log, write_small_log
 
 SCHEMA_2 = Path(__file__).with_name("schema_2.sql")  # what `write_small_log` wrote when the version was 2
@@ -74,7 +74,7 @@ def test_the_migrated_schema_is_that_of_a_new_log(tmp_path: Path) -> None:
 
     open_log(old_log(tmp_path / "a.db", without=LATE_TABLES)).close()
     write_log(tmp_path / "new.db", [])
-    engine, new = reading_engine(tmp_path / "a.db"), reading_engine(tmp_path / "new.db")
+    engine, new = (SqliteFile(tmp_path / name).reading() for name in ("a.db", "new.db"))
     with engine.begin() as connection:
         assert compare_metadata(MigrationContext.configure(connection), schema.metadata) == []
         described = {name: inspect(connection).get_columns(name) for name in NEW_TABLES}
@@ -94,7 +94,7 @@ def test_a_log_that_cannot_be_written_is_read_from_a_copy(
 ) -> None:
     url = old_log(tmp_path / "a.db")
     before = (tmp_path / "a.db").read_bytes()
-    monkeypatch.setattr("service.store.versions.can_write", lambda _: False)
+    monkeypatch.setattr(SqliteFile, "can_write", lambda _: False)
     assert [event.type for event in read_all(url)] == ["overtake", "pass"]
     assert (tmp_path / "a.db").read_bytes() == before
     assert "cannot be written, so it is read from a copy" in caplog.text

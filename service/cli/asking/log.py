@@ -25,15 +25,15 @@ def info(log: LogName, as_json: AsJson = False) -> None:
     from service.store.upkeep import holdings
 
     with open_log(log) as opened:
-        size_bytes = opened.path.stat().st_size
+        size_bytes = opened.place.size_bytes()
         runs = [(run, covered(opened, run), holdings(opened, run.id)) for run in opened.runs()]
     texts = [_about(run, time, held) for run, time, held in runs]
     records = [
         {"run": run.id, "source": run.source, "status": run.status, "covered": time, "holds": held}
         for run, time, held in runs
     ]
-    text = "\n".join([f"{opened.path}: {size_bytes:,} bytes", *texts])
-    show({"log": str(opened.path), "bytes": size_bytes, "runs": records}, text, as_json=as_json)
+    text = "\n".join([f"{opened.place.name}: {size_bytes:,} bytes", *texts])
+    show({"log": opened.place.name, "bytes": size_bytes, "runs": records}, text, as_json=as_json)
 
 
 def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
@@ -51,13 +51,14 @@ def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
 
 def verify(log: LogName, as_json: AsJson = False) -> None:
     """Read all of a log and say what is damaged; exit with 3 if anything is."""
+    from service.store.location import shown
     from service.store.log import open_log
     from service.store.upkeep import damage
 
     with open_log(log) as opened:
         found = list(damage(opened))
     if as_json or not found:
-        show({"log": log, "damage": found}, f"{log}: all of it can be read", as_json=as_json)
+        show({"log": shown(log), "damage": found}, f"{shown(log)}: all of it can be read", as_json=as_json)
     tell("error", [] if as_json else found)
     if found:
         raise typer.Exit(INVALID)

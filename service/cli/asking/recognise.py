@@ -95,9 +95,9 @@ def recognise(
 def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
     """Refuse to write over what is read, by whatever name it goes."""
     from service.errors import InputError
-    from service.store.location import is_log_name, parse_log_url
+    from service.store.location import is_log_name, log_files
 
-    read = [parse_log_url(source) if is_log_name(source) else Path(source), *chronicles]
+    read = [*(log_files(source) if is_log_name(source) else [Path(source)]), *chronicles]
     if out.exists() and any(one.exists() and out.samefile(one) for one in read):
         raise InputError(f"{out}: expected a new file, got one that is being read")
 

@@ -23,19 +23,19 @@ from service.questions.queries import (
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog, open_log
 from service.times import TimePoint, parse_time
+from tests.service.conftest import NewLog
 from tests.service.logs import SECOND_US, START_UTC_US, overtake, random_drafts, read_all, read_rows, run, write_log
 
 HOUR_US = 3_600_000_000
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EventLog]:
+def log(new_log: NewLog) -> Iterator[EventLog]:
     """Two runs of different sources and start times, 400 random events, a fifth of them newer states of others."""
-    path = tmp_path_factory.mktemp("queries") / "a.db"
-    write_log(path, random_drafts(random.Random(1), 250))
+    url = write_log(new_log(), random_drafts(random.Random(1), 250))
     later = run("r2", source="late.mp4", start_utc_us=START_UTC_US + 10 * SECOND_US)
-    write_log(path, random_drafts(random.Random(2), 150, "r2"), record=later)
-    with open_log(str(path)) as opened:
+    write_log(url, random_drafts(random.Random(2), 150, "r2"), record=later)
+    with open_log(url) as opened:
         yield opened
 
 
@@ -112,7 +112,7 @@ def _random_filter(rng: random.Random) -> EventFilter:
 @pytest.mark.parametrize("seed", range(4))
 def test_filters_equal_the_slow_obvious_ones(log: EventLog, seed: int) -> None:
     rng = random.Random(seed)
-    everything = read_rows(str(log.path))
+    everything = read_rows(log.place.url)
     for _ in range(150):
         wanted = _random_filter(rng)
         found = [decode_event(text) for text in iterate_events(log, wanted)]
@@ -232,6 +232,8 @@ def test_other_times_are_refused_with_the_parameter(text: str) -> None:
 
 @pytest.mark.parametrize("statuses", [("retracted",), ("doubtful",), ("retracted", "doubtful")])
 def test_hidden_events_are_found_by_their_own_index(log: EventLog, statuses: tuple[EventStatus, ...]) -> None:
+    if not log.place.url.startswith("sqlite"):
+        pytest.skip("a server has statistics, by which it walks through 400 rows")
     asked: list[tuple[str, tuple[object, ...]]] = []
 
     def note(_connection: object, _cursor: object, statement: str, parameters: tuple[object, ...], *_: object) -> None:

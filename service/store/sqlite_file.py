@@ -1,0 +1,170 @@
+"""How is an event log a SQLite file?
+
+Writers use write-ahead logging, so that readers never wait for them. Transactions are opened explicitly: the driver's
+own habit of committing around schema statements would leave a half-made log behind a killed process.
+"""
+
+import os
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import quote
+
+from sqlalchemy import Connection, Engine, create_engine, event, text
+from sqlalchemy.pool import QueuePool
+
+from service.errors import LogError
+from service.store.database import Database, explained
+from service.store.run_lock import RunLock
+
+BUSY_TIMEOUT_S = 30.0
+READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server
+
+
+@dataclass(frozen=True, slots=True)
+class SqliteFile(Database):
+    """A log in a file; see `Database`."""
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """The path."""
+        return str(self.path)
+
+    @property
+    def url(self) -> str:
+        """The path, as a URL."""
+        return f"sqlite:///{self.path}"
+
+    @property
+    def namespace(self) -> str:
+        """A file that is attached to another one has the tables of this schema."""
+        return "beside"
+
+    def exists(self) -> bool:
+        """Tell whether there is a file."""
+        return self.path.exists()
+
+    def check_readable(self) -> None:
+        """Refuse a file that is missing."""
+        if not self.path.is_file():
+            came = "a folder" if self.path.is_dir() else "no such file"
+            raise LogError(f"log {self.name!r}: expected an event log, got {came}")
+
+    def check_writable(self) -> None:
+        """Refuse a folder that is missing, and a folder or file that may not be written."""
+        folder = self.path.parent
+        if not folder.is_dir():
+            came = "a file" if folder.exists() else "no such folder"
+            raise LogError(f"log {self.name!r}: expected an existing folder {str(folder)!r}, got {came}")
+        target = self.path if self.path.exists() else folder
+        if self.path.is_dir():
+            raise LogError(f"log {self.name!r}: expected a file, got a folder")
+        if not (os.access(target, os.W_OK) and os.access(folder, os.W_OK)):
+            raise LogError(
+                f"log {self.name!r}: expected a writable folder and file, got {str(target)!r} without permission"
+            )
+
+    def can_write(self) -> bool:
+        """Tell whether the file can be written, and others beside it."""
+        return os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
+
+    def reading(self) -> Engine:
+        """Make an engine that can only read.
+
+        In a place where nothing may be written the file is read as it lies, without its shared-memory companion.
+        """
+        if self.can_write():
+            # Not mode=ro: a read-only connection that leaves last would leave the -wal and -shm files behind.
+            return _engine(_connector(self.path, "mode=rw", ("PRAGMA query_only = 1",)), "BEGIN")
+        has_wal = self.path.with_name(self.path.name + "-wal").exists()
+        return _engine(_connector(self.path, "mode=ro" if has_wal else "immutable=1", ()), "BEGIN")
+
+    def writing(self, beside: Database | None = None) -> Engine:
+        """Make an engine that writes; the file is created by the first connection."""
+        pragmas: tuple[str, ...] = ("PRAGMA journal_mode = WAL", "PRAGMA synchronous = NORMAL")
+        if isinstance(beside, SqliteFile):
+            pragmas += (f"ATTACH DATABASE '{_uri(beside.path, 'mode=ro')}' AS {beside.namespace}",)
+        return _engine(_connector(self.path, "mode=rwc", pragmas), "BEGIN IMMEDIATE")
+
+    def lock(self, run_id: str) -> RunLock:
+        """Lock a file beside this one."""
+        return RunLock(self.path, run_id)
+
+    def beside(self, run_id: str) -> "SqliteFile":
+        """Name a file beside this one."""
+        return SqliteFile(self.path.with_name(f"{self.path.name}-{run_id}.again"))
+
+    def remove(self) -> None:
+        """Remove the file, and what SQLite keeps beside it."""
+        for suffix in ("", "-wal", "-shm"):
+            self.path.with_name(self.path.name + suffix).unlink(missing_ok=True)
+
+    def copied(self, closing: ExitStack) -> "SqliteFile":
+        """Copy the file to a folder for temporary files."""
+        folder = closing.enter_context(TemporaryDirectory(prefix="dyknow-"))
+        target = Path(folder) / self.path.name
+        engine, copy = self.reading(), sqlite3.connect(target)
+        with explained(self, "a log that can be copied"), engine.begin() as connection:
+            original = connection.connection.driver_connection
+            assert isinstance(original, sqlite3.Connection)
+            original.backup(copy)
+        engine.dispose()
+        copy.close()
+        return SqliteFile(target)
+
+    def compact(self) -> None:
+        """Give back the room of rows that are gone; the disk needs room for a copy of what is left."""
+        try:
+            with closing(_connector(self.path, "mode=rw", ())()) as connection:
+                connection.execute("VACUUM")
+        except sqlite3.Error as error:
+            wanted = f"log {self.name!r}: expected a log that nobody else is at"
+            raise LogError(f"{wanted}, got {str(error)!r}") from error
+
+    def size_bytes(self) -> int:
+        """Say how large the file is."""
+        return self.path.stat().st_size
+
+    def faults(self) -> Iterator[str]:
+        """Let SQLite look through the file."""
+        engine = self.reading()
+        with explained(self, "a log that can be read"), engine.begin() as connection:
+            yield from (line for line in connection.scalars(text("PRAGMA quick_check")) if line != "ok")
+        engine.dispose()
+
+
+def _connector(path: Path, query: str, pragmas: tuple[str, ...]) -> Callable[[], sqlite3.Connection]:
+    uri = _uri(path, query)
+
+    def connect() -> sqlite3.Connection:
+        """Open a connection and set its pragmas."""
+        connection = sqlite3.connect(
+            uri, uri=True, timeout=BUSY_TIMEOUT_S, isolation_level=None, check_same_thread=False
+        )
+        for pragma in pragmas:
+            connection.execute(pragma)
+        return connection
+
+    return connect
+
+
+def _uri(path: Path, query: str) -> str:
+    """Name a file for SQLite; the quoting leaves no quotation mark."""
+    return f"file:{quote(str(path.absolute()))}?{query}"
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> Engine:
+    engine = create_engine(
+        "sqlite://", creator=connect, poolclass=QueuePool, pool_size=READ_CONNECTIONS, max_overflow=0
+    )
+
+    @event.listens_for(engine, "begin")
+    def open_transaction(connection: Connection) -> None:
+        connection.exec_driver_sql(begin)
+
+    return engine

