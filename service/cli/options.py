@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _TIMES = "12.5s, 01:23 or 12500000 (us)"
 
-LogName = Annotated[str, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")]
+LogName = Annotated[str, typer.Argument(metavar="LOG", help="Event log: PATH.db, or a URL.")]
 RunName = Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")]
 From = Annotated[str | None, typer.Option("--from", help=f"First media time: {_TIMES}.")]
 To = Annotated[str | None, typer.Option("--to", help="Media time to stop before.")]

@@ -23,7 +23,7 @@ PARTS = (DETECTION, TRACKS, EVENTS)
 
 
 def evaluate(
-    log: Annotated[str | None, typer.Argument(metavar="LOG", help="Event log: sqlite:///PATH or PATH.db.")] = None,
+    log: Annotated[str | None, typer.Argument(metavar="LOG", help="Event log: PATH.db, or a URL.")] = None,
     folder: Annotated[Path | None, typer.Argument(metavar="TRUTH", help="The same as --truth.")] = None,
     truth: Annotated[
         Path | None, typer.Option(help="Folder of the scene, with truth.csv and truth_events.jsonl.")

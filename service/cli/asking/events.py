@@ -37,7 +37,7 @@ class Status(StrEnum):
     doubtful = "doubtful"
 
 
-Logs = Annotated[list[str] | None, typer.Argument(metavar="LOG...", help="Event logs: sqlite:///PATH or PATH.db.")]
+Logs = Annotated[list[str] | None, typer.Argument(metavar="LOG...", help="Event logs: PATH.db, or a URL.")]
 Texts = list[str] | None
 
 

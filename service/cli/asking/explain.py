@@ -17,12 +17,13 @@ def explain(
     """Say why an event was recognised: its parts, the room each constraint left, and who the cars were."""
     from service.errors import NotInLogError
     from service.questions.explaining import Explainer
+    from service.store.location import shown
     from service.store.log import open_log
 
     with open_log(log) as opened:
         found = Explainer(opened).explain_event(event_id)
     if found is None:
-        raise NotInLogError(f"log {log!r}: expected the id of one of its events, got {event_id!r}")
+        raise NotInLogError(f"log {shown(log)!r}: expected the id of one of its events, got {event_id!r}")
     show(found.as_record(), found.render(), as_json=as_json)
 
 

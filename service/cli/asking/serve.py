@@ -22,11 +22,12 @@ def serve(
     import uvicorn
 
     from service.api.app import create_app
+    from service.store.location import shown
 
     app = create_app(log)
     with listen(host, port) as listener:
         url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
-        print(f"serving {log} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
+        print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
         if not _is_loopback(host):
             print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
         config = uvicorn.Config(app, access_log=False, log_level="warning")

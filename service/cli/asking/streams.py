@@ -22,7 +22,7 @@ GRAPHS = (".mmd", ".dot")
 def streams(
     log: Annotated[
         str | None,
-        typer.Argument(metavar="[LOG]", help="Event log: sqlite:///PATH or PATH.db. Without: what is declared."),
+        typer.Argument(metavar="[LOG]", help="Event log: PATH.db, or a URL. Without: what is declared."),
     ] = None,
     run: RunName = None,
     kpl: Annotated[Path | None, typer.Option(help="KPL file to list instead of the shipped one.")] = None,

@@ -30,7 +30,7 @@ def process(
             metavar="INPUT", help="A video, or a trajectory file (.csv); with --logs several, folders, patterns."
         ),
     ] = None,
-    log: Annotated[str | None, typer.Option(help="Event log: sqlite:///PATH or PATH.db; made if missing.")] = None,
+    log: Annotated[str | None, typer.Option(help="Event log: PATH.db, or a URL; made if missing.")] = None,
     logs: Annotated[Path | None, typer.Option(help="Folder of logs, one for each input; made if missing.")] = None,
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Inputs processed at once, with --logs. Default: a core each.")
@@ -303,8 +303,10 @@ def _summary_record(summary: "RunSummary") -> dict[str, object]:
 
 def print_summary(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
+    from service.store.location import shown
+
     if summary.was_finished:
-        print(f"run {summary.run} is finished in {log}, so nothing was done; --again processes it once more")
+        print(f"run {summary.run} is finished in {shown(log)}, so nothing was done; --again processes it once more")
         return
     progress = summary.progress
     tell("warning", summary.warnings)
@@ -316,7 +318,7 @@ def print_summary(summary: "RunSummary", log: str) -> None:
     if progress.frames:
         costs = (f"{one.label} {one.busy_ns / 1e6 / progress.frames:.2f} ms" for one in summary.streams if one.updates)
         print(f"cost per frame: {', '.join(costs)}")
-    print(f"ask for them:   dyknow events {log}")
+    print(f"ask for them:   dyknow events {shown(log)}")
 
 
 def _start(record: "RunRecord") -> str:
