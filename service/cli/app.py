@@ -30,6 +30,9 @@ from service.cli.making.demo import demo
 from service.cli.making.detector import add as add_detector
 from service.cli.making.detector import list_installed, try_on_clip
 from service.cli.making.generate import generate, trajectories
+from service.cli.making.jobs import cancel as cancel_job
+from service.cli.making.jobs import list_jobs, worker
+from service.cli.making.jobs import retry as retry_job
 from service.cli.making.process import process
 from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
@@ -45,6 +48,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "generate": (generate, "dyknow generate rural_overtaking --out scene --seed 7 --seconds 60"),
     "trajectories": (trajectories, "dyknow trajectories junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
     "process": (process, "dyknow process scene/video.mp4 --site scene/site.toml --log scene.db"),
+    "worker": (worker, "dyknow worker scene.db --once"),
     "events": (events, "dyknow events scene.db --type overtake --from 00:10 --to 02:00"),
     "objects": (objects, "dyknow objects scene.db car7"),
     "tracks": (tracks, "dyknow tracks scene.db --car car7 --from 10s"),
@@ -59,6 +63,9 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "jobs list": (list_jobs, "dyknow jobs list scene.db"),
+    "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),
+    "jobs retry": (retry_job, "dyknow jobs retry scene.db 6b1e64c1a2d0f3b7"),
     "log info": (log_info, "dyknow log info scene.db"),
     "log verify": (verify_log, "dyknow log verify scene.db"),
     "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
@@ -70,6 +77,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 }
 
 GROUPS = {
+    "jobs": "See what was queued for a log, and end or repeat it.",
     "log": "See what a log holds, whether all of it can be read, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",

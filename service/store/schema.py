@@ -16,6 +16,7 @@ from msgspec import Struct
 from msgspec.inspect import FloatType, IntType, LiteralType, StrType, StructType, UnionType, VarTupleType, type_info
 from sqlalchemy import (
     BigInteger,
+    Boolean,
     Column,
     Dialect,
     Float,
@@ -32,7 +33,7 @@ from sqlalchemy import (
 
 from service.records import CarRecord, HypothesisRecord, LinkRecord
 
-SCHEMA_VERSION = 7  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 8  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""
@@ -176,6 +177,19 @@ streams = _numbered_table("streams", Column("body", Text, nullable=False))  # St
 
 # What a clock measured of each process, in microseconds in its code: the one table in which a repeated run differs.
 costs = _numbered_table("costs", Column("label", Text, nullable=False), Column("busy_us", BigInteger, nullable=False))
+
+# What is still to be processed, see `service.store.jobs`. It belongs to no run, since none has begun.
+jobs = Table(
+    "jobs",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("id", Text, nullable=False, unique=True),
+    Column("request", Text, nullable=False),
+    Column("state", Text, nullable=False),
+    Column("attempts", Integer, nullable=False),
+    Column("is_unwanted", Boolean, nullable=False),
+    Column("told", Text, nullable=False),
+)
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
 RUN_TABLES = tuple(table for table in metadata.tables.values() if "run_no" in table.c and table is not runs)

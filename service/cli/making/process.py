@@ -4,11 +4,14 @@ import math
 import sys
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from service.cli.making.jobs import add_jobs
+from service.cli.making.many import expanded, site_beside
 from service.cli.options import MinConfidence
 from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 
@@ -63,6 +66,10 @@ def process(
         bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
     ] = False,
     min_confidence: MinConfidence = None,
+    queue: Annotated[
+        bool,
+        typer.Option("--queue", help="Only add it, or several, to the jobs of the log, which workers process."),
+    ] = False,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
     workers: Annotated[
         Literal["auto", "0", "1"], typer.Option(help="Processes that look at the video, beside the one that thinks.")
@@ -77,7 +84,8 @@ def process(
 
     if logs is not None or log is None:
         raise typer.Exit(_process_many(context, inputs or [], log, logs, site, jobs=jobs, workers=workers))
-    source, looks = chosen_input(inputs or [], detector, detections)
+    queued = expanded(inputs or []) if queue else []
+    source, looks = chosen_input(queued[:1] or inputs or [], detector, detections)
     request = RunRequest(
         input=source,
         site=site,
@@ -95,7 +103,11 @@ def process(
         again=again,
         workers=None if workers == "auto" else int(workers),
     )
-    _process_one(request, as_json=as_json)
+    if queue:
+        requests = [replace(request, input=one, site=site or site_beside(one)) for one in queued or [source]]
+        add_jobs(requests, log, as_json=as_json)
+    else:
+        _process_one(request, as_json=as_json)
 
 
 def _process_one(request: "RunRequest", *, as_json: bool) -> None:
@@ -127,13 +139,15 @@ def _process_many(
     workers: str,
 ) -> int:
     """Process every input by this command, with its other options, in a process of its own."""
-    from service.cli.making.many import expanded, jobs_of, process_many, repeated_options
+    from service.cli.making.many import jobs_of, process_many, repeated_options
     from service.runs.processing import cores
 
     if logs is None or log is not None:
         raise typer.BadParameter(f"expected one of --log and --logs, got {'neither' if logs is None else 'both'}")
     if not inputs:
         raise typer.BadParameter("--logs: expected INPUT, got none")
+    if context.params["queue"]:
+        raise typer.BadParameter("--queue: expected --log to go with it, got --logs")
     todo = jobs_of(expanded(inputs), logs)
     if len(todo) > 1 and context.params["detections"] is not None:
         raise typer.BadParameter(f"--detections: expected one input to go with a file of boxes, got {len(todo)}")

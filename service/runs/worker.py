@@ -1,0 +1,105 @@
+"""How are jobs processed? One after the other, by as many workers as there are, on any machine that reaches the log."""
+
+import logging
+import time
+from collections.abc import Callable
+
+from chronicles.errors import ChronicleError
+from dyknow.errors import DyKnowError
+from service.errors import LogError, RunBusyError, ServiceError
+from service.runs.processing import Progress, RunSummary, process
+from service.runs.requests import read_request
+from service.store.jobs import Jobs, JobState, TakenJob
+from service.store.location import database_of
+from vision.errors import VisionError
+
+TOLD_EVERY_S = 1.0
+ASKED_EVERY_S = 1.0
+
+_LOGGER = logging.getLogger(__name__)
+
+
+def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
+    """Process the jobs of a log.
+
+    Parameters
+    ----------
+    stays : wait for more where there are none; else return then.
+    tell : gets a line when a job begins and when it ends.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read or written.
+    KeyboardInterrupt
+        If a signal stopped a run; its job waits again.
+    """
+    jobs = Jobs(database_of(log_url))
+    try:
+        while True:
+            taken = jobs.take()
+            if taken is not None:
+                _process(taken, log_url, tell)
+            elif stays:
+                time.sleep(ASKED_EVERY_S)
+            else:
+                return
+    finally:
+        jobs.close()
+
+
+def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> None:
+    """Process one job; whatever is wrong with it, others come after it."""
+    request = read_request(taken.job.request, log_url)
+    tell(f"job {taken.job.id}: {request.input}")
+    watch = _Watch(taken)
+    try:
+        summary = process(request, on_progress=watch)
+    except RunBusyError as error:  # somebody processes the same by hand
+        taken.give_back(str(error))
+        time.sleep(ASKED_EVERY_S)
+    except LogError as error:  # the database may be back soon
+        _end(taken, "waiting", str(error), tell)
+        time.sleep(ASKED_EVERY_S)
+    except (ServiceError, VisionError, ChronicleError, DyKnowError) as error:
+        _end(taken, "failed", str(error), tell)
+    except Exception as error:
+        _LOGGER.exception("job %s", taken.job.id)
+        _end(taken, "failed", f"a fault of ours: {error!r}", tell)
+    else:
+        _conclude(taken, summary, tell, is_unwanted=watch.is_unwanted)
+
+
+def _conclude(taken: TakenJob, summary: RunSummary, tell: Callable[[str], None], *, is_unwanted: bool) -> None:
+    if summary.status == "finished":
+        _end(taken, "finished", f"run {summary.run}", tell)
+    elif is_unwanted:
+        _end(taken, "cancelled", summary.reason, tell)
+    elif summary.status == "interrupted":
+        taken.give_back(summary.reason)
+        raise KeyboardInterrupt
+    else:
+        _end(taken, "failed", summary.reason, tell)
+
+
+def _end(taken: TakenJob, state: JobState, told: str, tell: Callable[[str], None]) -> None:
+    taken.end(state, told)
+    tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {told}")
+
+
+class _Watch:
+    """Note once a second how far a job has come, and stop it once it is not wanted any more."""
+
+    def __init__(self, taken: TakenJob) -> None:
+        self.is_unwanted = False
+        self._taken = taken
+        self._due_s = 0.0
+
+    def __call__(self, progress: Progress) -> None:
+        now_s = time.monotonic()
+        if now_s < self._due_s:
+            return
+        self._due_s = now_s + TOLD_EVERY_S
+        self.is_unwanted = not self._taken.tell(f"{progress.media_us / 1e6:.0f} s of input, {progress.frames} frames")
+        if self.is_unwanted:
+            raise KeyboardInterrupt  # as Ctrl-C stops a run: between two frames, with what is known told

@@ -1,0 +1,201 @@
+"""What is still to be processed into a log, and who is at it? Jobs, kept in the log itself.
+
+A worker that has a job holds a lock of the database, which goes with its process: whoever finds a job that is said to
+run, and can take its lock, knows that its worker is gone, and takes it up again. No clock is asked, so none is wrong.
+"""
+
+from typing import Literal
+
+from msgspec import Struct
+from msgspec.structs import astuple
+from sqlalchemy import ColumnElement, Connection, func, select, update
+
+from service.errors import NotInLogError, QueryError, RunBusyError
+from service.store import schema
+from service.store.database import Database, Lock, explained
+from service.store.versions import create_schema
+from service.store.writer import insert_rows, lock_seqs
+
+JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
+
+MOST_ATTEMPTS = 3
+"""What ends its worker so many times is not tried again by itself."""
+_MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
+
+
+class Job(Struct, frozen=True):
+    """Something to be processed.
+
+    Attributes
+    ----------
+    number : by which jobs are taken, from 1.
+    id : the same for the same request.
+    request : as `service.runs.requests` writes it.
+    attempts : how often it was begun.
+    is_unwanted : somebody asked for its end.
+    told : how far it has come, or what went wrong.
+    """
+
+    number: int
+    id: str
+    request: str
+    state: JobState = "waiting"
+    attempts: int = 0
+    is_unwanted: bool = False
+    told: str = ""
+
+
+class Jobs:
+    """The jobs of one log; close it after use.
+
+    Parameters
+    ----------
+    database : of the log; its tables are made if need be.
+
+    Raises
+    ------
+    LogError
+        If the database refuses.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._engine = database.writing()
+        with explained(database, "a log that can be written"), self._engine.begin() as connection:
+            create_schema(connection)
+
+    def close(self) -> None:
+        """Close all connections."""
+        self._engine.dispose()
+
+    def add(self, job_id: str, request: str) -> Job:
+        """Add a job at the end; one that is here already is given as it is."""
+        with explained(self._database, "a log that can be written"), self._engine.begin() as connection:
+            lock_seqs(connection)  # one at a time takes a number
+            known = _read(connection, schema.jobs.c.id == job_id)
+            if known:
+                return known[0]
+            last = connection.scalar(select(func.max(schema.jobs.c.number))) or 0
+            job = Job(last + 1, job_id, request)
+            insert_rows(connection, schema.jobs, [astuple(job)])
+            return job
+
+    def listed(self) -> list[Job]:
+        """List all jobs in their order."""
+        with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+            return _read(connection)
+
+    def take(self) -> "TakenJob | None":
+        """Begin the first job that waits, or where none does one that its worker has left; None if there is none."""
+        for state in ("waiting", "running"):
+            with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+                candidates = _read(connection, schema.jobs.c.state == state, most=_MOST_WORKERS)
+            for job in candidates:
+                lock = self._lock(job.id)
+                if lock is not None:
+                    taken = TakenJob(self, job, lock)
+                    if taken.begin():
+                        return taken
+                    lock.release()
+        return None
+
+    def cancel(self, job_id: str) -> Job:
+        """Ask for the end of a job: one that waits is not begun, one that runs is stopped by its worker.
+
+        Raises
+        ------
+        NotInLogError
+            If there is no such job.
+        QueryError
+            If it has ended.
+        """
+        is_kept_away = self.change(job_id, ("waiting",), state="cancelled")
+        is_asked_for = not is_kept_away and self.change(job_id, ("running",), is_unwanted=True)
+        return self._found(job_id, "one that waits or runs", is_right=is_kept_away or is_asked_for)
+
+    def retry(self, job_id: str) -> Job:
+        """Let a job wait again that failed or was cancelled; raises as `cancel`."""
+        anew = {"state": "waiting", "attempts": 0, "is_unwanted": False, "told": ""}
+        is_right = self.change(job_id, ("failed", "cancelled"), **anew)
+        return self._found(job_id, "one that failed or was cancelled", is_right=is_right)
+
+    def change(self, job_id: str, states: tuple[JobState, ...], **values: object) -> bool:
+        """Change a job if it is in one of these states; tell whether it was."""
+        jobs = schema.jobs
+        is_it = (jobs.c.id == job_id) & jobs.c.state.in_(states)
+        with explained(self._database, "a log that can be written"), self._engine.begin() as connection:
+            return connection.execute(update(jobs).where(is_it).values(values)).rowcount > 0
+
+    def find(self, job_id: str) -> Job:
+        """Find a job.
+
+        Raises
+        ------
+        NotInLogError
+            If there is none.
+        """
+        found = [one for one in self.listed() if one.id == job_id]
+        if not found:
+            raise NotInLogError(f"log {self._database.name!r}: expected the id of one of its jobs, got {job_id!r}")
+        return found[0]
+
+    def _found(self, job_id: str, expected: str, *, is_right: bool) -> Job:
+        job = self.find(job_id)
+        if not is_right:
+            raise QueryError(f"job {job_id!r}: expected {expected}, got one that is {job.state}", parameter="job")
+        return job
+
+    def _lock(self, job_id: str) -> Lock | None:
+        try:
+            return self._database.lock(f"job-{job_id}")
+        except RunBusyError:
+            return None
+
+
+class TakenJob:
+    """A job that this process is at.
+
+    Attributes
+    ----------
+    job : as it was taken.
+    """
+
+    def __init__(self, jobs: Jobs, job: Job, lock: Lock) -> None:
+        self.job = job
+        self._jobs = jobs
+        self._lock = lock
+
+    def begin(self) -> bool:
+        """Note that it runs; False if it has ended meanwhile, or has ended its worker too often."""
+        job = self._jobs.find(self.job.id)
+        if job.state not in ("waiting", "running"):
+            return False
+        if job.is_unwanted:
+            return self._end_without("cancelled", "")
+        if job.attempts >= MOST_ATTEMPTS:
+            return self._end_without("failed", f"its worker ended {job.attempts} times; {job.told}")
+        return self._jobs.change(job.id, ("waiting", "running"), state="running", attempts=job.attempts + 1)
+
+    def tell(self, told: str) -> bool:
+        """Note how far it has come; False if it is not wanted any more."""
+        self._jobs.change(self.job.id, ("running",), told=told)
+        return not self._jobs.find(self.job.id).is_unwanted
+
+    def end(self, state: JobState, told: str) -> None:
+        """Note how it ended, or that it waits again, and let it go."""
+        self._jobs.change(self.job.id, ("running",), state=state, told=told, is_unwanted=False)
+        self._lock.release()
+
+    def give_back(self, told: str) -> None:
+        """Let it wait again as if it had not been begun."""
+        self._jobs.change(self.job.id, ("running",), state="waiting", attempts=self.job.attempts, told=told)
+        self._lock.release()
+
+    def _end_without(self, state: JobState, told: str) -> bool:
+        self._jobs.change(self.job.id, ("waiting", "running"), state=state, told=told)
+        return False
+
+
+def _read(connection: Connection, *conditions: ColumnElement[bool], most: int | None = None) -> list[Job]:
+    query = select(schema.jobs).where(*conditions).order_by(schema.jobs.c.number).limit(most)
+    return [Job(**{**row._mapping, "is_unwanted": bool(row.is_unwanted)}) for row in connection.execute(query)]
