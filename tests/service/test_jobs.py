@@ -1,12 +1,13 @@
 """Is each job processed once, whatever happens to its workers?"""
 
+import random
 import signal
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -141,6 +142,32 @@ def test_a_worker_that_is_killed_leaves_nothing_half_and_nothing_twice(new_log: 
     again, once = kept_rows(url), kept_rows(whole)
     assert [row[1:] for row in again.pop("events")] == [row[1:] for row in once.pop("events")]
     assert again == once
+
+
+@pytest.mark.slow
+def test_fifty_kills_at_any_moment_lose_nothing_and_double_nothing(new_log: NewLog, tracks: Path) -> None:
+    url, whole, rng = new_log(), new_log(), random.Random(1)
+    floors = (0.0, 0.1, 0.2, 0.3)
+    for floor in floors:
+        process(RunRequest(tracks, tracks.parent / "site.toml", whole, min_confidence=floor))
+    with opened(url) as jobs:
+        names = [add(jobs, tracks, min_confidence=floor) for floor in floors]
+        for _ in range(50):
+            worker = subprocess.Popen([*WORK, url, "--once"], stderr=subprocess.DEVNULL)
+            with suppress(subprocess.TimeoutExpired):
+                worker.wait(rng.uniform(0.3, 1.5))  # loading takes half of it, and a job as long again
+            worker.kill()
+            worker.wait()
+            for name in names:
+                until(lambda name=name: is_free(url, name))
+                jobs.change(name, ("waiting", "running"), attempts=0)
+        work(url, stays=False, tell=lambda _: None)
+        assert [jobs.find(name).state for name in names] == ["finished"] * len(names)
+    again, once = kept_rows(url), kept_rows(whole)  # runs may have begun in another order
+    assert {row[1] for row in again["events"]} == {row[1] for row in once["events"]}
+    assert len(again.pop("events")) == len(once.pop("events"))
+    for kind, rows in once.items():
+        assert sorted(map(repr, again[kind])) == sorted(map(repr, rows)), kind
 
 
 def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLog, tracks: Path) -> None:
