@@ -137,7 +137,7 @@ class PostgresServer(Database):
                 **options,
             )
         except ModuleNotFoundError as error:
-            wanted = f"log {self.name!r}: expected the extra 'postgres' (pip install 'dyknow[postgres]')"
+            wanted = f"log {self.name!r}: expected the extra 'postgres' (pip install 'psycopg[binary]')"
             raise LogError(f"{wanted}, got {str(error)!r}") from error
 
     def _scalar(self, query: Select[Any], wanted: str) -> Any:  # Any: what the query asks for
