@@ -30,11 +30,14 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
     Raises
     ------
     LogError
-        If the log cannot be read or written.
+        If there is no such log, or it cannot be read or written.
     KeyboardInterrupt
         If a signal stopped a run; its job waits again.
     """
-    jobs = Jobs(database_of(log_url))
+    database = database_of(log_url)
+    database.check_readable()  # a name that was mistyped makes no new log
+    database.check_writable()
+    jobs = Jobs(database)
     try:
         while True:
             taken = jobs.take()

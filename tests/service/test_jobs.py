@@ -216,7 +216,7 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
 
 def test_the_commands_queue_and_list(tmp_path: Path, tracks: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = str(tmp_path / "a.db")
-    assert run_cli(["jobs", "list", log]) == 3
+    assert [run_cli([*command, log]) for command in (["jobs", "list"], ["worker"])] == [3, 3]
     assert not (tmp_path / "a.db").exists()
     assert run_cli(["process", str(tmp_path / "none.mp4"), "--log", log, "--queue"]) == 3
     assert "none.mp4: expected a file" in capsys.readouterr().err

@@ -41,7 +41,8 @@ def list_jobs(log: LogName, as_json: AsJson = False) -> None:
     with _opened(log) as jobs:
         listed = jobs.listed()
     rows = [
-        [one.id, one.state, str(one.attempts), str(read_request(one.request, log).input), one.told] for one in listed
+        [one.id, one.state, str(one.attempts), str(read_request(one.request, log).input), one.told.partition("\n")[0]]
+        for one in listed
     ]
     show({"items": [asdict(one) for one in listed]}, format_table(TITLES, rows), as_json=as_json)
 
