@@ -20,8 +20,7 @@ JobName = Annotated[str, typer.Argument(metavar="JOB", help="Identifier, as `dyk
 
 
 def worker(
-    log: LogName,
-    stays: Annotated[bool, typer.Option(" /--once", help="Leave when nothing waits.")] = True,
+    log: LogName, once: Annotated[bool, typer.Option("--once", help="Leave when nothing waits.")] = False
 ) -> None:
     """Process what `dyknow process --queue` added to a log, and wait for more until interrupted.
 
@@ -29,7 +28,7 @@ def worker(
     """
     from service.runs.worker import work
 
-    work(log, stays=stays, tell=lambda line: print(line, file=sys.stderr, flush=True))
+    work(log, stays=not once, tell=lambda line: print(line, file=sys.stderr, flush=True))
 
 
 def list_jobs(log: LogName, as_json: AsJson = False) -> None:
