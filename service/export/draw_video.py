@@ -13,7 +13,7 @@ from service.export.drawing import TRAIL_US, OverlayReader, draw_overlay
 from service.export.tracks import Views
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord
-from service.store.location import log_files
+from service.store.databases.location import log_files
 from service.store.log import open_log
 from vision.objects import ByteArray
 from vision.video.frames import Frame, open_video

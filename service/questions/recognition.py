@@ -17,7 +17,7 @@ from service.questions.event_files import load_events
 from service.questions.recognised_events import RecognisedEvent, recognised_events
 from service.questions.stored_events import refuse_thinned, relations_of, streamed_events, unwatched_relations
 from service.records import RunRecord
-from service.store.location import is_log_name
+from service.store.databases.location import is_log_name
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told

@@ -9,8 +9,8 @@ from dyknow.errors import DyKnowError
 from service.errors import LogError, RunBusyError, ServiceError
 from service.runs.processing import Progress, RunSummary, process
 from service.runs.requests import read_request
+from service.store.databases.location import database_of
 from service.store.jobs import Jobs, JobState, TakenJob
-from service.store.location import database_of
 from vision.errors import VisionError
 
 TOLD_EVERY_S = 1.0

@@ -12,7 +12,7 @@ from sqlalchemy import ColumnElement, Connection, func, select, update
 
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
-from service.store.database import Database, Lock, explained
+from service.store.databases.database import Database, Lock, explained
 from service.store.versions import create_schema
 from service.store.writer import insert_rows, lock_seqs
 

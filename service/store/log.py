@@ -51,8 +51,8 @@ from service.store.chunks import (
     ChunkKind,
     Where,
 )
-from service.store.database import Database, Lock, explained
-from service.store.location import database_of
+from service.store.databases.database import Database, Lock, explained
+from service.store.databases.location import database_of
 from service.store.repeats import take_place
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import RunWriter, insert_rows, lock_seqs

@@ -12,7 +12,7 @@ from sqlalchemy import Connection, MetaData, Table, delete, func, insert, litera
 
 from service.store import schema
 from service.store.chunks import FRAMES
-from service.store.database import Database, explained
+from service.store.databases.database import Database, explained
 from service.store.writer import insert_rows, take_seqs
 
 _AT_ONCE = 1_000

@@ -10,7 +10,7 @@ from service.errors import LogError
 from service.store import schema
 from service.store.chunks import CHUNK_KINDS, FRAMES, SPAN_US, ChunkKind
 from service.store.columns import DamagedChunkError
-from service.store.database import explained
+from service.store.databases.database import explained
 from service.store.log import EventLog
 from service.store.packing import PRUNED, opened, said_of_missing
 

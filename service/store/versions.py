@@ -15,7 +15,7 @@ from sqlalchemy.schema import CreateIndex, CreateTable
 
 from service.errors import LogError
 from service.store import schema
-from service.store.database import Database, explained
+from service.store.databases.database import Database, explained
 from service.store.writer import insert_rows
 
 OLDEST_VERSION = 2

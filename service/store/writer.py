@@ -19,7 +19,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunRecord, RunStatus, StreamRecord
 from service.store import schema
 from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind
-from service.store.database import Database, explained
+from service.store.databases.database import Database, explained
 
 BATCH_ROWS = 20_000
 

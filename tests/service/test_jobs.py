@@ -17,8 +17,8 @@ from service.errors import NotInLogError, QueryError, RunBusyError
 from service.runs.processing import RunRequest, process
 from service.runs.requests import as_text, job_id
 from service.runs.worker import work
+from service.store.databases.location import database_of
 from service.store.jobs import MOST_ATTEMPTS, Jobs
-from service.store.location import database_of
 from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.logs import kept_rows
@@ -26,7 +26,7 @@ from tests.service.logs import kept_rows
 TAKE_AND_STAY = """
 import signal, sys
 from service.store.jobs import Jobs
-from service.store.location import database_of
+from service.store.databases.location import database_of
 assert Jobs(database_of(sys.argv[1])).take() is not None
 print("taken", flush=True)
 signal.pause()

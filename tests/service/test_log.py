@@ -78,13 +78,13 @@ def test_closing_leaves_one_file(tmp_path: Path) -> None:
 
 def test_a_log_in_a_read_only_folder_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     url = write_log(tmp_path / "a.db", [overtake()])
-    monkeypatch.setattr("service.store.sqlite_file.os.access", lambda *_: False)
+    monkeypatch.setattr("service.store.databases.sqlite_file.os.access", lambda *_: False)
     assert len(read_all(url)) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
 
 
 def test_a_read_only_folder_takes_no_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.store.sqlite_file.os.access", lambda *_: False)
+    monkeypatch.setattr("service.store.databases.sqlite_file.os.access", lambda *_: False)
     with pytest.raises(LogError, match=r"expected a writable folder and file, got '.*' without permission"):
         open_log(str(tmp_path / "a.db"), "w")
 

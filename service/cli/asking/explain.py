@@ -17,7 +17,7 @@ def explain(
     """Say why an event was recognised: its parts, the room each constraint left, and who the cars were."""
     from service.errors import NotInLogError
     from service.questions.explaining import Explainer
-    from service.store.location import shown
+    from service.store.databases.location import shown
     from service.store.log import open_log
 
     with open_log(log) as opened:

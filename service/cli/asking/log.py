@@ -51,7 +51,7 @@ def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
 
 def verify(log: LogName, as_json: AsJson = False) -> None:
     """Read all of a log and say what is damaged; exit with 3 if anything is."""
-    from service.store.location import shown
+    from service.store.databases.location import shown
     from service.store.log import open_log
     from service.store.upkeep import damage
 

@@ -59,7 +59,7 @@ def recognise(
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
     from service.questions.recognition import recognise_stored
-    from service.store.location import is_log_name
+    from service.store.databases.location import is_log_name
     from service.times import parse_media_us
 
     if lateness is not None and executor == "backfill":
@@ -95,7 +95,7 @@ def recognise(
 def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
     """Refuse to write over what is read, by whatever name it goes."""
     from service.errors import InputError
-    from service.store.location import is_log_name, log_files
+    from service.store.databases.location import is_log_name, log_files
 
     read = [*(log_files(source) if is_log_name(source) else [Path(source)]), *chronicles]
     if out.exists() and any(one.exists() and out.samefile(one) for one in read):

@@ -22,7 +22,7 @@ def serve(
     import uvicorn
 
     from service.api.app import create_app
-    from service.store.location import shown
+    from service.store.databases.location import shown
 
     app = create_app(log)
     with listen(host, port) as listener:

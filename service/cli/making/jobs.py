@@ -63,8 +63,8 @@ def retry(log: LogName, job: JobName, as_json: AsJson = False) -> None:
 def _opened(log: str) -> "AbstractContextManager[Jobs]":
     from contextlib import closing
 
+    from service.store.databases.location import database_of
     from service.store.jobs import Jobs
-    from service.store.location import database_of
 
     database = database_of(log)
     database.check_readable()
@@ -75,8 +75,8 @@ def add_jobs(requests: "Sequence[RunRequest]", log: str, *, as_json: bool) -> No
     """Add requests to the jobs of a log, and say which jobs they are."""
     from service.errors import InputError
     from service.runs.requests import as_text, job_id
+    from service.store.databases.location import database_of, shown
     from service.store.jobs import Jobs
-    from service.store.location import database_of, shown
 
     database = database_of(log)
     database.check_writable()

@@ -317,7 +317,7 @@ def _summary_record(summary: "RunSummary") -> dict[str, object]:
 
 def print_summary(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
-    from service.store.location import shown
+    from service.store.databases.location import shown
 
     if summary.was_finished:
         print(f"run {summary.run} is finished in {shown(log)}, so nothing was done; --again processes it once more")

@@ -17,8 +17,8 @@ from sqlalchemy import Connection, Engine, create_engine, event, text
 from sqlalchemy.pool import QueuePool
 
 from service.errors import LogError
-from service.store.database import Database, explained
-from service.store.run_lock import RunLock
+from service.store.databases.database import Database, explained
+from service.store.databases.run_lock import RunLock
 
 BUSY_TIMEOUT_S = 30.0
 READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server

@@ -15,7 +15,7 @@ from sqlalchemy.engine import URL
 from sqlalchemy.schema import CreateSchema, DropSchema
 
 from service.errors import LogError, RunBusyError
-from service.store.database import Database, explained
+from service.store.databases.database import Database, explained
 
 _PUBLIC = "public"
 

@@ -8,8 +8,8 @@ import re
 from pathlib import Path
 
 from service.errors import LogError
-from service.store.database import Database
-from service.store.sqlite_file import SqliteFile
+from service.store.databases.database import Database
+from service.store.databases.sqlite_file import SqliteFile
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _SQLITE = "sqlite:///"
@@ -30,7 +30,7 @@ def database_of(url: str) -> Database:
     from sqlalchemy.engine import make_url
     from sqlalchemy.exc import ArgumentError
 
-    from service.store.postgres_server import PostgresServer
+    from service.store.databases.postgres_server import PostgresServer
 
     try:
         return PostgresServer(make_url(url))
