@@ -5,7 +5,6 @@ In a thread it would take the interpreter from all other answers, and nothing co
 it only reads.
 """
 
-import os
 from collections.abc import Callable
 from functools import cache
 from typing import TypeVar
@@ -14,8 +13,8 @@ import msgspec
 from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 
 from chronicles.explanation.json_form import to_json
-from service.collector import look_seldom
 from service.errors import UnansweredError
+from service.machine import cores, look_seldom
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.store.log import open_log
 
@@ -39,7 +38,7 @@ class Explanations:
     def __init__(self, log: str, within_s: float = ANSWERED_WITHIN_S) -> None:
         self._log = log
         self._within_s = within_s
-        self._limiter = CapacityLimiter(os.cpu_count() or 1)
+        self._limiter = CapacityLimiter(cores())
 
     async def why(self, event_id: str) -> bytes | None:
         """Explain an event; None if the log has no such event.

@@ -38,8 +38,8 @@ from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.texts import check, format_files, run_examples
-from service.collector import look_seldom
 from service.errors import QueryError, RunBusyError
+from service.machine import look_seldom
 
 # A new command: write its function in its own module and add it here with an example; the order is that of
 # `dyknow --help`. Two words are a command of a group; groups come last.

@@ -5,7 +5,6 @@ interrupts, leaves the events up to that moment in the log, with the reason.
 """
 
 import hashlib
-import os
 import signal
 import time
 from collections import deque
@@ -21,6 +20,7 @@ from dyknow.kpl.loader import DeclaredStream
 from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
 from qsr.settings import RelationSettings
+from service.machine import cores
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
 from service.runs.inputs.input_kind import Input, content_digest
@@ -200,11 +200,6 @@ def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
     if workers is None:
         return cores() > 1 and video is not None and (video.duration_us or 0) >= WORTH_A_PROCESS_US
     return workers > 0
-
-
-def cores() -> int:
-    """Count the processor's cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _run(

@@ -38,29 +38,31 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
     database.check_readable()  # a name that was mistyped makes no new log
     database.check_writable()
     jobs = Jobs(database)
+    busy = set[str]()  # jobs of runs that somebody else processes: others go before them
     try:
         while True:
-            taken = jobs.take()
-            if taken is not None:
-                _process(taken, log_url, tell)
-            elif stays:
-                time.sleep(ASKED_EVERY_S)
-            else:
+            taken = jobs.take(but=busy)
+            if taken is None and not busy and not stays:
                 return
+            if taken is None:
+                busy.clear()
+                time.sleep(ASKED_EVERY_S)
+            elif not _process(taken, log_url, tell):
+                busy.add(taken.job.id)
     finally:
         jobs.close()
 
 
-def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> None:
-    """Process one job; whatever is wrong with it, others come after it."""
+def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> bool:
+    """Process one job; False if somebody else, who has no job for it, is at the same run."""
     request = read_request(taken.job.request, log_url)
     tell(f"job {taken.job.id}: {request.input}")
     watch = _Watch(taken)
     try:
         summary = process(request, on_progress=watch)
-    except RunBusyError as error:  # somebody processes the same by hand
+    except RunBusyError as error:
         taken.give_back(str(error))
-        time.sleep(ASKED_EVERY_S)
+        return False
     except LogError as error:  # the database may be back soon
         _end(taken, "waiting", str(error), tell)
         time.sleep(ASKED_EVERY_S)
@@ -71,6 +73,7 @@ def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> None
         _end(taken, "failed", f"a fault of ours: {error!r}", tell)
     else:
         _conclude(taken, summary, tell, is_unwanted=watch.is_unwanted)
+    return True
 
 
 def _conclude(taken: TakenJob, summary: RunSummary, tell: Callable[[str], None], *, is_unwanted: bool) -> None:

@@ -4,6 +4,7 @@ A worker that has a job holds a lock of the database, which goes with its proces
 run, and can take its lock, knows that its worker is gone, and takes it up again. No clock is asked, so none is wrong.
 """
 
+from collections.abc import Collection
 from typing import Literal
 
 from msgspec import Struct
@@ -19,7 +20,7 @@ from service.store.writer import insert_rows, lock_seqs
 JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
 
 MOST_ATTEMPTS = 3
-"""What ends its worker so many times is not tried again by itself."""
+"""What was begun so many times without an end is not tried again by itself."""
 _MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
 
 
@@ -85,13 +86,18 @@ class Jobs:
         with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
             return _read(connection)
 
-    def take(self) -> "TakenJob | None":
-        """Begin the first job that waits, or where none does one that its worker has left; None if there is none."""
+    def take(self, *, but: Collection[str] = ()) -> "TakenJob | None":
+        """Begin the first job that waits, or where none does one that its worker has left; None if there is none.
+
+        Parameters
+        ----------
+        but : identifiers of jobs that are not to be taken.
+        """
         for state in ("waiting", "running"):
             with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
                 candidates = _read(connection, schema.jobs.c.state == state, most=_MOST_WORKERS)
             for job in candidates:
-                lock = self._lock(job.id)
+                lock = None if job.id in but else self._lock(job.id)
                 if lock is not None:
                     taken = TakenJob(self, job, lock)
                     if taken.begin():
@@ -134,7 +140,8 @@ class Jobs:
         NotInLogError
             If there is none.
         """
-        found = [one for one in self.listed() if one.id == job_id]
+        with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+            found = _read(connection, schema.jobs.c.id == job_id)
         if not found:
             raise NotInLogError(f"log {self._database.name!r}: expected the id of one of its jobs, got {job_id!r}")
         return found[0]
@@ -166,14 +173,14 @@ class TakenJob:
         self._lock = lock
 
     def begin(self) -> bool:
-        """Note that it runs; False if it has ended meanwhile, or has ended its worker too often."""
-        job = self._jobs.find(self.job.id)
+        """Note that it runs; False if it has ended meanwhile, or was begun too often without an end."""
+        job = self.job = self._jobs.find(self.job.id)
         if job.state not in ("waiting", "running"):
             return False
         if job.is_unwanted:
             return self._end_without("cancelled", "")
         if job.attempts >= MOST_ATTEMPTS:
-            return self._end_without("failed", f"its worker ended {job.attempts} times; {job.told}")
+            return self._end_without("failed", f"begun {job.attempts} times without an end; {job.told}")
         return self._jobs.change(job.id, ("waiting", "running"), state="running", attempts=job.attempts + 1)
 
     def tell(self, told: str) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from service.cli.app import run as run_cli
@@ -117,7 +118,7 @@ def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: 
             assert (jobs.find(name).state, jobs.find(name).attempts) == ("running", attempt)
             until(lambda: is_free(url, name))
         assert jobs.take() is None
-        assert (jobs.find(name).state, jobs.find(name).told[:23]) == ("failed", "its worker ended 3 time")
+        assert (jobs.find(name).state, jobs.find(name).told[:23]) == ("failed", "begun 3 times without a")
         assert jobs.retry(name).state == "waiting"
         last = jobs.take()
         assert last is not None
@@ -200,6 +201,23 @@ def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Pat
             jobs.retry(finished)
         with pytest.raises(NotInLogError, match="expected the id of one of its jobs, got 'none'"):
             jobs.cancel("none")
+
+
+def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLog, tracks: Path) -> None:
+    url, whole = new_log(), new_log()
+    process(RunRequest(tracks, tracks.parent / "site.toml", whole))
+    with open_log(whole) as log:
+        record = msgspec.structs.replace(log.run(), status="running")
+    with opened(url) as jobs, open_log(url, "w") as by_hand:
+        writer = by_hand.begin_run(record)
+        first, second = add(jobs, tracks), add(jobs, tracks, final=True)
+        worker = threading.Thread(target=work, args=(url,), kwargs={"stays": False, "tell": lambda _: None})
+        worker.start()
+        until(lambda: jobs.find(second).state == "finished")
+        assert jobs.find(first).state in ("waiting", "running")
+        writer.finish("interrupted")
+        worker.join()
+        assert jobs.find(first).state == "finished"
 
 
 def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:

@@ -140,7 +140,7 @@ def _process_many(
 ) -> int:
     """Process every input by this command, with its other options, in a process of its own."""
     from service.cli.making.many import jobs_of, process_many, repeated_options
-    from service.runs.processing import cores
+    from service.machine import cores
 
     if logs is None or log is not None:
         raise typer.BadParameter(f"expected one of --log and --logs, got {'neither' if logs is None else 'both'}")
