@@ -72,14 +72,14 @@ def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> bool
         _LOGGER.exception("job %s", taken.job.id)
         _end(taken, "failed", f"a fault of ours: {error!r}", tell)
     else:
-        _conclude(taken, summary, tell, is_unwanted=watch.is_unwanted)
+        _conclude(taken, summary, tell, cancel_requested=watch.cancel_requested)
     return True
 
 
-def _conclude(taken: TakenJob, summary: RunSummary, tell: Callable[[str], None], *, is_unwanted: bool) -> None:
+def _conclude(taken: TakenJob, summary: RunSummary, tell: Callable[[str], None], *, cancel_requested: bool) -> None:
     if summary.status == "finished":
         _end(taken, "finished", f"run {summary.run}", tell)
-    elif is_unwanted:
+    elif cancel_requested:
         _end(taken, "cancelled", summary.reason, tell)
     elif summary.status == "interrupted":
         taken.give_back(summary.reason)
@@ -88,16 +88,16 @@ def _conclude(taken: TakenJob, summary: RunSummary, tell: Callable[[str], None],
         _end(taken, "failed", summary.reason, tell)
 
 
-def _end(taken: TakenJob, state: JobState, told: str, tell: Callable[[str], None]) -> None:
-    taken.end(state, told)
-    tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {told}")
+def _end(taken: TakenJob, state: JobState, message: str, tell: Callable[[str], None]) -> None:
+    taken.end(state, message)
+    tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {message}")
 
 
 class _Watch:
     """Note once a second how far a job has come, and stop it once it is not wanted any more."""
 
     def __init__(self, taken: TakenJob) -> None:
-        self.is_unwanted = False
+        self.cancel_requested = False
         self._taken = taken
         self._due_s = 0.0
 
@@ -106,6 +106,8 @@ class _Watch:
         if now_s < self._due_s:
             return
         self._due_s = now_s + TOLD_EVERY_S
-        self.is_unwanted = not self._taken.tell(f"{progress.media_us / 1e6:.0f} s of input, {progress.frames} frames")
-        if self.is_unwanted:
+        self.cancel_requested = not self._taken.tell(
+            f"{progress.media_us / 1e6:.0f} s of input, {progress.frames} frames"
+        )
+        if self.cancel_requested:
             raise KeyboardInterrupt  # as Ctrl-C stops a run: between two frames, with what is known told

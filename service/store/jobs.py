@@ -5,6 +5,7 @@ run, and can take its lock, knows that its worker is gone, and takes it up again
 """
 
 from collections.abc import Collection
+from contextlib import ExitStack
 from typing import Literal
 
 from msgspec import Struct
@@ -14,7 +15,7 @@ from sqlalchemy import ColumnElement, Connection, func, select, update
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
 from service.store.databases.database import Database, Lock, explained
-from service.store.versions import create_schema
+from service.store.versions import create_schema, up_to_date
 from service.store.writer import insert_rows, lock_seqs
 
 JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
@@ -33,8 +34,8 @@ class Job(Struct, frozen=True):
     id : the same for the same request.
     request : as `service.runs.requests` writes it.
     attempts : how often it was begun.
-    is_unwanted : somebody asked for its end.
-    told : how far it has come, or what went wrong.
+    cancel_requested : somebody asked for its end.
+    message : how far it has come, or what went wrong.
     """
 
     number: int
@@ -42,8 +43,8 @@ class Job(Struct, frozen=True):
     request: str
     state: JobState = "waiting"
     attempts: int = 0
-    is_unwanted: bool = False
-    told: str = ""
+    cancel_requested: bool = False
+    message: str = ""
 
 
 class Jobs:
@@ -51,7 +52,7 @@ class Jobs:
 
     Parameters
     ----------
-    database : of the log; its tables are made if need be.
+    database : of the log; its tables are made, or carried over, if need be.
 
     Raises
     ------
@@ -60,6 +61,9 @@ class Jobs:
     """
 
     def __init__(self, database: Database) -> None:
+        if database.exists():
+            with ExitStack() as closing:
+                up_to_date(database, closing, may_be_empty=True)
         self._database = database
         self._engine = database.writing()
         with explained(database, "a log that can be written"), self._engine.begin() as connection:
@@ -116,12 +120,12 @@ class Jobs:
             If it has ended.
         """
         is_kept_away = self.change(job_id, ("waiting",), state="cancelled")
-        is_asked_for = not is_kept_away and self.change(job_id, ("running",), is_unwanted=True)
+        is_asked_for = not is_kept_away and self.change(job_id, ("running",), cancel_requested=True)
         return self._found(job_id, "one that waits or runs", is_right=is_kept_away or is_asked_for)
 
     def retry(self, job_id: str) -> Job:
         """Let a job wait again that failed or was cancelled; raises as `cancel`."""
-        anew = {"state": "waiting", "attempts": 0, "is_unwanted": False, "told": ""}
+        anew = {"state": "waiting", "attempts": 0, "cancel_requested": False, "message": ""}
         is_right = self.change(job_id, ("failed", "cancelled"), **anew)
         return self._found(job_id, "one that failed or was cancelled", is_right=is_right)
 
@@ -177,32 +181,34 @@ class TakenJob:
         job = self.job = self._jobs.find(self.job.id)
         if job.state not in ("waiting", "running"):
             return False
-        if job.is_unwanted:
+        if job.cancel_requested:
             return self._end_without("cancelled", "")
         if job.attempts >= MOST_ATTEMPTS:
-            return self._end_without("failed", f"begun {job.attempts} times without an end; {job.told}")
+            return self._end_without("failed", f"begun {job.attempts} times without an end; {job.message}")
         return self._jobs.change(job.id, ("waiting", "running"), state="running", attempts=job.attempts + 1)
 
-    def tell(self, told: str) -> bool:
+    def tell(self, message: str) -> bool:
         """Note how far it has come; False if it is not wanted any more."""
-        self._jobs.change(self.job.id, ("running",), told=told)
-        return not self._jobs.find(self.job.id).is_unwanted
+        self._jobs.change(self.job.id, ("running",), message=message)
+        return not self._jobs.find(self.job.id).cancel_requested
 
-    def end(self, state: JobState, told: str) -> None:
+    def end(self, state: JobState, message: str) -> None:
         """Note how it ended, or that it waits again, and let it go."""
-        self._jobs.change(self.job.id, ("running",), state=state, told=told, is_unwanted=False)
+        self._jobs.change(self.job.id, ("running",), state=state, message=message, cancel_requested=False)
         self._lock.release()
 
-    def give_back(self, told: str) -> None:
+    def give_back(self, message: str) -> None:
         """Let it wait again as if it had not been begun."""
-        self._jobs.change(self.job.id, ("running",), state="waiting", attempts=self.job.attempts, told=told)
+        self._jobs.change(self.job.id, ("running",), state="waiting", attempts=self.job.attempts, message=message)
         self._lock.release()
 
-    def _end_without(self, state: JobState, told: str) -> bool:
-        self._jobs.change(self.job.id, ("waiting", "running"), state=state, told=told)
+    def _end_without(self, state: JobState, message: str) -> bool:
+        self._jobs.change(self.job.id, ("waiting", "running"), state=state, message=message)
         return False
 
 
 def _read(connection: Connection, *conditions: ColumnElement[bool], most: int | None = None) -> list[Job]:
     query = select(schema.jobs).where(*conditions).order_by(schema.jobs.c.number).limit(most)
-    return [Job(**{**row._mapping, "is_unwanted": bool(row.is_unwanted)}) for row in connection.execute(query)]
+    return [
+        Job(**{**row._mapping, "cancel_requested": bool(row.cancel_requested)}) for row in connection.execute(query)
+    ]

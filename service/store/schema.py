@@ -187,8 +187,8 @@ jobs = Table(
     Column("request", Text, nullable=False),
     Column("state", Text, nullable=False),
     Column("attempts", Integer, nullable=False),
-    Column("is_unwanted", Boolean, nullable=False),
-    Column("told", Text, nullable=False),
+    Column("cancel_requested", Boolean, nullable=False),
+    Column("message", Text, nullable=False),
 )
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.

@@ -118,7 +118,7 @@ def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: 
             assert (jobs.find(name).state, jobs.find(name).attempts) == ("running", attempt)
             until(lambda: is_free(url, name))
         assert jobs.take() is None
-        assert (jobs.find(name).state, jobs.find(name).told[:23]) == ("failed", "begun 3 times without a")
+        assert (jobs.find(name).state, jobs.find(name).message[:23]) == ("failed", "begun 3 times without a")
         assert jobs.retry(name).state == "waiting"
         last = jobs.take()
         assert last is not None
@@ -131,10 +131,10 @@ def test_a_worker_that_is_killed_leaves_nothing_half_and_nothing_twice(new_log: 
         name = add(jobs, tracks)
         for _ in range(MOST_ATTEMPTS - 1):
             worker = subprocess.Popen([*WORK, url, "--once"], stderr=subprocess.DEVNULL)
-            until(lambda: " s of input" in jobs.find(name).told)
+            until(lambda: " s of input" in jobs.find(name).message)
             worker.kill()
             worker.wait()
-            jobs.change(name, ("running",), told="")
+            jobs.change(name, ("running",), message="")
             until(lambda: is_free(url, name))
         work(url, stays=False, tell=lambda _: None)
         assert jobs.find(name).state == "finished"
@@ -178,7 +178,7 @@ def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLo
         bad, good = add(jobs, broken), add(jobs, tracks)
         work(url, stays=False, tell=lambda _: None)
         assert [jobs.find(one).state for one in (bad, good)] == ["failed", "finished"]
-        assert "broken.csv" in jobs.find(bad).told
+        assert "broken.csv" in jobs.find(bad).message
 
 
 def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Path, tracks: Path) -> None:
@@ -225,7 +225,7 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
     with opened(url) as jobs:
         name = add(jobs, scene / "truth.csv")
         worker = subprocess.Popen([*WORK, url], stderr=subprocess.PIPE)
-        until(lambda: " s of input" in jobs.find(name).told)
+        until(lambda: " s of input" in jobs.find(name).message)
         worker.send_signal(signal.SIGTERM)
         worker.communicate()
         assert worker.returncode == 130

@@ -11,7 +11,9 @@ from sqlalchemy import inspect
 
 from service.errors import LogError
 from service.store import schema
+from service.store.databases.location import database_of
 from service.store.databases.sqlite_file import SqliteFile
+from service.store.jobs import Jobs
 from service.store.log import open_log
 from tests.service.logs import read_all, run, write_log, write_small_log
 
@@ -106,6 +108,14 @@ def test_a_kill_while_a_log_is_carried_over_loses_nothing(tmp_path: Path) -> Non
     killed = subprocess.run([sys.executable, "-c", DIE_WHILE_CARRYING_OVER, url], check=False)
     assert killed.returncode == -signal.SIGKILL
     assert rows(tmp_path / "a.db") == before
+    assert len(read_all(url)) == 2
+
+
+def test_jobs_are_added_to_an_older_log(tmp_path: Path) -> None:
+    url = old_log(tmp_path / "a.db")
+    jobs = Jobs(database_of(url))
+    assert jobs.add("one", "{}").number == 1
+    jobs.close()
     assert len(read_all(url)) == 2
 
 

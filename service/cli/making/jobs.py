@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from service.runs.processing import RunRequest
     from service.store.jobs import Jobs
 
-TITLES = ("job", "state", "attempts", "input", "told")
+TITLES = ("job", "state", "attempts", "input", "message")
 JobName = Annotated[str, typer.Argument(metavar="JOB", help="Identifier, as `dyknow jobs list` shows it.")]
 
 
@@ -40,7 +40,13 @@ def list_jobs(log: LogName, as_json: AsJson = False) -> None:
     with _opened(log) as jobs:
         listed = jobs.listed()
     rows = [
-        [one.id, one.state, str(one.attempts), str(read_request(one.request, log).input), one.told.partition("\n")[0]]
+        [
+            one.id,
+            one.state,
+            str(one.attempts),
+            str(read_request(one.request, log).input),
+            one.message.partition("\n")[0],
+        ]
         for one in listed
     ]
     show({"items": [asdict(one) for one in listed]}, format_table(TITLES, rows), as_json=as_json)
@@ -50,7 +56,7 @@ def cancel(log: LogName, job: JobName, as_json: AsJson = False) -> None:
     """Do not begin a job that waits; stop one that runs, with what it has told kept."""
     with _opened(log) as jobs:
         found = jobs.cancel(job)
-    show(found, f"job {found.id} is {'being stopped' if found.is_unwanted else found.state}", as_json=as_json)
+    show(found, f"job {found.id} is {'being stopped' if found.cancel_requested else found.state}", as_json=as_json)
 
 
 def retry(log: LogName, job: JobName, as_json: AsJson = False) -> None:

@@ -15,6 +15,6 @@ def upgrade() -> None:
         sa.Column("request", sa.Text, nullable=False),
         sa.Column("state", sa.Text, nullable=False),
         sa.Column("attempts", sa.Integer, nullable=False),
-        sa.Column("is_unwanted", sa.Boolean, nullable=False),
-        sa.Column("told", sa.Text, nullable=False),
+        sa.Column("cancel_requested", sa.Boolean, nullable=False),
+        sa.Column("message", sa.Text, nullable=False),
     )
