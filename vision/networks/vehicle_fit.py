@@ -111,6 +111,17 @@ class Guess(Table):
 
 
 @dataclass(frozen=True, slots=True)
+class _Step:
+    """Hold how far from the truth vehicles are, (n,), and what would be nearer: centre, (length, width, height)."""
+
+    cost: FloatArray
+    centre_m: FloatArray
+    lengths: FloatArray
+    noise: FloatArray
+    misfit: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleFit:
     """Boxes of a picture, and what is needed to find the vehicles behind them.
 
@@ -144,26 +155,41 @@ class VehicleFit:
 
     def directed(self, start_m: FloatArray, heading_rad: FloatArray) -> Guess:
         """Find the vehicles of given headings: sizes by linear estimation, places by Newton's method."""
+        centre_m, lengths = kept_m, kept = start_m, self.usual
+        least = np.full(len(start_m), np.inf)
+        for _ in range(STEPS):
+            step = self._step(centre_m, heading_rad, lengths)
+            is_better = (step.cost < least)[:, None]
+            least = np.minimum(step.cost, least)
+            kept_m, kept = np.where(is_better, centre_m, kept_m), np.where(is_better, lengths, kept)
+            # A long vehicle near the camera is anything but linear: of a step that went too far, half is tried.
+            centre_m = np.where(is_better, step.centre_m, (centre_m + kept_m) / 2)
+            lengths = np.where(is_better, step.lengths, (lengths + kept) / 2)
+            if not (np.abs(centre_m - kept_m) > CLOSE_M).any():
+                break
+        step = self._step(kept_m, heading_rad, kept)
+        sizes = np.maximum(step.lengths, self.settings.networks.smallest_m)
+        return Guess(Boxes(step.centre_m, heading_rad, sizes[:, 0], sizes[:, 1]), step.noise, step.misfit)
+
+    def _step(self, centre_m: FloatArray, heading_rad: FloatArray, lengths: FloatArray) -> _Step:
         ends, view, variance = self.ends, self.view, self.spread**2
         share, is_whole = ends.share(), ~ends.is_hidden.any(axis=2)
+        derivative, lean = pixels_by_metres(view, centre_m), view.lean(centre_m)
+        reach = np.stack([axis(heading_rad), axis(heading_rad + np.pi / 2), lean], axis=2)  # (n, 2, 3) metres
+        signed = ends.axes @ derivative @ reach
+        gain = np.abs(signed)  # pixels by metres, the extents of a box by those of the vehicle
+        off_px = ends.at_px - ends.seen_of(_corners_px(view, centre_m, heading_rad, lengths))
+        cost = ((share > 0) * (off_px / ends.edge_px[:, :, None]) ** 2).sum(axis=(1, 2))
+        cost += ((lengths - self.usual) ** 2 / variance).sum(axis=1)
+        # What a long vehicle covers is no linear function of its length, so the rest of it counts as measured.
+        excess_px = np.where(is_whole, off_px[..., 1] - off_px[..., 0], 0.0)
+        measured_px = excess_px + np.einsum("nij,nj->ni", gain, lengths)
         extent_noise_px = np.where(is_whole, ends.edge_px, UNSEEN_PX)
-        centre_m, lengths = start_m, self.usual
-        for _ in range(STEPS):
-            derivative, lean = pixels_by_metres(view, centre_m), view.lean(centre_m)
-            reach = np.stack([axis(heading_rad), axis(heading_rad + np.pi / 2), lean], axis=2)  # (n, 2, 3) metres
-            signed = ends.axes @ derivative @ reach
-            gain = np.abs(signed)  # pixels by metres, the extents of a box by those of the vehicle
-            off_px = ends.at_px - ends.seen_of(_corners_px(view, centre_m, heading_rad, lengths))
-            # What a long vehicle covers is no linear function of its length, so the rest of it counts as measured.
-            excess_px = np.where(is_whole, off_px[..., 1] - off_px[..., 0], 0.0)
-            measured_px = excess_px + np.einsum("nij,nj->ni", gain, lengths)
-            lengths, left, misfit = _sizes(gain, measured_px, self.usual, variance, extent_noise_px)
-            step_px = (share * off_px).sum(axis=2)
-            step_m = np.linalg.solve(ends.axes @ derivative, step_px[:, :, None])[:, :, 0]
-            length_m = np.hypot(step_m[:, 0], step_m[:, 1])
-            centre_m = centre_m + step_m / np.maximum(length_m / LONGEST_STEP_M, 1.0)[:, None]
-            if not (length_m > CLOSE_M).any():
-                break
+        sizes, left, misfit = _sizes(gain, measured_px, self.usual, variance, extent_noise_px)
+        step_px = (share * off_px).sum(axis=2)
+        step_m = np.linalg.solve(ends.axes @ derivative, step_px[:, :, None])[:, :, 0]
+        length_m = np.hypot(step_m[:, 0], step_m[:, 1])
+        centre_m = centre_m + step_m / np.maximum(length_m / LONGEST_STEP_M, 1.0)[:, None]
         # The middle of a box is displaced by half of what the height is wrong; a place told by one end, by half of what
         # the extent is wrong as well.
         shift = (share[..., 0] - share[..., 1])[:, :, None] * gain / 2
@@ -172,8 +198,7 @@ class VehicleFit:
         to_ground = np.linalg.inv(ends.axes @ derivative)
         noise = to_ground @ noise_px @ to_ground.transpose(0, 2, 1)
         noise += self.settings.detection.position_noise_m**2 * np.eye(2)
-        sizes = np.maximum(lengths, self.settings.networks.smallest_m)
-        return Guess(Boxes(centre_m, heading_rad, sizes[:, 0], sizes[:, 1]), noise, misfit)
+        return _Step(cost, centre_m, sizes, noise, misfit)
 
 
 def pixels_by_metres(view: GroundView, points_m: FloatArray) -> FloatArray:

@@ -224,6 +224,25 @@ def test_weight_is_the_score() -> None:
     assert detect(camera, drawn(camera, make_boxes([(60.0, 40.0, 0.0, 4.6, 1.9)]))).weights().tolist() == [0.9]
 
 
+@pytest.mark.parametrize("ahead_m", [12.0, 16.0, 24.0])
+@pytest.mark.parametrize("length_m", [8.0, 12.0, 14.0])
+def test_a_long_vehicle_near_a_low_camera_is_found_where_it_stands(ahead_m: float, length_m: float) -> None:
+    camera = slanted(height_m=4.5, pitch_rad=0.1, focal_px=610.0)
+    truck = make_boxes([(-6.0, ahead_m + length_m / 2, np.pi / 2, length_m, 2.5)])
+    found = detect(camera, drawn(camera, truck, height_m=3.3, name="truck"), known(truck))
+    assert found.boxes.centre_m == pytest.approx(truck.centre_m, abs=1.5)
+
+
+def test_boxes_that_no_vehicle_explains_do_not_end_a_run() -> None:
+    camera, rng, count = slanted(height_m=4.4, pitch_rad=0.09, focal_px=610.0), np.random.default_rng(0), 3000
+    foot_px, size_px = rng.uniform((0, 200), (640, 359), (count, 2)), np.exp(rng.uniform(1, 6, (count, 2)))
+    number, flat = rng.integers(0, len(CLASS_NAMES), count), np.zeros(count)
+    boxes = ImageBoxes(foot_px - size_px * (0, 0.5), size_px, flat, flat > 0, np.ones(count), number)
+    found = detect(camera, boxes)
+    assert np.isfinite(found.boxes.centre_m).all()
+    assert np.isfinite(found.noise).all()
+
+
 @seeds(range(4), kept=1)
 def test_wild_boxes_give_finite_rows(seeds: range) -> None:
     for seed in seeds:
