@@ -23,7 +23,8 @@ class AnchoringSettings:
     edge_loss_us : how long a car may be unseen at the edge of the view before it counts as gone.
     off_road_us, odd_size_us : how long a car may be off the road, or of an impossible size, as merged vehicles are.
     road_tolerance_m : how far outside the lanes still is on the road; maps are a metre off.
-    jump_m, jump_growth_mps2 : a vision object further from where it was expected is another thing; grows with time.
+    jump_m, jump_growth_mps2, jump_sigmas : a vision object further from where it was expected is another thing; grows
+        with time, and by so many standard deviations of the place where tracking says how well it knows it.
     swap_us : how long a turn, a change of speed or of size beyond all reason is tolerated as noise (size: five times).
     swap_m : a body so far from where it was expected is compared with others, and refuted if another one explains it
         better by ``margin_nats``.
@@ -88,6 +89,7 @@ class AnchoringSettings:
     road_tolerance_m: float = 1.0
     jump_m: float = 4.0
     jump_growth_mps2: float = 5.0
+    jump_sigmas: float = 3.0
     swap_us: int = 200_000
     swap_m: float = 2.5
     slip_us: int = 600_000

@@ -115,7 +115,10 @@ def _comparable(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> Bo
 def _no_jump(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolArray:
     apart_m = np.hypot(*(frame.state[X : Y + 1] - frame.expected_m))
     unseen_s = (frame.t_us - bodies.states_us[NOW]) * 1e-6
-    no_jump: BoolArray = ~frame.is_seen | (apart_m <= settings.jump_m + settings.jump_growth_mps2 * unseen_s**2)
+    # From low above the road a pixel may be metres: a place that is known no better may move by as much.
+    unsure_m = settings.jump_sigmas * np.nan_to_num(frame.sigma_m)
+    limit_m = settings.jump_m + unsure_m + settings.jump_growth_mps2 * unseen_s**2
+    no_jump: BoolArray = ~frame.is_seen | (apart_m <= limit_m)
     return no_jump
 
 
@@ -126,7 +129,9 @@ def _same_motion(
     old = bodies.states[OLD]
     age_s = (frame.t_us - bodies.states_us[OLD]) * 1e-6
     speed_mps, old_mps = np.hypot(frame.state[VX], frame.state[VY]), np.hypot(old[VX], old[VY])
-    turned = np.cos(frame.state[HEADING] - old[HEADING]) < math.cos(settings.turn_rad)
+    # By the course: which end is the front of a vehicle that stood is known only some time after it has moved off.
+    along = frame.state[VX] * old[VX] + frame.state[VY] * old[VY]
+    turned = along < math.cos(settings.turn_rad) * speed_mps * old_mps
     turned &= np.minimum(speed_mps, old_mps) > settings.turn_mps
     slack_mps = settings.speed_slack_mps + settings.acceleration_mps2 * age_s
     rushed = np.abs(speed_mps - old_mps) > slack_mps

@@ -256,6 +256,32 @@ def test_vision_object_that_jumps_to_another_place_is_refuted() -> None:
     assert cars[-1].ids == ("car2",)
 
 
+def test_a_jump_within_what_is_known_of_a_place_is_no_jump() -> None:
+    def refuted(sigma_m: float) -> bool:
+        anchorer, kinds = Anchorer(straight_road()), list[str]()
+        for number in range(30):
+            x_m = 10.0 * number * FRAME_US * 1e-6 + (6.0 if number >= 15 else 0.0)
+            seen = observations(number * FRAME_US, {"v1": east(x_m)})
+            _, changes = anchorer.observe(replace(seen, sigma_m=np.array([sigma_m])))
+            kinds += [change.kind for change in changes]
+        return "refuted" in kinds
+
+    assert refuted(0.2)
+    assert not refuted(2.0)
+
+
+def test_a_car_whose_front_is_known_only_once_it_drives_is_the_same_car() -> None:
+    anchorer, kinds = Anchorer(straight_road()), list[str]()
+    for number in range(80):
+        t_s = number * FRAME_US * 1e-6
+        seen = observations(number * FRAME_US, {"v1": east(2.0 * t_s**2, 4.0 * t_s)})
+        backwards = replace(seen, heading_rad=np.array([math.pi]))
+        cars, changes = anchorer.observe(backwards if t_s < 1.6 else seen)
+        kinds += [change.kind for change in changes]
+    assert "refuted" not in kinds
+    assert cars.ids == ("car1",)
+
+
 def test_vision_object_that_grows_is_refuted() -> None:
     def scene(t: float) -> dict[str, Seen]:
         return {"v1": replace(east(10 * t), length_m=4.5 if t < 2 else 12.0)}

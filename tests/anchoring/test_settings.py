@@ -321,6 +321,18 @@ def moved(settings: AnchoringSettings) -> Told:
     return tuple(standing)
 
 
+def jumped(settings: AnchoringSettings) -> Told:
+    """Tell after how many frames a car is refuted that jumps ever farther, at a place known ever less well."""
+    anchorer, told = Anchorer(straight_road(), settings), list[int]()
+    for number in range(60):
+        car = Seen(10.0 * number * FRAME_US * 1e-6 + (number % 5 == 4) * (number / 4), -1.75, 10.0)
+        _, changes = anchorer.observe(
+            replace(observations(number * FRAME_US, {"v": car}), sigma_m=np.array([number / 20]))
+        )
+        told += [number for change in changes if change.kind == "refuted"]
+    return tuple(told)
+
+
 def sure(settings: AnchoringSettings) -> Told:
     """Tell in thousandths how sure a car is that is missed in each third frame after some, at a badly known place."""
     anchorer, told = Anchorer(straight_road(), settings), list[int]()
@@ -392,7 +404,7 @@ WEIGHED = {
 def outcome(name: str) -> Callable[[AnchoringSettings], Told]:
     """Choose what is told to show what a number does."""
     special = {"settle_us": given_after_a_lost_view, "name_back_us": given_back, "return_mps": returned}
-    special |= {"decided_nats": believed, "moved_lengths": moved, "moved_sigmas": moved}
+    special |= {"jump_sigmas": jumped, "decided_nats": believed, "moved_lengths": moved, "moved_sigmas": moved}
     special |= dict.fromkeys(("grown_us", "recent_us", "coarse_lengths"), sure)
     if name in special:
         return special[name]
