@@ -3,8 +3,9 @@
 ``python -m benchmarks.evaluate_mast --seeds 1 2 --seconds 40`` makes the scenes that are not there yet, processes each
 video and prints one table as Markdown. Of a vehicle counts what can be seen: rows whose box is 15 px wide or high and
 of which half or more shows, in a stretch of 2 s or more. A symbol may be 1.5 m plus 5 % of its distance from the camera
-away from its vehicle: so much a pixel is worth far away. At each frame symbols and vehicles are assigned one to one,
-those that count before the others.
+away from its vehicle: so much a pixel is worth far away. At each frame symbols and vehicles are assigned one to one: a
+pair of earlier frames is kept while it is near enough (CLEAR MOT, Bernardin and Stiefelhagen 2008), then those that
+count go before the others.
 
 * found: vehicles that have a symbol in most of the rows that count.
 * precision: symbols' rows on a vehicle that counts, out of these and the rows on none at all. Those on a vehicle too
@@ -35,7 +36,7 @@ from service.records import CarState
 from service.runs.processing import RunRequest, process
 from service.scoring.evaluate import Evaluation, TrueEvent, evaluate_events, load_truth, positions_from_rows
 from service.scoring.evaluate_log import load_events
-from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, StrArray, assign, ground_pairs
+from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, StrArray, assign, ground_pairs, groups_of
 from service.scoring.truth_rows import nearest_times
 from service.store.log import open_log
 
@@ -223,7 +224,8 @@ def compare_shown(
     cars = np.array([state.car for state in states])
     frame = nearest_times(np.array([state.t_us for state in states], dtype=np.int64), times_us)
     found_m = np.array([(state.x_m, state.y_m) for state in states]).reshape(-1, 2)
-    pairs = _assigned(truth, np.searchsorted(times_us, truth.t_us), frame, found_m, eye_m)
+    near = _near(truth, np.searchsorted(times_us, truth.t_us), frame, found_m, eye_m)
+    pairs = _assigned(near, truth, cars, np.searchsorted(times_us, truth.t_us))
     symbol = np.full(len(truth.t_us), "", dtype=object)
     symbol[pairs.true_row] = cars[pairs.found_row]
     of_vehicle = {name: symbol[rows[truth.counts[rows]]] for name, rows in _rows_by_name(truth.name).items()}
@@ -241,10 +243,8 @@ def compare_shown(
     )
 
 
-def _assigned(
-    truth: ShownTruth, true_frame: IntArray, frame: IntArray, found_m: FloatArray, eye_m: FloatArray
-) -> Pairs:
-    """Pair true and found rows that are near enough, one to one, with those that count first."""
+def _near(truth: ShownTruth, true_frame: IntArray, frame: IntArray, found_m: FloatArray, eye_m: FloatArray) -> Pairs:
+    """List the true and found rows that are near enough to each other."""
     away_m = np.hypot(*(truth.centre_m - eye_m).T)
     reach_m = REACH_M + REACH_PER_M * away_m
     widest_m = float(reach_m.max())
@@ -252,10 +252,21 @@ def _assigned(
     near = ground_pairs(true_frame, truth.centre_m, frame[known], found_m[known], reach_m=widest_m)
     apart = (1 - near.similarity) * widest_m / reach_m[near.true_row]
     close = np.flatnonzero(apart < 1)
-    pairs = Pairs(near.true_row[close], known[near.found_row[close]], 1 - apart[close])
-    # A pair that counts weighs more than any two others.
-    score = pairs.similarity + 1e-3 + 3.0 * truth.counts[pairs.true_row]
-    return pairs.select(assign(pairs, true_frame[pairs.true_row], score))
+    return Pairs(near.true_row[close], known[near.found_row[close]], 1 - apart[close])
+
+
+def _assigned(near: Pairs, truth: ShownTruth, cars: StrArray, true_frame: IntArray) -> Pairs:
+    """Pair rows one to one, frame by frame: those that were a pair before first, then those that count."""
+    chosen, last = np.zeros(len(near), np.bool_), dict[str, str]()
+    for group in groups_of(true_frame[near.true_row]):
+        pairs = near.select(group)
+        names, symbols = truth.name[pairs.true_row].tolist(), cars[pairs.found_row].tolist()
+        was_pair = np.array([last.get(name) == symbol for name, symbol in zip(names, symbols, strict=True)])
+        # A pair that goes before weighs more than any two others.
+        score = pairs.similarity + 1e-3 + 3.0 * truth.counts[pairs.true_row] + 12.0 * was_pair
+        chosen[group] = is_chosen = assign(pairs, np.zeros(len(pairs), np.int64), score)
+        last |= {names[nth]: symbols[nth] for nth in np.flatnonzero(is_chosen)}
+    return near.select(chosen)
 
 
 def _switches(symbols: Iterable[str]) -> int:

@@ -50,6 +50,15 @@ def test_symbols_on_nothing_are_wrong_and_those_on_what_hardly_shows_are_not() -
     assert (ignored.vehicles, ignored.rows_right, ignored.rows_wrong) == (0, 0, 0)
 
 
+def test_a_symbol_between_two_vehicles_stays_on_its_own_while_that_is_near_enough() -> None:
+    truth = truth_of("a", "b")
+    truth = ShownTruth(truth.t_us, truth.name, truth.centre_m * (1.0, 0.2), truth.counts)  # 2 m apart
+    wild = [*states_at("car1", 20.0, 0.0, range(10)), *states_at("car1", 20.0, 1.9, range(10, 20))]
+    assert measured(truth, wild, states_at("car1", 20.0, 0.0, range(20, 30))).switches == 0
+    gone = states_at("car1", 20.0, 4.0, range(10, 30))
+    assert measured(truth, states_at("car1", 20.0, 0.0, range(10)), gone).rows_right == 30
+
+
 def test_a_new_name_on_a_vehicle_is_a_switch_and_a_gap_is_none() -> None:
     truth = truth_of("a")
     gap = states_at("car1", 20.0, 0.0, range(10)), states_at("car1", 20.0, 0.0, range(14, 30))
