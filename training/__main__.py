@@ -9,8 +9,8 @@ from pathlib import Path
 
 import torch
 
-from training.augment import LOOKS
 from training.centre_net import write_onnx
+from training.crops import LOOKS
 from training.score import score
 from training.train import train
 from training.worlds import write_worlds
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--steps", type=int, default=12_000)
     parser.add_argument("--batch", type=int, help="crops a step; default: that of the kind, which goes with --steps")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes that render and make crops")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes that render")
     parser.add_argument("--still", type=Path, help="folder of the real still, to score on")
     given = parser.parse_args()
     # On a graphics card the way back through what is enlarged has no deterministic form.
@@ -36,7 +36,7 @@ def main() -> None:
             write_worlds(folder, given.kind, seeds, is_plain=folder == check, workers=given.workers)
     batch = given.batch or LOOKS[given.kind].batch
     weights = given.out / f"{given.kind}.pt"
-    network = train([worlds], given.kind, weights, steps=given.steps, batch=batch, workers=given.workers)
+    network = train([worlds], given.kind, weights, steps=given.steps, batch=batch)
     write_onnx(network, given.out / f"{given.kind}.onnx")
     score(given.out / f"{given.kind}.onnx", check, still_folder=given.still)
 

@@ -49,7 +49,7 @@ _OFF_ROAD_M = (
 _OFF_ROAD_SHARES = (0.55, 0.13, 0.13, 0.06, 0.13)
 """More of the rare classes than in traffic, which shows hardly a motorcycle in ten pictures."""
 _FOCAL_WIDTHS = 1.2
-PER_WORLD = 4
+PER_WORLD = 6
 _STEP_US = 100_000
 _BUSY = ("junction", "queue_passing", "urban_grid")
 _LOW_SCENARIOS = [*("motorway",) * 4, *_BUSY * 2, "roundabout", "rural_overtaking"]
