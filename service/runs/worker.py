@@ -3,15 +3,17 @@
 import logging
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from chronicles.errors import ChronicleError
 from dyknow.errors import DyKnowError
 from service.errors import LogError, RunBusyError, ServiceError
-from service.runs.processing import Progress, RunSummary, process
-from service.runs.requests import read_request
 from service.store.databases.location import database_of
 from service.store.jobs import Jobs, JobState, TakenJob
 from vision.errors import VisionError
+
+if TYPE_CHECKING:
+    from service.runs.processing import Progress, RunSummary
 
 TOLD_EVERY_S = 1.0
 ASKED_EVERY_S = 1.0
@@ -55,6 +57,10 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
 
 def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> bool:
     """Process one job; False if somebody else, who has no job for it, is at the same run."""
+    # What processes takes 100 MB, which a worker that only waits for jobs does not need.
+    from service.runs.processing import process
+    from service.runs.requests import read_request
+
     request = read_request(taken.job.request, log_url)
     tell(f"job {taken.job.id}: {request.input}")
     watch = _Watch(taken)
@@ -76,7 +82,7 @@ def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> bool
     return True
 
 
-def _conclude(taken: TakenJob, summary: RunSummary, tell: Callable[[str], None], *, cancel_requested: bool) -> None:
+def _conclude(taken: TakenJob, summary: "RunSummary", tell: Callable[[str], None], *, cancel_requested: bool) -> None:
     if summary.status == "finished":
         _end(taken, "finished", f"run {summary.run}", tell)
     elif cancel_requested:
@@ -101,7 +107,7 @@ class _Watch:
         self._taken = taken
         self._due_s = 0.0
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: "Progress") -> None:
         now_s = time.monotonic()
         if now_s < self._due_s:
             return

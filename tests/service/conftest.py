@@ -3,14 +3,12 @@
 import warnings
 from collections.abc import Callable, Iterator
 from itertools import count
-from typing import TYPE_CHECKING, Any  # fixtures' own types
+from pathlib import Path
+from typing import Any  # fixtures' own types
 
 import pytest
 from sqlalchemy import create_engine, text
 from sqlalchemy.engine import make_url
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NewLog = Callable[[], str]
 """Gives the URL of a log that does not exist yet."""
@@ -47,3 +45,15 @@ def new_log(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     folder: Path = tmp_path_factory.mktemp("logs")
     numbers = count(1)
     return lambda: f"sqlite:///{folder / f'log_{next(numbers)}.db'}"
+
+
+@pytest.fixture(scope="session")
+def tracks(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Ten seconds of a scene, with its site."""
+    folder = tmp_path_factory.mktemp("tracks")
+    lines = (scene / "truth.csv").read_text().splitlines(keepends=True)
+    early = [one for one in lines[1:] if int(one.split(",")[0]) < 10_000_000]
+    (folder / "a.csv").write_text("".join([lines[0], *early]))
+    for name in ("site.toml", "network.net.xml"):
+        (folder / name).write_bytes((scene / name).read_bytes())
+    return folder / "a.csv"

@@ -35,18 +35,6 @@ signal.pause()
 WORK = [sys.executable, "-c", "from service.cli.app import main; main()", "worker"]
 
 
-@pytest.fixture(scope="module")
-def tracks(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Ten seconds of a scene, with its site."""
-    folder = tmp_path_factory.mktemp("tracks")
-    lines = (scene / "truth.csv").read_text().splitlines(keepends=True)
-    early = [one for one in lines[1:] if int(one.split(",")[0]) < 10_000_000]
-    (folder / "a.csv").write_text("".join([lines[0], *early]))
-    for name in ("site.toml", "network.net.xml"):
-        (folder / name).write_bytes((scene / name).read_bytes())
-    return folder / "a.csv"
-
-
 @contextmanager
 def opened(url: str) -> Iterator[Jobs]:
     jobs = Jobs(database_of(url))

@@ -3,10 +3,12 @@
 import ipaddress
 import socket
 import sys
+from contextlib import ExitStack
 from typing import Annotated
 
 import typer
 
+from service.cli.making.jobs import tell_line
 from service.cli.options import LogName
 
 PORT = 8420
@@ -17,21 +19,27 @@ def serve(
     log: LogName,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
+    workers: Annotated[
+        int, typer.Option(min=0, max=1, help="Processes beside the server that work off the jobs of the log.")
+    ] = 1,
 ) -> None:
-    """Answer questions to an event log over HTTP until interrupted."""
+    """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
     import uvicorn
 
     from service.api.app import create_app
-    from service.store.databases.location import shown
+    from service.runs.supervision import kept_working
+    from service.store.databases.location import database_of, shown
 
     app = create_app(log)
-    with listen(host, port) as listener:
+    with listen(host, port) as listener, ExitStack() as open_while_serving:
         url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
         if not _is_loopback(host):
             print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
         config = uvicorn.Config(app, access_log=False, log_level="warning")
         server = uvicorn.Server(config)
+        if workers and database_of(log).can_write():
+            open_while_serving.enter_context(kept_working(log, tell_line))
         server.run(sockets=[listener])
         if server.started:
             # It ends only when it is interrupted, but the loop does not always pass that on.

@@ -28,7 +28,12 @@ def worker(
     """
     from service.runs.worker import work
 
-    work(log, stays=not once, tell=lambda line: print(line, file=sys.stderr, flush=True))
+    work(log, stays=not once, tell=tell_line)
+
+
+def tell_line(line: str) -> None:
+    """Tell what a worker does, at once."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def list_jobs(log: LogName, as_json: AsJson = False) -> None:

@@ -71,8 +71,9 @@ class PostgresServer(Database):
             raise LogError(f"{wanted}, got none for {self.place.username!r}")
 
     def can_write(self) -> bool:
-        """Tell whether rows may be changed."""
-        return bool(self._scalar(select(func.has_table_privilege("meta", "update")), "a log that can be read"))
+        """Tell whether rows may be changed, and tables be made, as a newer schema needs."""
+        rows, tables = func.has_table_privilege("meta", "update"), func.has_schema_privilege(_PUBLIC, "create")
+        return bool(self._scalar(select(rows & tables), "a log that can be read"))
 
     def reading(self) -> Engine:
         """Make an engine whose transactions see one state each."""

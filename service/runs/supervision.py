@@ -1,0 +1,102 @@
+"""How does a worker stay at a log as long as a server lives, and no longer? In a process that is looked after.
+
+It is begun anew when it dies, at growing pauses, so that what kills each of them costs little. It ends with the server
+even if that is killed: `multiprocessing` gives each process a handle that becomes ready when the one before it is gone.
+"""
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from service.errors import ServiceError
+from service.machine import look_seldom
+from service.runs.worker import work
+
+FIRST_PAUSE_S = 1.0
+MOST_PAUSE_S = 60.0
+LOOK_EVERY_S = 0.2
+ENDED_WITHIN_S = 10.0
+"""A run ends between two frames; what takes longer is killed, which loses nothing either."""
+
+Tell = Callable[[str], None]
+
+
+@contextmanager
+def kept_working(log_url: str, tell: Tell) -> Iterator[None]:
+    """Keep a worker at the jobs of a log while in the `with` block.
+
+    Parameters
+    ----------
+    tell : gets a line when a worker begins or dies, and what it tells itself; a function of a module, since the worker
+        calls it in its own process.
+    """
+    supervisor = _Supervisor(log_url, tell)
+    supervisor.start()
+    try:
+        yield
+    finally:
+        supervisor.end()
+
+
+class _Supervisor(threading.Thread):
+    def __init__(self, log_url: str, tell: Tell) -> None:
+        super().__init__(name="supervisor", daemon=True)
+        self._arguments = (log_url, tell)
+        self._tell = tell
+        self._ended = threading.Event()
+
+    def run(self) -> None:
+        """Begin workers, one after the other."""
+        pause_s = FIRST_PAUSE_S
+        while not self._ended.is_set():
+            began_s = time.monotonic()
+            # Another start method would copy the locks of the server's threads.
+            worker = multiprocessing.get_context("spawn").Process(target=_work, args=self._arguments, name="worker")
+            worker.start()
+            self._tell(f"worker {worker.pid} begins")
+            while worker.is_alive() and not self._ended.wait(LOOK_EVERY_S):
+                pass
+            if self._ended.is_set():
+                worker.terminate()
+                worker.join(ENDED_WITHIN_S)
+                worker.kill()
+                return
+            pause_s = FIRST_PAUSE_S if time.monotonic() - began_s > MOST_PAUSE_S else pause_s
+            self._tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
+            self._ended.wait(pause_s)
+            pause_s = min(2 * pause_s, MOST_PAUSE_S)
+
+    def end(self) -> None:
+        """End the worker, and begin no other."""
+        self._ended.set()
+        self.join()
+
+
+def _work(log_url: str, tell: Tell) -> None:
+    """Work until the process that began this one says so, or is gone."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # it comes to all processes of a terminal, and the server ends this one
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    look_seldom()
+    try:
+        work(log_url, stays=True, tell=tell)
+    except KeyboardInterrupt:
+        return  # its job waits again
+    except ServiceError as error:
+        tell(f"error: {error}")
+        sys.exit(1)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None, "a worker is begun by a server"
+    parent.join()
+    os.kill(os.getpid(), signal.SIGTERM)  # a run that is going on is told to the end of its frame
+    time.sleep(ENDED_WITHIN_S)
+    os.kill(os.getpid(), signal.SIGKILL)
