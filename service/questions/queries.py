@@ -20,7 +20,7 @@ from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import Connection
+from sqlalchemy import Connection, CursorResult
 
 from service.errors import CursorError, FilterError, QueryError
 from service.records import EventRecord, EventStatus
@@ -37,6 +37,7 @@ MAX_VALUES = 50  # of one repeated parameter
 MAX_ROLES = 20  # different roles in one question
 
 _RARE_ROWS = 2_000
+_NUMBERS_AT_ONCE = 500  # in half a megabyte of rows
 _CURSOR = struct.Struct(">qq8s")
 
 _Sql = tuple[str, tuple[object, ...]]
@@ -139,6 +140,41 @@ def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = No
     return _iterate(log, wanted, limit)
 
 
+class EventRows(Struct, frozen=True):
+    """Rows of events in the order in which they were written; newer states are rows of their own.
+
+    Attributes
+    ----------
+    items : sequence number, status and JSON text of each.
+    until_seq : all rows up to this number were looked at.
+    as_of_seq : the newest number; more rows are to be read if it is another one.
+    """
+
+    items: tuple[tuple[int, str, str], ...]
+    until_seq: int
+    as_of_seq: int
+
+
+def find_rows(log: EventLog, wanted: EventFilter, after_seq: int) -> EventRows:
+    """Read the next rows behind a sequence number: retracted ones too, doubtful ones only if asked for.
+
+    Parameters
+    ----------
+    wanted : its window and order change nothing.
+    """
+    with log.connect() as connection:
+        as_of_seq = _last_seq(connection)
+        until_seq = min(after_seq + _NUMBERS_AT_ONCE, as_of_seq)
+        asked = [*_one_of("events.type", wanted.types), *_of_row(connection, wanted, ("doubtful",))]
+        asked += [_has_role(conditions) for conditions in _role_conditions(wanted)]
+        text, values = _all_of(asked or [_ANY])
+        # An inner query with a limit is answered by itself, by the key.
+        walked = f"SELECT * FROM events WHERE seq > ? AND seq <= ? LIMIT {_NUMBERS_AT_ONCE}"
+        query = f"SELECT seq, status, body FROM ({walked}) AS events WHERE {text} ORDER BY seq"
+        rows = _rows(connection, query, after_seq, until_seq, *values)
+        return EventRows(tuple((row.seq, row.status, row.body) for row in rows), until_seq, as_of_seq)
+
+
 def find_event(log: EventLog, event_id: str) -> str | None:
     """Find one event by its identifier; None if there is none."""
     with log.connect() as connection:
@@ -218,23 +254,11 @@ class _Plan:
 
 
 def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
-    conditions = [*_one_of("events.road", wanted.roads), *_one_of("events.source", wanted.sources)]
-    hidden = ("retracted",) if wanted.min_confidence is not None else HIDDEN_STATUSES
-    conditions += _one_of("events.status", wanted.statuses) or _one_of("NOT events.status", hidden)
+    conditions = _of_row(connection, wanted, HIDDEN_STATUSES)
     if wanted.statuses and set(wanted.statuses) <= set(HIDDEN_STATUSES):
         conditions.append(_IS_HIDDEN)
-    if wanted.min_confidence is not None:
-        conditions.append(("events.confidence >= ?", (wanted.min_confidence,)))
     conditions.append(_IS_NEWEST)
-    if wanted.runs:
-        text, values = _all_of(_one_of("id", wanted.runs))
-        numbers = _values(connection, f"SELECT run_no FROM runs WHERE {text}", *values)
-        conditions += _one_of("events.run_no", tuple(numbers) or (-1,))
-    if wanted.actors:
-        conditions.append(_takes_part(connection, _one_of("event_roles.actor", wanted.actors)))
-    for role, actors in wanted.roles:
-        fills = [*_one_of("event_roles.actor", actors), *_one_of("event_roles.role", (role,))]
-        conditions.append(_takes_part(connection, fills))
+    conditions += [_takes_part(connection, one) for one in _role_conditions(wanted)]
     return _Plan(
         types=tuple(sorted(set(wanted.types))),
         is_descending=wanted.order == "-start",
@@ -242,6 +266,28 @@ def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
         upper_us=_upper_us(connection, wanted),
         conditions=(*conditions, *_window(wanted)),
     )
+
+
+def _of_row(connection: Connection, wanted: EventFilter, hidden: tuple[str, ...]) -> list[_Sql]:
+    """Say what is asked of the row of an event by itself, but for its type and its time."""
+    conditions = [*_one_of("events.road", wanted.roads), *_one_of("events.source", wanted.sources)]
+    if wanted.min_confidence is not None:
+        hidden = tuple(one for one in hidden if one != "doubtful")
+        conditions.append(("events.confidence >= ?", (wanted.min_confidence,)))
+    conditions += _one_of("events.status", wanted.statuses) or _one_of("NOT events.status", hidden)
+    if wanted.runs:
+        text, values = _all_of(_one_of("id", wanted.runs))
+        numbers = _values(connection, f"SELECT run_no FROM runs WHERE {text}", *values)
+        conditions += _one_of("events.run_no", tuple(numbers) or (-1,))
+    return conditions
+
+
+def _role_conditions(wanted: EventFilter) -> Iterator[list[_Sql]]:
+    """Say which role rows an event must have, one of each."""
+    if wanted.actors:
+        yield _one_of("event_roles.actor", wanted.actors)
+    for role, actors in wanted.roles:
+        yield [*_one_of("event_roles.actor", actors), *_one_of("event_roles.role", (role,))]
 
 
 def _one_of(column: str, values: tuple[object, ...]) -> list[_Sql]:
@@ -266,6 +312,11 @@ def _takes_part(connection: Connection, conditions: list[_Sql]) -> _Sql:
     some = f"SELECT seq FROM event_roles WHERE {text} LIMIT {_RARE_ROWS + 1}"
     if _number(connection, f"SELECT count(*) FROM ({some}) AS found", *values) <= _RARE_ROWS:
         return f"events.seq IN (SELECT seq FROM event_roles WHERE {text})", values
+    return _has_role(conditions)
+
+
+def _has_role(conditions: list[_Sql]) -> _Sql:
+    text, values = _all_of(conditions)
     return f"EXISTS (SELECT 1 FROM event_roles WHERE event_roles.seq = events.seq AND {text})", values
 
 
@@ -366,9 +417,13 @@ def _value(connection: Connection, query: str, *values: object) -> Any:
 
 
 def _values(connection: Connection, query: str, *values: object) -> Iterable[Any]:
+    return _rows(connection, query, *values).scalars()
+
+
+def _rows(connection: Connection, query: str, *values: object) -> CursorResult[Any]:
     if connection.dialect.name != "sqlite":
         query = query.replace("?", "%s")
-    return connection.exec_driver_sql(query, values).scalars()
+    return connection.exec_driver_sql(query, values)
 
 
 def _number(connection: Connection, query: str, *values: object) -> int:

@@ -4,6 +4,7 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -18,6 +19,7 @@ from service.questions.queries import (
     find_event,
     find_events,
     find_role_names,
+    find_rows,
     iterate_events,
 )
 from service.records import EventRecord, EventStatus
@@ -44,6 +46,34 @@ def slow_filter(events: list[EventRecord], wanted: EventFilter) -> list[EventRec
     revised = {event.revises for event in events}
     found = [event for event in events if event.id not in revised and _is_wanted(event, wanted)]
     return sorted(found, key=lambda event: (event.start_us, event.seq), reverse=wanted.order == "-start")
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        EventFilter(),
+        EventFilter(types=("pass", "follow"), roads=("road1",)),
+        EventFilter(actors=("car1",), runs=("r2",)),
+        EventFilter(roles=(("overtaker", ("car1", "car2")), ("overtaken", ("car3",)))),
+        EventFilter(statuses=("retracted",), sources=("demo.mp4",)),
+        EventFilter(runs=("nosuch",)),
+    ],
+)
+def test_rows_behind_a_number_are_all_that_fit_newest_or_not(
+    log: EventLog, monkeypatch: pytest.MonkeyPatch, wanted: EventFilter
+) -> None:
+    monkeypatch.setattr("service.questions.queries._NUMBERS_AT_ONCE", 7)
+    found, seq, as_of_seq = list[EventRecord](), 0, 1
+    while seq < as_of_seq:
+        rows = find_rows(log, wanted, seq)
+        found += [decode_event(body) for _, _, body in rows.items]
+        assert [(one.seq, one.status) for one in found[-len(rows.items) :] if rows.items] == [
+            (number, status) for number, status, _ in rows.items
+        ]
+        seq, as_of_seq = rows.until_seq, rows.as_of_seq
+    states = wanted.statuses or ("recognised", "tentative", "confirmed", "retracted")
+    asked = msgspec.structs.replace(wanted, statuses=states)
+    assert found == [one for one in read_rows(log.place.url) if _is_wanted(one, asked)]
 
 
 def _is_wanted(event: EventRecord, wanted: EventFilter) -> bool:
