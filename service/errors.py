@@ -54,5 +54,9 @@ class UnansweredError(ServiceError):
     """A question that took too long, or whose process was ended; it may be asked again."""
 
 
+class CrowdedError(ServiceError):
+    """More at once than a server takes; to be asked for later."""
+
+
 class ExportError(ServiceError):
     """An export that cannot be made from this log, or a file of ours that cannot be read back."""

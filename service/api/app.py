@@ -7,13 +7,16 @@ import re
 import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from socket import socket
 
 import anyio.to_thread
+import uvicorn
 from fastapi import FastAPI
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.event_stream import EventStream
 from service.api.explanations import ANSWERED_WITHIN_S, Explanations
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
@@ -48,13 +51,17 @@ def create_app(
         If there is no such log, or it cannot be read.
     """
     log = open_log(log_url)
+    stream = EventStream(log)
     version = software_version()
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        """Bound the worker threads; close the log when the server stops."""
+        """Bound the worker threads, and look for new events; close the log when the server stops."""
         anyio.to_thread.current_default_thread_limiter().total_tokens = WORKER_THREADS
-        yield
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(stream.watch)
+            yield
+            tasks.cancel_scope.cancel()
         log.close()
 
     # No /docs page: the framework's loads its scripts from other people's servers.
@@ -70,11 +77,27 @@ def create_app(
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
-    add_routes(app.router, log, Explanations(log.read_from.url, within_s), library, version=version)
+    app.state.event_stream = stream
+    add_routes(app.router, log, stream, Explanations(log.read_from.url, within_s), library, version=version)
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)
     return app
+
+
+class Server(uvicorn.Server):
+    """A server of such an application; it ends the streams of events before it waits for what is still answered."""
+
+    def __init__(self, app: FastAPI) -> None:
+        # A client that does not read what it asked for would hold the end up for ever.
+        end_s = int(ANSWERED_WITHIN_S)
+        super().__init__(uvicorn.Config(app, access_log=False, log_level="warning", timeout_graceful_shutdown=end_s))
+        self._stream: EventStream = app.state.event_stream
+
+    async def shutdown(self, sockets: list[socket] | None = None) -> None:
+        """End in the ordinary way."""
+        self._stream.close()
+        await super().shutdown(sockets)
 
 
 class RequestFrame:
@@ -91,14 +114,17 @@ class RequestFrame:
         given = Headers(scope=scope).get("x-request-id", "")
         request_id = given if _PLAIN_ID.fullmatch(given) else uuid.uuid4().hex
         scope[REQUEST_ID] = request_id  # in place: the outermost error handler sees this same scope
-        is_head = scope["method"] == "HEAD"
+        is_head, is_over = scope["method"] == "HEAD", False
 
         async def send_framed(message: Message) -> None:
-            """Send a message with the request's identifier; to `HEAD`, no body."""
+            """Send a message with the request's identifier; to `HEAD`, no body, and no more of one that goes on."""
+            nonlocal is_over
             if message["type"] == "http.response.start":
                 MutableHeaders(scope=message)["X-Request-Id"] = request_id
             elif is_head and message["type"] == "http.response.body":
-                message = {**message, "body": b""}
-            await send(message)
+                message = {**message, "body": b"", "more_body": False}
+            if not is_over:
+                is_over = not message.get("more_body", True)
+                await send(message)
 
         await self._app({**scope, "method": "GET"} if is_head else scope, receive, send_framed)

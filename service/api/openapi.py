@@ -51,11 +51,13 @@ _FINDINGS_SCHEMA: JsonObject = {
 }
 
 
-def answers(body: type[msgspec.Struct] | str, *errors: int) -> dict[int | str, JsonObject]:
+def answers(
+    body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json"
+) -> dict[int | str, JsonObject]:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
     name = body if isinstance(body, str) else body.__name__
     described: dict[int | str, JsonObject] = {
-        200: {"description": "OK", "content": {"application/json": {"schema": _ref(name)}}}
+        200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}
     }
     for status in (*errors, 500, 503):
         described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}

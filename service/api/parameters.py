@@ -1,4 +1,4 @@
-"""Which parameters do `GET /api/v1/events` and `.../why-not` take, and what do they mean?
+"""Which parameters do `GET /api/v1/events`, `.../events/stream` and `.../why-not` take, and what do they mean?
 
 One table each says it for both sides: requests are read by it, and OpenAPI shows it. (Declaring them in the route's
 signature instead makes the framework spend more time on them than the database needs for the answer.)
@@ -70,6 +70,10 @@ EVENT_PARAMETERS: Mapping[str, Parameter] = {
     "limit": Parameter("Events on a page.", _number(DEFAULT_LIMIT, MAX_LIMIT)),
     "cursor": Parameter("`next_cursor` of the page before, with the same filters.", _TEXT),
 }
+_STREAMED = ("type", "actor", "road", "source", "run", "status", "min_confidence")
+STREAM_PARAMETERS: Mapping[str, Parameter] = {name: EVENT_PARAMETERS[name] for name in _STREAMED} | {
+    "last_event_id": Parameter("The sequence number after which to begin; the header `Last-Event-ID` wins.", _TEXT)
+}
 ABSENCE_PARAMETERS: Mapping[str, Parameter] = {
     "from": Parameter("Start of the window, media time.", _MEDIA_TIME),
     "to": Parameter("End of the window, excluded, media time.", _MEDIA_TIME),
@@ -98,21 +102,28 @@ def read_question(pairs: Pairs) -> EventQuestion:
     (('overtake',), (('overtaker', ('car7',)),), 5)
     """
     values, roles = _sort_out(pairs, EVENT_PARAMETERS, one_each=False)
-    wanted = EventFilter(
-        types=_all(values, "type"),
-        from_=_time(values, "from"),
-        to=_time(values, "to"),
-        match=_one_word(values, "match", get_args(Match), "overlap"),
-        actors=_all(values, "actor"),
-        roles=tuple((name, tuple(actors)) for name, actors in sorted(roles.items())),
-        roads=_all(values, "road"),
-        sources=_all(values, "source"),
-        runs=_all(values, "run"),
-        statuses=tuple(_check_word("status", text, get_args(EventStatus)) for text in values.get("status", ())),
-        min_confidence=_share(values, "min_confidence"),
-        order=_one_word(values, "order", get_args(Order), "start"),
-    )
+    wanted = _filter(values, roles)
     return EventQuestion(wanted, _limit(values, DEFAULT_LIMIT, MAX_LIMIT), values.get("cursor", [None])[0])
+
+
+def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[EventFilter, int | None]:
+    """Read which events are wanted as they come, and after which number; None for those that are not written yet.
+
+    Parameters
+    ----------
+    last_event_id : the header of that name, which a browser sends when it connects again.
+
+    Raises
+    ------
+    QueryError
+        As `read_question`, and if the number is none.
+    """
+    values, roles = _sort_out(pairs, STREAM_PARAMETERS, one_each=False)
+    text = values.get("last_event_id", [None])[0] if last_event_id is None else last_event_id
+    if text is not None and not (text.isascii() and text.isdigit() and len(text) <= 18):
+        expected = "last_event_id: expected a sequence number of this log"
+        raise QueryError(f"{expected}, got {text!r}", parameter="last_event_id")
+    return _filter(values, roles), None if text is None else int(text)
 
 
 def read_absence_question(chronicle: str, pairs: Pairs) -> AbsenceQuestion:
@@ -143,12 +154,10 @@ def read_absence_question(chronicle: str, pairs: Pairs) -> AbsenceQuestion:
     )
 
 
-def describe_event_parameters() -> list[JsonObject]:
-    """Describe the parameters of events for OpenAPI."""
+def describe_event_parameters(table: Mapping[str, Parameter] = EVENT_PARAMETERS) -> list[JsonObject]:
+    """Describe the parameters of events, or of a stream of them, for OpenAPI."""
     role: JsonObject = {"type": "array", "items": _TEXT}
-    return _described(
-        EVENT_PARAMETERS, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives."
-    )
+    return _described(table, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives.")
 
 
 def describe_absence_parameters(*, name: str) -> list[JsonObject]:
@@ -172,6 +181,23 @@ def _described(table: Mapping[str, Parameter], role: JsonObject, description: st
     roles = {"type": "object", "patternProperties": {r"^role\..+$": role}, "additionalProperties": False}
     named = {"name": "roles", "in": "query", "required": False, "description": description}
     return [*described, {**named, "style": "form", "explode": True, "schema": roles}]
+
+
+def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> EventFilter:
+    return EventFilter(
+        types=_all(values, "type"),
+        from_=_time(values, "from"),
+        to=_time(values, "to"),
+        match=_one_word(values, "match", get_args(Match), "overlap"),
+        actors=_all(values, "actor"),
+        roles=tuple((name, tuple(actors)) for name, actors in sorted(roles.items())),
+        roads=_all(values, "road"),
+        sources=_all(values, "source"),
+        runs=_all(values, "run"),
+        statuses=tuple(_check_word("status", text, get_args(EventStatus)) for text in values.get("status", ())),
+        min_confidence=_share(values, "min_confidence"),
+        order=_one_word(values, "order", get_args(Order), "start"),
+    )
 
 
 def _sort_out(

@@ -16,7 +16,7 @@ from starlette.responses import Response
 
 from chronicles.errors import ChronicleError
 from service.api.bodies import Problem, ProblemDetail
-from service.errors import CursorError, FilterError, LogError, NotInLogError, QueryError, UnansweredError
+from service.errors import CrowdedError, CursorError, FilterError, LogError, NotInLogError, QueryError, UnansweredError
 
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
@@ -32,6 +32,7 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     LogError: (503, "urn:dyknow:problem:log-unavailable"),
     NotInLogError: (404, "urn:dyknow:problem:not-in-log"),
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
+    CrowdedError: (503, "urn:dyknow:problem:too-many-streams"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
 }
 

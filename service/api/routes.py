@@ -17,14 +17,18 @@ from starlette.responses import PlainTextResponse, Response
 
 from dyknow.language.rendering import render_json
 from service.api.bodies import CarList, ChronicleList, ChronicleUse, EventExplanation, EventList, Index, LinkList
+from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
+from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
 from service.api.openapi import EXPLANATION, FINDINGS, answers
 from service.api.parameters import (
+    STREAM_PARAMETERS,
     Pairs,
     describe_absence_parameters,
     describe_event_parameters,
     read_absence_question,
     read_question,
+    read_stream_question,
 )
 from service.errors import QueryError
 from service.questions.identity import identities, links_of
@@ -50,6 +54,7 @@ curl '{base}api/v1'                                              everything else
 def add_routes(
     router: APIRouter,
     log: EventLog,
+    stream: EventStream,
     explanations: Explanations,
     shipped: Iterable[ChronicleRecord],
     *,
@@ -59,12 +64,13 @@ def add_routes(
 
     Parameters
     ----------
-    explanations : of the same log.
+    stream, explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
     version : of the software, for the index.
     """
     _add_general(router, log, version)
     _add_chronicles(router, log, tuple(shipped))
+    _add_stream(router, stream)
     _add_events(router, log)
     _add_explanations(router, explanations)
     _add_cars(router, log)
@@ -116,6 +122,20 @@ async def _read_text(request: Request) -> str:
         return body.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise QueryError(f"body: expected UTF-8 text, got byte {body[error.start]:#04x}", parameter="body") from error
+
+
+def _add_stream(router: APIRouter, stream: EventStream) -> None:
+    @router.get(
+        "/api/v1/events/stream",
+        summary="Stream events as they are written",
+        description="Server-sent events: `id` is the sequence number, `event` the status, `data` the event.",
+        responses=answers(EventRecord, 422, media_type=EVENT_STREAM),
+        openapi_extra={"parameters": describe_event_parameters(STREAM_PARAMETERS)},
+    )
+    async def stream_events(request: Request) -> Response:
+        """Answer with the events behind a sequence number, and go on with those that are written from then on."""
+        given = request.query_params.multi_items(), request.headers.get("last-event-id")
+        return await stream.answer(*read_stream_question(*given))
 
 
 def _add_events(router: APIRouter, log: EventLog) -> None:
@@ -232,6 +252,7 @@ def _index(version: str, as_of_seq: int) -> Index:
     links = {
         "events": "/api/v1/events",
         "event": "/api/v1/events/{event_id}",
+        "stream": "/api/v1/events/stream",
         "why": "/api/v1/events/{event_id}/why",
         "cars": "/api/v1/cars",
         "links": "/api/v1/cars/{car}/links",

@@ -1,6 +1,8 @@
-"""A client for an ASGI application, without sockets."""
+"""A client for an ASGI application, without sockets, and a server of one where answers have no end."""
 
-from contextlib import ExitStack
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from types import TracebackType
 from typing import Any, Self  # Any: JSON, and httpx's own arguments
@@ -8,6 +10,9 @@ from typing import Any, Self  # Any: JSON, and httpx's own arguments
 import httpx
 from anyio.from_thread import start_blocking_portal
 from fastapi import FastAPI
+
+from service.api.app import Server
+from service.cli.asking.serve import listen
 
 
 class Client:
@@ -38,3 +43,17 @@ class Client:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self._open.close()
+
+
+@contextmanager
+def serving(app: FastAPI) -> Iterator[tuple[Server, str]]:
+    """Serve an application on a free port; give the server and its address."""
+    server = Server(app)
+    with listen("127.0.0.1", 0) as listener:
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        try:
+            yield server, f"http://127.0.0.1:{listener.getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            thread.join()

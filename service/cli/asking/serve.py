@@ -24,9 +24,7 @@ def serve(
     ] = 1,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
-    import uvicorn
-
-    from service.api.app import create_app
+    from service.api.app import Server, create_app
     from service.runs.supervision import kept_working
     from service.store.databases.location import database_of, shown
 
@@ -36,8 +34,7 @@ def serve(
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
         if not _is_loopback(host):
             print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
-        config = uvicorn.Config(app, access_log=False, log_level="warning")
-        server = uvicorn.Server(config)
+        server = Server(app)
         if workers and database_of(log).can_write():
             open_while_serving.enter_context(kept_working(log, tell_line))
         server.run(sockets=[listener])
