@@ -26,6 +26,7 @@ from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
 from service.cli.asking.tracks import draw, tracks
+from service.cli.asking.webhooks import list_webhooks, retry_webhook
 from service.cli.making.demo import demo
 from service.cli.making.detector import add as add_detector
 from service.cli.making.detector import list_installed, try_on_clip
@@ -66,6 +67,8 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "jobs list": (list_jobs, "dyknow jobs list scene.db"),
     "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),
     "jobs retry": (retry_job, "dyknow jobs retry scene.db 6b1e64c1a2d0f3b7"),
+    "webhooks list": (list_webhooks, "dyknow webhooks list scene.db"),
+    "webhooks retry": (retry_webhook, "dyknow webhooks retry scene.db office"),
     "log info": (log_info, "dyknow log info scene.db"),
     "log verify": (verify_log, "dyknow log verify scene.db"),
     "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
@@ -78,6 +81,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 
 GROUPS = {
     "jobs": "See what was queued for a log, and end or repeat it.",
+    "webhooks": "See how far the webhooks of a log are, and let what they gave up be tried again.",
     "log": "See what a log holds, whether all of it can be read, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",

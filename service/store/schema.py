@@ -33,7 +33,7 @@ from sqlalchemy import (
 
 from service.records import CarRecord, HypothesisRecord, LinkRecord
 
-SCHEMA_VERSION = 8  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 9  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""
@@ -189,6 +189,24 @@ jobs = Table(
     Column("attempts", Integer, nullable=False),
     Column("cancel_requested", Boolean, nullable=False),
     Column("message", Text, nullable=False),
+)
+
+# See `service.store.deliveries`. What was given up is kept with its text, since a run may be repeated.
+webhooks = Table(
+    "webhooks",
+    metadata,
+    Column("name", Text, primary_key=True),
+    Column("seq", BigInteger, nullable=False),
+    Column("message", Text, nullable=False),
+)
+undelivered = Table(
+    "undelivered",
+    metadata,
+    Column("webhook", Text, primary_key=True),
+    Column("seq", BigInteger, primary_key=True, autoincrement=False),
+    Column("body", Text, nullable=False),
+    Column("message", Text, nullable=False),
+    Column("is_due", Boolean, nullable=False),
 )
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.

@@ -15,14 +15,16 @@ from tests.docs.commands import all_commands
 
 def test_command_line_page_lists_every_command() -> None:
     listed = [
-        re.findall(r"^`dyknow ((?:(?:site|detector|log|jobs) )?[\w-]+)", row[0])[0]
+        re.findall(r"^`dyknow ((?:(?:site|detector|log|jobs|webhooks) )?[\w-]+)", row[0])[0]
         for row in table("cli.md", "command")
     ]
     assert sorted(listed) == sorted(COMMANDS)
 
 
 def test_command_line_page_shows_every_command_at_work() -> None:
-    shown = set(re.findall(r"^    dyknow ((?:(?:site|detector|log|jobs) )?[\w-]+)", page("cli.md"), re.MULTILINE))
+    shown = set(
+        re.findall(r"^    dyknow ((?:(?:site|detector|log|jobs|webhooks) )?[\w-]+)", page("cli.md"), re.MULTILINE)
+    )
     assert set(COMMANDS) - shown == set()
 
 

@@ -4,6 +4,7 @@ import ipaddress
 import socket
 import sys
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -22,20 +23,28 @@ def serve(
     workers: Annotated[
         int, typer.Option(min=0, max=1, help="Processes beside the server that work off the jobs of the log.")
     ] = 1,
+    webhooks: Annotated[Path | None, typer.Option(help="File of webhooks, to which events are posted.")] = None,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
     from service.api.app import Server, create_app
+    from service.api.webhooks import delivering, load_webhooks
+    from service.errors import LogError
     from service.runs.supervision import kept_working
     from service.store.databases.location import database_of, shown
 
     app = create_app(log)
+    can_write = database_of(log).can_write()
+    declared = load_webhooks(webhooks) if webhooks else []
+    if declared and not can_write:
+        raise LogError(f"log {shown(log)!r}: expected one that can be written, as it keeps how far webhooks are")
     with listen(host, port) as listener, ExitStack() as open_while_serving:
         url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
         if not _is_loopback(host):
             print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
         server = Server(app)
-        if workers and database_of(log).can_write():
+        open_while_serving.enter_context(delivering(declared, log, tell_line))
+        if workers and can_write:
             open_while_serving.enter_context(kept_working(log, tell_line))
         server.run(sockets=[listener])
         if server.started:

@@ -1,0 +1,117 @@
+"""How far is each webhook of a log, and what could not be delivered? Kept in the log, so a restart goes on there."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+from msgspec import Struct
+from msgspec.structs import astuple
+from sqlalchemy import Connection, delete, select, update
+
+from service.errors import NotInLogError
+from service.store import schema
+from service.store.databases.database import Database, explained
+from service.store.versions import up_to_date
+from service.store.writer import insert_rows, lock_seqs
+
+_WEBHOOKS, _UNDELIVERED = schema.webhooks.c, schema.undelivered.c
+
+
+class WebhookState(Struct, frozen=True):
+    """How far a webhook is.
+
+    Attributes
+    ----------
+    seq : all up to this sequence number is delivered or given up.
+    message : what keeps the next one from being delivered; empty if nothing does.
+    """
+
+    name: str
+    seq: int
+    message: str = ""
+
+
+class Undelivered(Struct, frozen=True):
+    """An event that was given up: what came of the last attempt, and whether it is to be tried once more."""
+
+    webhook: str
+    seq: int
+    body: str
+    message: str
+    is_due: bool = False
+
+
+class Deliveries:
+    """The deliveries of one log; close them after use.
+
+    Raises
+    ------
+    LogError
+        If the database refuses.
+    """
+
+    def __init__(self, database: Database) -> None:
+        with ExitStack() as closing:
+            up_to_date(database, closing, may_be_empty=False)
+        self._database = database
+        self._writing, self._reading = database.writing(), database.reading()
+
+    def close(self) -> None:
+        """Close all connections."""
+        self._writing.dispose()
+        self._reading.dispose()
+
+    def begin(self, name: str, after_seq: int | None) -> int:
+        """Give the number up to which a webhook is; a new one begins behind `after_seq`, or from now on."""
+        with self._transaction() as connection:
+            last_seq = lock_seqs(connection)
+            seq = connection.scalar(select(_WEBHOOKS.seq).where(_WEBHOOKS.name == name))
+            if seq is None:
+                seq = last_seq if after_seq is None else after_seq
+                insert_rows(connection, schema.webhooks, [(name, seq, "")])
+            return int(seq)
+
+    def note(self, state: WebhookState, given_up: Undelivered | None = None) -> None:
+        """Note how far a webhook is, and with it an event that was given up."""
+        values = {"seq": state.seq, "message": state.message}
+        with self._transaction() as connection:
+            connection.execute(update(schema.webhooks).where(_WEBHOOKS.name == state.name).values(values))
+            insert_rows(connection, schema.undelivered, [astuple(given_up)] if given_up else [])
+
+    def settle(self, one: Undelivered, message: str) -> None:
+        """Note what came of one more attempt; with no message it was delivered, and is forgotten."""
+        is_it = (_UNDELIVERED.webhook == one.webhook) & (_UNDELIVERED.seq == one.seq)
+        again = update(schema.undelivered).where(is_it).values(message=message, is_due=False)
+        with self._transaction() as connection:
+            connection.execute(again if message else delete(schema.undelivered).where(is_it))
+
+    def retry(self, name: str) -> int:
+        """Let what was given up of a webhook be tried once more; return how many events that are.
+
+        Raises
+        ------
+        NotInLogError
+            If the log knows no such webhook.
+        """
+        names = [one.name for one in self.states()]
+        if name not in names:
+            raise NotInLogError(f"log {self._database.name!r}: expected one of its webhooks, {names}, got {name!r}")
+        with self._transaction() as connection:
+            of_it = _UNDELIVERED.webhook == name
+            return connection.execute(update(schema.undelivered).where(of_it).values(is_due=True)).rowcount
+
+    def states(self) -> list[WebhookState]:
+        """List the webhooks by name."""
+        with explained(self._database, "a log that can be read"), self._reading.begin() as connection:
+            rows = connection.execute(select(schema.webhooks).order_by(_WEBHOOKS.name))
+            return [WebhookState(*row) for row in rows]
+
+    def undelivered(self) -> list[Undelivered]:
+        """List what was given up, by webhook and in the order of writing."""
+        with explained(self._database, "a log that can be read"), self._reading.begin() as connection:
+            rows = connection.execute(select(schema.undelivered).order_by(_UNDELIVERED.webhook, _UNDELIVERED.seq))
+            return [Undelivered(*row) for row in rows]
+
+    @contextmanager
+    def _transaction(self) -> Iterator[Connection]:
+        with explained(self._database, "a log that can be written"), self._writing.begin() as connection:
+            yield connection
