@@ -93,11 +93,9 @@ def load_webhooks(path: Path) -> list[Webhook]:
         if one.name in [other.name for other in webhooks[: number - 1]]:
             raise wrong(path, f"{place}.name", f"expected names that differ, got {one.name!r} twice")
         try:
-            _ = one.asked
+            _ = one.asked, one.secret
         except QueryError as error:
             raise wrong(path, f"{place}.events", error) from error
-        try:
-            _ = one.secret
         except ValueError as error:
             expected = (
                 f"expected a secret in the variable {one.secret_env} of the environment, base64 behind {_SECRET!r}"
@@ -133,7 +131,7 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
         try:
             with ExitStack() as stack:
                 stack.callback(database.lock(f"webhook-{webhook.name}").release)
-                deliveries = stack.enter_context(closing(Deliveries(database)))
+                deliveries = stack.enter_context(closing(Deliveries(log_url)))
                 log = stack.enter_context(open_log(log_url))
                 _Delivery(webhook, deliveries, ended, tell).run(log)
         except LogError as error:
@@ -188,12 +186,8 @@ def post(webhook: Webhook, seq: int, body: str) -> str:
     message_id, now_s = f"{msgspec.json.decode(body, type=_Named).id}-{seq}", str(int(time.time()))
     signed = f"{message_id}.{now_s}.{body}".encode()
     signature = base64.b64encode(hmac.digest(webhook.secret, signed, hashlib.sha256)).decode()
-    headers = {
-        "Content-Type": "application/json",
-        "webhook-id": message_id,
-        "webhook-timestamp": now_s,
-        "webhook-signature": f"v1,{signature}",
-    }
+    headers = {"Content-Type": "application/json", "webhook-id": message_id, "webhook-timestamp": now_s}
+    headers["webhook-signature"] = f"v1,{signature}"
     url = urlsplit(webhook.url)
     kind = HTTPSConnection if url.scheme == "https" else HTTPConnection
     connection = kind(url.netloc, timeout=ANSWERED_WITHIN_S)

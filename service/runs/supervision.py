@@ -35,46 +35,37 @@ def kept_working(log_url: str, tell: Tell) -> Iterator[None]:
     tell : gets a line when a worker begins or dies, and what it tells itself; a function of a module, since the worker
         calls it in its own process.
     """
-    supervisor = _Supervisor(log_url, tell)
+    ended = threading.Event()
+    supervisor = threading.Thread(target=_supervise, args=(log_url, tell, ended), daemon=True)
     supervisor.start()
     try:
         yield
     finally:
-        supervisor.end()
+        ended.set()
+        supervisor.join()
 
 
-class _Supervisor(threading.Thread):
-    def __init__(self, log_url: str, tell: Tell) -> None:
-        super().__init__(name="supervisor", daemon=True)
-        self._arguments = (log_url, tell)
-        self._tell = tell
-        self._ended = threading.Event()
-
-    def run(self) -> None:
-        """Begin workers, one after the other."""
-        pause_s = FIRST_PAUSE_S
-        while not self._ended.is_set():
-            began_s = time.monotonic()
-            # Another start method would copy the locks of the server's threads.
-            worker = multiprocessing.get_context("spawn").Process(target=_work, args=self._arguments, name="worker")
-            worker.start()
-            self._tell(f"worker {worker.pid} begins")
-            while worker.is_alive() and not self._ended.wait(LOOK_EVERY_S):
-                pass
-            if self._ended.is_set():
-                worker.terminate()
-                worker.join(ENDED_WITHIN_S)
-                worker.kill()
-                return
-            pause_s = FIRST_PAUSE_S if time.monotonic() - began_s > MOST_PAUSE_S else pause_s
-            self._tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
-            self._ended.wait(pause_s)
-            pause_s = min(2 * pause_s, MOST_PAUSE_S)
-
-    def end(self) -> None:
-        """End the worker, and begin no other."""
-        self._ended.set()
-        self.join()
+def _supervise(log_url: str, tell: Tell, ended: threading.Event) -> None:
+    """Begin workers, one after the other, until the end."""
+    pause_s = FIRST_PAUSE_S
+    while True:
+        began_s = time.monotonic()
+        # Another start method would copy the locks of the server's threads.
+        worker = multiprocessing.get_context("spawn").Process(target=_work, args=(log_url, tell), name="worker")
+        worker.start()
+        tell(f"worker {worker.pid} begins")
+        while worker.is_alive() and not ended.wait(LOOK_EVERY_S):
+            pass
+        if ended.is_set():
+            worker.terminate()
+            worker.join(ENDED_WITHIN_S)
+            worker.kill()
+            return
+        pause_s = FIRST_PAUSE_S if time.monotonic() - began_s > MOST_PAUSE_S else pause_s
+        tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
+        if ended.wait(pause_s):
+            return
+        pause_s = min(2 * pause_s, MOST_PAUSE_S)
 
 
 def _work(log_url: str, tell: Tell) -> None:

@@ -9,7 +9,8 @@ from sqlalchemy import Connection, delete, select, update
 
 from service.errors import NotInLogError
 from service.store import schema
-from service.store.databases.database import Database, explained
+from service.store.databases.database import explained
+from service.store.databases.location import database_of
 from service.store.versions import up_to_date
 from service.store.writer import insert_rows, lock_seqs
 
@@ -46,13 +47,14 @@ class Deliveries:
     Raises
     ------
     LogError
-        If the database refuses.
+        If there is no such log, or the database refuses.
     """
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, log_url: str) -> None:
+        self._database = database = database_of(log_url)
+        database.check_readable()
         with ExitStack() as closing:
             up_to_date(database, closing, may_be_empty=False)
-        self._database = database
         self._writing, self._reading = database.writing(), database.reading()
 
     def close(self) -> None:

@@ -17,7 +17,6 @@ import pytest
 from service.api.webhooks import Webhook, delivering, load_webhooks
 from service.cli.app import run as run_cli
 from service.errors import SiteError
-from service.store.databases.location import database_of
 from service.store.databases.sqlite_file import SqliteFile
 from service.store.deliveries import Deliveries
 from tests.contracts.tables import page
@@ -113,7 +112,7 @@ def test_a_restart_goes_on_where_it_was_and_a_new_webhook_begins_now(new_log: Ne
 
 
 def states(log: str) -> list[tuple[str, int, str]]:
-    with closing(Deliveries(database_of(log))) as deliveries:
+    with closing(Deliveries(log)) as deliveries:
         return [(one.name, one.seq, one.message) for one in deliveries.states()]
 
 

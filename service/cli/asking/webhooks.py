@@ -38,9 +38,6 @@ def retry_webhook(
 def _opened(log: str) -> "AbstractContextManager[Deliveries]":
     from contextlib import closing
 
-    from service.store.databases.location import database_of
     from service.store.deliveries import Deliveries
 
-    database = database_of(log)
-    database.check_readable()
-    return closing(Deliveries(database))
+    return closing(Deliveries(log))
