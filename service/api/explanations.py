@@ -60,6 +60,10 @@ class Explanations:
         """
         return await self._ask(_why_not, question)
 
+    async def awaited(self, question: AbsenceQuestion) -> bytes:
+        """Say what a chronicle waits for; raises as `why_not`."""
+        return await self._ask(_awaited, question)
+
     async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
         try:
             with fail_after(self._within_s):
@@ -81,6 +85,10 @@ def _why(log: str, event_id: str) -> bytes | None:
 
 def _why_not(log: str, question: AbsenceQuestion) -> bytes:
     return msgspec.json.encode(to_json(_explainer(log).explain_absence(question)))
+
+
+def _awaited(log: str, question: AbsenceQuestion) -> bytes:
+    return msgspec.json.encode(_explainer(log).awaited(question))
 
 
 @cache

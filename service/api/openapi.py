@@ -12,11 +12,12 @@ from fastapi import FastAPI
 from chronicles.explanation.json_form import schema as explanation_schema
 from service.api.bodies import CarList, ChronicleList, EventExplanation, EventList, Index, LinkList, Problem
 from service.api.problems import MEDIA_TYPE
+from service.questions.awaited import AwaitedList
 from service.records import EventRecord
 
 JsonObject = dict[str, Any]
 
-_BODIES = (EventList, EventRecord, EventExplanation, ChronicleList, CarList, LinkList, Index, Problem)
+_BODIES = (EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem)
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _REF = "#/components/schemas/{name}"

@@ -78,7 +78,11 @@ ABSENCE_PARAMETERS: Mapping[str, Parameter] = {
     "from": Parameter("Start of the window, media time.", _MEDIA_TIME),
     "to": Parameter("End of the window, excluded, media time.", _MEDIA_TIME),
     "run": Parameter("Identifier of a run; may be left out if the log holds one.", _TEXT),
-    "limit": Parameter("Near misses at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
+    "limit": Parameter("Instances at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
+}
+AWAITED_PARAMETERS: Mapping[str, Parameter] = {
+    "at": Parameter("When, media time; the end of the run, if left out.", _MEDIA_TIME),
+    **{name: ABSENCE_PARAMETERS[name] for name in ("from", "run", "limit")},
 }
 
 
@@ -102,8 +106,8 @@ def read_question(pairs: Pairs) -> EventQuestion:
     (('overtake',), (('overtaker', ('car7',)),), 5)
     """
     values, roles = _sort_out(pairs, EVENT_PARAMETERS, one_each=False)
-    wanted = _filter(values, roles)
-    return EventQuestion(wanted, _limit(values, DEFAULT_LIMIT, MAX_LIMIT), values.get("cursor", [None])[0])
+    limit = _limit(values, DEFAULT_LIMIT, MAX_LIMIT)
+    return EventQuestion(_filter(values, roles), limit, values.get("cursor", [None])[0])
 
 
 def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[EventFilter, int | None]:
@@ -126,8 +130,10 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     return _filter(values, roles), None if text is None else int(text)
 
 
-def read_absence_question(chronicle: str, pairs: Pairs) -> AbsenceQuestion:
-    """Read the parameters of a request for near misses.
+def read_absence_question(
+    chronicle: str, pairs: Pairs, table: Mapping[str, Parameter] = ABSENCE_PARAMETERS
+) -> AbsenceQuestion:
+    """Read the parameters of a request for near misses, or for what is awaited.
 
     Raises
     ------
@@ -140,16 +146,18 @@ def read_absence_question(chronicle: str, pairs: Pairs) -> AbsenceQuestion:
     >>> question.roles, question.start_us, question.limit
     ({'overtaker': 'car7'}, 5000000, 5)
     """
-    values, roles = _sort_out(pairs, ABSENCE_PARAMETERS, one_each=True)
+    values, roles = _sort_out(pairs, table, one_each=True)
     if len(roles) > MAX_ROLES:
         raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(roles)}", parameter="role")
-    window_us = [parse_media_us(values[name][0], parameter=name) if name in values else None for name in ("from", "to")]
+    window_us = {
+        name: parse_media_us(values[name][0], parameter=name) for name in ("from", "to", "at") if name in values
+    }
     return AbsenceQuestion(
         chronicle=chronicle,
         run=values.get("run", [None])[0],
         roles={name: actors[0] for name, actors in roles.items()},
-        start_us=window_us[0],
-        end_us=window_us[1],
+        start_us=window_us.get("from"),
+        end_us=window_us.get("to", window_us.get("at")),
         limit=_limit(values, DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES),
     )
 
@@ -160,10 +168,10 @@ def describe_event_parameters(table: Mapping[str, Parameter] = EVENT_PARAMETERS)
     return _described(table, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives.")
 
 
-def describe_absence_parameters(*, name: str) -> list[JsonObject]:
+def describe_absence_parameters(table: Mapping[str, Parameter] = ABSENCE_PARAMETERS, *, name: str) -> list[JsonObject]:
     """Describe the parameters of near misses; `name` is the part of the path that names the chronicle."""
     path: JsonObject = {"name": name, "in": "path", "required": True, "schema": _TEXT}
-    return [path, *_described(ABSENCE_PARAMETERS, _TEXT, "The object that fills a role, as in `role.overtaker=car7`.")]
+    return [path, *_described(table, _TEXT, "The object that fills a role, as in `role.overtaker=car7`.")]
 
 
 def _described(table: Mapping[str, Parameter], role: JsonObject, description: str) -> list[JsonObject]:

@@ -22,6 +22,7 @@ from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
 from service.api.openapi import EXPLANATION, FINDINGS, answers
 from service.api.parameters import (
+    AWAITED_PARAMETERS,
     STREAM_PARAMETERS,
     Pairs,
     describe_absence_parameters,
@@ -31,6 +32,7 @@ from service.api.parameters import (
     read_stream_question,
 )
 from service.errors import QueryError
+from service.questions.awaited import AwaitedList
 from service.questions.identity import identities, links_of
 from service.questions.notes import name_notes, run_notes
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventPage, find_event, find_events, find_last_seq
@@ -191,6 +193,18 @@ def _add_explanations(router: APIRouter, explanations: Explanations) -> None:
         question = read_absence_question(name, request.query_params.multi_items())
         return _json(await explanations.why_not(question))
 
+    @router.get(
+        "/api/v1/chronicles/{name}/partial",
+        summary="Say what instances of a chronicle wait for",
+        description="What was under way at a time: what is missing, until when, and what became of instances before.",
+        responses=answers(AwaitedList, 400, 404, 409, 422),
+        openapi_extra={"parameters": describe_absence_parameters(AWAITED_PARAMETERS, name="name")},
+    )
+    async def get_partial(name: str, request: Request) -> Response:
+        """Answer with the instances under way, and those that ended in the window."""
+        question = read_absence_question(name, request.query_params.multi_items(), AWAITED_PARAMETERS)
+        return _json(await explanations.awaited(question))
+
 
 def _add_cars(router: APIRouter, log: EventLog) -> None:
     @router.get("/api/v1/cars", summary="List the cars of a run", responses=answers(CarList, 404, 422))
@@ -259,6 +273,7 @@ def _index(version: str, as_of_seq: int) -> Index:
         "chronicles": "/api/v1/chronicles",
         "check": "/api/v1/chronicles/check",
         "why_not": "/api/v1/chronicles/{name}/why-not",
+        "partial": "/api/v1/chronicles/{name}/partial",
         "openapi": "/openapi.json",
         "health": "/healthz",
     }

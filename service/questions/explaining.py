@@ -6,7 +6,7 @@ is added here: by which links each car was taken for the one it is.
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any  # JSON values
@@ -24,6 +24,7 @@ from chronicles.explanation.sentences import of_event, seconds
 from chronicles.explanation.why import why
 from dyknow.language.diagnostics import hinted
 from service.errors import FilterError, NotInLogError, QueryError
+from service.questions.awaited import AwaitedList, awaited_instances
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
 from service.questions.queries import decode_event, find_event
@@ -207,6 +208,26 @@ class Explainer:
             floor=float(run.settings["min_confidence"]) if "min_confidence" in run.settings else None,
         )
         return with_settings(self._log, run, found)
+
+    def awaited(self, question: AbsenceQuestion) -> AwaitedList:
+        """Say which instances of a chronicle a run was waiting for at `end_us`, or its end, and what became of others.
+
+        Those that ended are told from `start_us` on; without it, none. Raises as `explain_absence`.
+        """
+        run = self._log.run(question.run)
+        chronicles = self._chronicles(run)
+        name = _asked_chronicle(question.chronicle, run, chronicles)
+        at_us = self._log.last_us(run.id) if question.end_us is None else question.end_us
+        since_us = at_us if question.start_us is None else question.start_us
+        window = replace(question, start_us=since_us, end_us=at_us + 1)
+        _check(window, run, chronicles, name)
+        self._check_covered(window, run)
+        stored = stored_events(self._log, run.id, part=self._part(window, run, chronicles, name))
+        self._check_occur(window, run, stored, is_part=True)
+        found = awaited_instances(chronicles, name, stored.events, since_us=since_us, at_us=at_us)
+        asked = question.roles.items()  # who fills a role may not be known yet
+        wanted = [one for one in found if all(one.roles.get(role, value) == value for role, value in asked)]
+        return AwaitedList(run.id, name, since_us, at_us, len(wanted), wanted[: question.limit])
 
     def _part(self, question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> Part | None:
         """Bound what a question about a window looks at: the lives of all cars that instances in it may be about."""

@@ -132,7 +132,7 @@ def test_the_index_leads_to_paths_that_answer(client: Client) -> None:
     assert set(client.get("/openapi.json").json()["paths"]) >= set(links.values()) - {"/openapi.json"}
     # The log of these tests holds no relations, so that nothing in it can be explained.
     # Nor any car; and a stream has no end.
-    for path in set(links.values()) - {links[one] for one in ("why", "why_not", "check", "links", "stream")}:
+    for path in set(links.values()) - {links[one] for one in ("why", "why_not", "partial", "check", "links", "stream")}:
         assert client.get(path.replace("{event_id}", "r1-1")).status_code == 200, path
 
 
@@ -278,7 +278,7 @@ def test_openapi_describes_every_route_and_body(client: Client) -> None:
     assert set(document["paths"]) == {
         "/healthz", "/api/v1", "/api/v1/chronicles", "/api/v1/events", "/api/v1/events/{event_id}",
         "/api/v1/events/{event_id}/why", "/api/v1/chronicles/{name}/why-not", "/api/v1/chronicles/check",
-        "/api/v1/cars", "/api/v1/cars/{car}/links", "/api/v1/events/stream",
+        "/api/v1/cars", "/api/v1/cars/{car}/links", "/api/v1/events/stream", "/api/v1/chronicles/{name}/partial",
     }  # fmt: skip
     named = set(re.findall(r'"#/components/schemas/(\w+)"', client.get("/openapi.json").text))
     assert named <= set(document["components"]["schemas"])
