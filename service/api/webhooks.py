@@ -50,9 +50,7 @@ class Webhook(Struct, frozen=True, kw_only=True):
     attempts : after so many an event is given up.
     """
 
-    name: Annotated[
-        str, Meta(pattern=r"^[A-Za-z0-9._-]{1,64}$", description="1 to 64 letters, digits, '.', '_' or '-'")
-    ]
+    name: Annotated[str, Meta(pattern=r"^[A-Za-z0-9._-]{1,64}$", description="up to 64 letters, digits, '.', '_', '-'")]
     url: Annotated[str, Meta(pattern=_URL, description="an address, https://HOST/... or http://HOST/...")]
     secret_env: Text
     events: str = ""
@@ -97,9 +95,7 @@ def load_webhooks(path: Path) -> list[Webhook]:
         except QueryError as error:
             raise wrong(path, f"{place}.events", error) from error
         except ValueError as error:
-            expected = (
-                f"expected a secret in the variable {one.secret_env} of the environment, base64 behind {_SECRET!r}"
-            )
+            expected = f"expected {one.secret_env} in the environment, a text, or base64 behind {_SECRET!r}"
             raise wrong(path, f"{place}.secret_env", f"{expected}, got {error}") from error
     return webhooks
 
@@ -121,7 +117,7 @@ def delivering(webhooks: Sequence[Webhook], log_url: str, tell: Tell) -> Iterato
     finally:
         ended.set()
         for one in threads:
-            one.join()
+            one.join(ANSWERED_WITHIN_S)
 
 
 def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell) -> None:
@@ -153,9 +149,8 @@ class _Delivery:
     def run(self, log: EventLog) -> None:
         """Deliver row by row, and in between what is to be tried once more."""
         while not self._ended.is_set():
-            for one in self._deliveries.undelivered():
-                if one.webhook == self._webhook.name and one.is_due:
-                    self._deliveries.settle(one, post(self._webhook, one.seq, one.body))
+            for one in self._deliveries.undelivered(due_for=self._webhook.name):
+                self._deliveries.settle(one, post(self._webhook, one.seq, one.body))
             rows = find_rows(log, self._wanted, self._seq)
             if not all(self._settle(seq, body) for seq, _, body in rows.items):
                 return

@@ -68,7 +68,7 @@ class Deliveries:
             last_seq = lock_seqs(connection)
             seq = connection.scalar(select(_WEBHOOKS.seq).where(_WEBHOOKS.name == name))
             if seq is None:
-                seq = last_seq if after_seq is None else after_seq
+                seq = last_seq if after_seq is None else min(after_seq, last_seq)
                 insert_rows(connection, schema.webhooks, [(name, seq, "")])
             return int(seq)
 
@@ -104,14 +104,15 @@ class Deliveries:
     def states(self) -> list[WebhookState]:
         """List the webhooks by name."""
         with explained(self._database, "a log that can be read"), self._reading.begin() as connection:
-            rows = connection.execute(select(schema.webhooks).order_by(_WEBHOOKS.name))
-            return [WebhookState(*row) for row in rows]
+            return [WebhookState(*row) for row in connection.execute(select(schema.webhooks).order_by(_WEBHOOKS.name))]
 
-    def undelivered(self) -> list[Undelivered]:
-        """List what was given up, by webhook and in the order of writing."""
+    def undelivered(self, *, due_for: str | None = None) -> list[Undelivered]:
+        """List what was given up, by webhook and in the order of writing; or of one what is to be tried once more."""
+        query = select(schema.undelivered).order_by(_UNDELIVERED.webhook, _UNDELIVERED.seq)
+        if due_for is not None:
+            query = query.where(_UNDELIVERED.webhook == due_for, _UNDELIVERED.is_due)
         with explained(self._database, "a log that can be read"), self._reading.begin() as connection:
-            rows = connection.execute(select(schema.undelivered).order_by(_UNDELIVERED.webhook, _UNDELIVERED.seq))
-            return [Undelivered(*row) for row in rows]
+            return [Undelivered(*row) for row in connection.execute(query)]
 
     @contextmanager
     def _transaction(self) -> Iterator[Connection]:
