@@ -28,6 +28,7 @@ from service.texts.chronicle_files import load_chronicle_files
 # Threads queue for the interpreter lock more than for the database: with sixteen, the same requests cost a third more
 # processor time. A few let slow questions overlap.
 WORKER_THREADS = 3
+END_S = 10
 _PLAIN_ID = re.compile(r"[A-Za-z0-9._-]{1,128}", re.ASCII)
 
 
@@ -90,8 +91,7 @@ class Server(uvicorn.Server):
 
     def __init__(self, app: FastAPI) -> None:
         # A client that does not read what it asked for would hold the end up for ever.
-        end_s = int(ANSWERED_WITHIN_S)
-        super().__init__(uvicorn.Config(app, access_log=False, log_level="warning", timeout_graceful_shutdown=end_s))
+        super().__init__(uvicorn.Config(app, access_log=False, log_level="warning", timeout_graceful_shutdown=END_S))
         self._stream: EventStream = app.state.event_stream
 
     async def shutdown(self, sockets: list[socket] | None = None) -> None:

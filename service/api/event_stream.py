@@ -95,10 +95,9 @@ class EventStream:
             except LogError:  # the client comes back, to the number that it knows
                 return
             seq = found.until_seq
-            if found.items:
-                yield "".join(
-                    f"id: {one}\nevent: {status}\ndata: {body}\n\n" for one, status, body in found.items
-                ).encode()
+            text = "".join(f"id: {one}\nevent: {kind}\ndata: {body}\n\n" for one, kind, body in found.items)
+            if text:
+                yield text.encode()
             if seq < found.as_of_seq:
                 continue
             with move_on_after(self._heartbeat_s):

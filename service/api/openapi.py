@@ -16,6 +16,7 @@ from service.questions.awaited import AwaitedList
 from service.records import EventRecord
 
 JsonObject = dict[str, Any]
+Answers = dict[int | str, JsonObject]
 
 _BODIES = (EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem)
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
@@ -52,14 +53,10 @@ _FINDINGS_SCHEMA: JsonObject = {
 }
 
 
-def answers(
-    body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json"
-) -> dict[int | str, JsonObject]:
+def answers(body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json") -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
     name = body if isinstance(body, str) else body.__name__
-    described: dict[int | str, JsonObject] = {
-        200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}
-    }
+    described: Answers = {200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}}
     for status in (*errors, 500, 503):
         described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
     return described

@@ -17,6 +17,7 @@ from service.times import TimePoint, parse_media_us, parse_time
 
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]
+Table = Mapping[str, "Parameter"]
 _Word = TypeVar("_Word", bound=str)
 
 ROLE_PREFIX = "role."
@@ -52,7 +53,7 @@ def _words(kind: object) -> list[str]:
     return list(get_args(kind))
 
 
-EVENT_PARAMETERS: Mapping[str, Parameter] = {
+EVENT_PARAMETERS: Table = {
     "type": Parameter("Event type.", _TEXT, is_repeatable=True),
     "from": Parameter(f"Start of the window: {_TIME_FORMS}.", _TIME),
     "to": Parameter(f"End of the window, excluded: {_TIME_FORMS}.", _TIME),
@@ -71,16 +72,16 @@ EVENT_PARAMETERS: Mapping[str, Parameter] = {
     "cursor": Parameter("`next_cursor` of the page before, with the same filters.", _TEXT),
 }
 _STREAMED = ("type", "actor", "road", "source", "run", "status", "min_confidence")
-STREAM_PARAMETERS: Mapping[str, Parameter] = {name: EVENT_PARAMETERS[name] for name in _STREAMED} | {
+STREAM_PARAMETERS: Table = {name: EVENT_PARAMETERS[name] for name in _STREAMED} | {
     "last_event_id": Parameter("The sequence number after which to begin; the header `Last-Event-ID` wins.", _TEXT)
 }
-ABSENCE_PARAMETERS: Mapping[str, Parameter] = {
+ABSENCE_PARAMETERS: Table = {
     "from": Parameter("Start of the window, media time.", _MEDIA_TIME),
     "to": Parameter("End of the window, excluded, media time.", _MEDIA_TIME),
     "run": Parameter("Identifier of a run; may be left out if the log holds one.", _TEXT),
     "limit": Parameter("Instances at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
 }
-AWAITED_PARAMETERS: Mapping[str, Parameter] = {
+AWAITED_PARAMETERS: Table = {
     "at": Parameter("When, media time; the end of the run, if left out.", _MEDIA_TIME),
     **{name: ABSENCE_PARAMETERS[name] for name in ("from", "run", "limit")},
 }
@@ -130,9 +131,7 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     return _filter(values, roles), None if text is None else int(text)
 
 
-def read_absence_question(
-    chronicle: str, pairs: Pairs, table: Mapping[str, Parameter] = ABSENCE_PARAMETERS
-) -> AbsenceQuestion:
+def read_absence_question(chronicle: str, pairs: Pairs, table: Table = ABSENCE_PARAMETERS) -> AbsenceQuestion:
     """Read the parameters of a request for near misses, or for what is awaited.
 
     Raises
@@ -149,32 +148,30 @@ def read_absence_question(
     values, roles = _sort_out(pairs, table, one_each=True)
     if len(roles) > MAX_ROLES:
         raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(roles)}", parameter="role")
-    window_us = {
-        name: parse_media_us(values[name][0], parameter=name) for name in ("from", "to", "at") if name in values
-    }
+    times_us = {one: parse_media_us(values[one][0], parameter=one) for one in ("from", "to", "at") if one in values}
     return AbsenceQuestion(
         chronicle=chronicle,
         run=values.get("run", [None])[0],
         roles={name: actors[0] for name, actors in roles.items()},
-        start_us=window_us.get("from"),
-        end_us=window_us.get("to", window_us.get("at")),
+        start_us=times_us.get("from"),
+        end_us=times_us.get("to", times_us.get("at")),
         limit=_limit(values, DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES),
     )
 
 
-def describe_event_parameters(table: Mapping[str, Parameter] = EVENT_PARAMETERS) -> list[JsonObject]:
+def describe_event_parameters(table: Table = EVENT_PARAMETERS) -> list[JsonObject]:
     """Describe the parameters of events, or of a stream of them, for OpenAPI."""
     role: JsonObject = {"type": "array", "items": _TEXT}
     return _described(table, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives.")
 
 
-def describe_absence_parameters(table: Mapping[str, Parameter] = ABSENCE_PARAMETERS, *, name: str) -> list[JsonObject]:
+def describe_absence_parameters(table: Table = ABSENCE_PARAMETERS, *, name: str) -> list[JsonObject]:
     """Describe the parameters of near misses; `name` is the part of the path that names the chronicle."""
     path: JsonObject = {"name": name, "in": "path", "required": True, "schema": _TEXT}
     return [path, *_described(table, _TEXT, "The object that fills a role, as in `role.overtaker=car7`.")]
 
 
-def _described(table: Mapping[str, Parameter], role: JsonObject, description: str) -> list[JsonObject]:
+def _described(table: Table, role: JsonObject, description: str) -> list[JsonObject]:
     described: list[JsonObject] = [
         {
             "name": name,
@@ -208,9 +205,7 @@ def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> 
     )
 
 
-def _sort_out(
-    pairs: Pairs, table: Mapping[str, Parameter], *, one_each: bool
-) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+def _sort_out(pairs: Pairs, table: Table, *, one_each: bool) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
     """Collect values by parameter, and actors by role; with `one_each`, a role takes one actor."""
     values: dict[str, list[str]] = {}
     roles: dict[str, list[str]] = {}

@@ -29,7 +29,7 @@ class AwaitedInstance(Struct, frozen=True):
     state: State
     roles: dict[str, str]
     matched: list[SubEvent]
-    expected: list[ExpectedEvent]
+    expected: tuple[ExpectedEvent, ...]
     latest_us: int
 
 
@@ -75,16 +75,9 @@ def awaited_instances(
     found += recogniser.advance(at_us)
     now = look()
     occurred = [one for one in found if one.chronicle == name]
-    told = [
-        AwaitedInstance(
-            "awaited" if key in now else _ended(one, occurred, at_us),
-            one.roles,
-            [SubEvent(*matched) for matched in one.matched],
-            list(one.expected),
-            one.latest_us,
-        )
-        for key, one in (seen | now).items()
-    ]
+    all_seen = seen | now
+    states = {key: "awaited" if key in now else _ended(one, occurred, at_us) for key, one in all_seen.items()}
+    told = [_told(states[key], one) for key, one in all_seen.items()]
     return sorted(told, key=lambda one: (one.state != "awaited", -len(one.matched), one.latest_us))
 
 
@@ -93,3 +86,8 @@ def _ended(one: PartialInstance, occurred: Iterable[Occurrence], at_us: int) -> 
         if {*one.matched} <= {*other.sub_events} and one.roles.items() <= dict(other.roles).items():
             return "recognised"
     return "timed out" if one.latest_us <= at_us else "failed"
+
+
+def _told(state: State, one: PartialInstance) -> AwaitedInstance:
+    matched = [SubEvent(*part) for part in one.matched]
+    return AwaitedInstance(state, one.roles, matched, one.expected, one.latest_us)

@@ -47,8 +47,8 @@ def kept_working(log_url: str, tell: Tell) -> Iterator[None]:
 
 def _supervise(log_url: str, tell: Tell, ended: threading.Event) -> None:
     """Begin workers, one after the other, until the end."""
-    pause_s = FIRST_PAUSE_S
-    while True:
+    pause_s = 0.0
+    while not ended.wait(pause_s):
         began_s = time.monotonic()
         # Another start method would copy the locks of the server's threads.
         worker = multiprocessing.get_context("spawn").Process(target=_work, args=(log_url, tell), name="worker")
@@ -61,18 +61,15 @@ def _supervise(log_url: str, tell: Tell, ended: threading.Event) -> None:
             worker.join(ENDED_WITHIN_S)
             worker.kill()
             return
-        pause_s = FIRST_PAUSE_S if time.monotonic() - began_s > MOST_PAUSE_S else pause_s
+        lived_long = time.monotonic() - began_s > MOST_PAUSE_S
+        pause_s = FIRST_PAUSE_S if lived_long else min(max(2 * pause_s, FIRST_PAUSE_S), MOST_PAUSE_S)
         tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
-        if ended.wait(pause_s):
-            return
-        pause_s = min(2 * pause_s, MOST_PAUSE_S)
 
 
 def _work(log_url: str, tell: Tell) -> None:
     """Work until the process that began this one says so, or is gone."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # it comes to all processes of a terminal, and the server ends this one
+    # It comes to all processes of a terminal, and it is the server that ends this one.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     look_seldom()
     try:

@@ -226,7 +226,7 @@ def test_serve_answers_until_it_is_interrupted(log: str) -> None:
         assert [event["id"] for event in answer.json()["items"]] == ["r1-4"]
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 130
-        assert process.stderr.read() == ""
+        assert re.fullmatch(r"worker \d+ begins\n", process.stderr.read())
 
 
 def test_a_port_in_use_is_named(log: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,9 +20,7 @@ def serve(
     log: LogName,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
-    workers: Annotated[
-        int, typer.Option(min=0, max=1, help="Processes beside the server that work off the jobs of the log.")
-    ] = 1,
+    workers: Annotated[int, typer.Option(min=0, max=1, help="Processes that work off the jobs of the log.")] = 1,
     webhooks: Annotated[Path | None, typer.Option(help="File of webhooks, to which events are posted.")] = None,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
