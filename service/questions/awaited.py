@@ -57,8 +57,10 @@ def awaited_instances(
     -------
     Those awaited first; then those that had come furthest, and would have ended first.
     """
-    recogniser = Recogniser(chronicles.feeding({name}))
-    found = list[Occurrence]()
+    involved, found = chronicles.feeding({name}), list[Occurrence]()
+    recogniser = Recogniser(involved)
+    # Others only decide what has all its events. What other chronicles emit may come with any event.
+    fitting = {one.test.name for one in chronicles.plan(name).positions}
 
     def look() -> dict[object, PartialInstance]:
         under_way = [one for one in recogniser.partial_instances() if one.chronicle == name]
@@ -71,7 +73,8 @@ def awaited_instances(
     seen = look()
     for event in (one for one in ordered if since_us <= one.t_us <= at_us):
         found += recogniser.observe(event)
-        seen |= look()
+        if event.name in fitting or len(involved.plans) > 1:
+            seen |= look()
     found += recogniser.advance(at_us)
     now = look()
     occurred = [one for one in found if one.chronicle == name]
