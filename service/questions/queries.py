@@ -37,7 +37,7 @@ MAX_VALUES = 50  # of one repeated parameter
 MAX_ROLES = 20  # different roles in one question
 
 _RARE_ROWS = 2_000
-_NUMBERS_AT_ONCE = 500  # in half a megabyte of rows
+_NUMBERS_AT_ONCE = 200  # a tenth of a megabyte, which each client that does not read keeps a few times
 _CURSOR = struct.Struct(">qq8s")
 
 _Sql = tuple[str, tuple[object, ...]]
