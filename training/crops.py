@@ -144,7 +144,7 @@ def _cut(frames: Tensor, turn: Tensor, shift: Tensor, side: int) -> Tensor:
     seen = seen.reshape(-1, 2 * side, 2 * side, 2)
     crops = functional.grid_sample(planes, seen, padding_mode="border", align_corners=False)
     is_grey = (seen.abs() > 1).any(3)[:, None]
-    is_grey[1::2] = False
+    is_grey[1::2] = False  # of every other crop the border goes on
     return crops.masked_fill(is_grey, _EMPTY)
 
 
