@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import anyio
 import httpx
 import msgspec
 import pytest
@@ -45,13 +46,15 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
     log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with Client(create_app(str(log), shipped=[], within_s=2.0)) as client:
+    with Client(create_app(str(log), shipped=[], within_s=0.5)) as client:
         monkeypatch.setattr("service.api.explanations._why", _stay)
         answer = client.get("/api/v1/events/r1-1/why")
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
         told = msgspec.json.decode(answer.content, type=Problem)
         assert told.type == "urn:dyknow:problem:unanswered"
-        assert told.detail.startswith("explanation: expected one within 2 s, got none; ask about less time")
+        assert told.detail.startswith("explanation: expected one within 0.5 s, got none; ask about less time")
+        # On a busy machine a process that begins anew takes a while.
+        monkeypatch.setattr("service.api.explanations.fail_after", lambda _: anyio.fail_after(60))
         assert client.get("/api/v1/chronicles/overtake/why-not").status_code == 404
 
 
