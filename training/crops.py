@@ -44,7 +44,6 @@ LEAST_SHOWN = 0.3
 """Vehicles of which less is seen are neither asked for nor held against the network."""
 _EMPTY = 114 / 255
 """Grey of what lies outside the picture: that of `vision.networks.onnx_detector`."""
-COLUMNS = 7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +58,10 @@ class Boxes:
 
     rows: Tensor
     is_box: Tensor
+
+    def select(self, columns: Tensor) -> "Boxes":
+        """Take some boxes of each picture, (n, j)."""
+        return Boxes(self.rows.take_along_dim(columns[:, :, None], 1), self.is_box.gather(1, columns))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,5 +174,4 @@ def _moved(boxes: Boxes, turn: Tensor, shift: Tensor, scale: Tensor, look: Look)
     moved = torch.cat([middle, extent, torch.stack([angle_rad, kind, share], 2)], 2)
     # Those that count first, so that no more are kept than the crop with most of them has.
     order = is_box.int().argsort(dim=1, descending=True, stable=True)[:, : max(1, int(is_box.sum(1).max()))]
-    moved = moved.gather(1, order[:, :, None].expand(-1, -1, COLUMNS))
-    return Boxes(moved, is_box.gather(1, order)), is_ignored.gather(1, order)
+    return Boxes(moved, is_box).select(order), is_ignored.gather(1, order)

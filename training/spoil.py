@@ -12,7 +12,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from training.clutter import scatter
-from training.crops import COLUMNS, Boxes
+from training.crops import Boxes
 
 _LAYERS_A_CROP = 6
 _REPAINTED = 4
@@ -81,17 +81,17 @@ def spoilt(crops: Tensor, boxes: Boxes, layers: Tensor, rng: torch.Generator) ->
     As the crops.
     """
     chances = Chances(len(crops), rng)
-    littered = _littered(crops, boxes, layers, chances)
+    littered = cluttered(crops, boxes, layers, chances)
     painted = _repainted(littered, boxes, chances)
     return _packed(_blurred(_lit(painted, chances), chances), chances)
 
 
-def _littered(crops: Tensor, boxes: Boxes, layers: Tensor, chances: Chances) -> Tensor:
+def cluttered(crops: Tensor, boxes: Boxes, layers: Tensor, chances: Chances) -> Tensor:
     """Lay bundles of shapes on crops, turned and scaled; one that reaches into a vehicle is left out."""
     side = crops.shape[2]
     grown = boxes.rows + torch.tensor([0, 0, 2 * _COARSE, 2 * _COARSE, 0, 0, 0], device=crops.device)
     is_vehicle = (inside(grown, side, _COARSE) & boxes.is_box[:, :, None, None]).any(1, keepdim=True)
-    wanted = (-4 * torch.log(chances.uniform(1e-6, 1))).floor()  # 4 in the mean, mostly fewer
+    wanted = (-4 * torch.log(chances.uniform(1e-6, 1))).floor()  # mostly few
     for nth in range(_LAYERS_A_CROP):
         chosen = torch.randint(len(layers), (len(crops),), generator=chances.rng, device=layers.device)
         angle_rad, scale = chances.uniform(-math.pi, math.pi), torch.exp(chances.uniform(-0.7, 0.4))
@@ -109,16 +109,14 @@ def _littered(crops: Tensor, boxes: Boxes, layers: Tensor, chances: Chances) -> 
 def _repainted(crops: Tensor, boxes: Boxes, chances: Chances) -> Tensor:
     """Give a few vehicles another colour, and a shine: most paints are not in the palette."""
     side, order = crops.shape[2], torch.rand(boxes.is_box.shape, generator=chances.rng, device=crops.device)
-    chosen = (order * boxes.is_box).argsort(1, descending=True)[:, :_REPAINTED]
-    for nth in chosen.unbind(1):
-        box = boxes.rows.gather(1, nth[:, None, None].expand(-1, -1, COLUMNS))
-        box = box * torch.tensor([1, 1, 0.94, 0.9, 1, 1, 1], device=crops.device)
+    chosen = boxes.select((order * boxes.is_box).argsort(1, descending=True)[:, :_REPAINTED])
+    rows = chosen.rows * torch.tensor([1, 1, 0.94, 0.9, 1, 1, 1], device=crops.device)
+    for box, is_vehicle in zip(rows.split(1, 1), chosen.is_box.split(1, 1), strict=True):
         part = crops * chances.uniform(0.55, 1.35, 3) + chances.uniform(-0.1, 0.16)
         # What shines in paint and glass: the sky, trees, other vehicles.
         cell_px = box[:, :, 2:4].amin(2)[:, :, None, None] * chances.uniform(0.15, 0.8)
         shine = chances.noise(side, cell_px.clamp(min=1.5)) * chances.uniform(0.05, 0.4) * chances.happens(0.6)
-        is_vehicle = boxes.is_box.gather(1, nth[:, None])[:, :, None, None]
-        is_changed = inside(box, side) & is_vehicle & chances.happens(0.6)
+        is_changed = inside(box, side) & is_vehicle[:, :, None, None] & chances.happens(0.6)
         crops = torch.where(is_changed, part * torch.exp(shine), crops)
     return crops.clamp(0, 1)
 

@@ -31,8 +31,8 @@ def target_maps(boxes: Boxes, is_ignored: Tensor, size_px: tuple[int, int], *, i
     width, height = size_px[0] // STRIDE, size_px[1] // STRIDE
     # Small boxes first: what they tell goes before that of a large one behind them.
     order = (boxes.rows[:, :, 2] * boxes.rows[:, :, 3]).argsort(1)
-    rows = boxes.rows.gather(1, order[:, :, None].expand_as(boxes.rows))
-    is_box, is_ignored = boxes.is_box.gather(1, order), is_ignored.gather(1, order)
+    boxes, is_ignored = boxes.select(order), is_ignored.gather(1, order)
+    rows, is_box = boxes.rows, boxes.is_box
     centre, extent = (rows[:, :, :2] + 0.5) / STRIDE, rows[:, :, 2:4] / STRIDE
     cos, sin = torch.cos(rows[:, :, 4])[:, :, None, None], torch.sin(rows[:, :, 4])[:, :, None, None]
     x = torch.arange(width, device=rows.device) + 0.5

@@ -22,11 +22,8 @@ def pictures_of(frame: np.ndarray, rows: list[list[float]]) -> Pictures:  # type
 @for_each("seed", range(20))
 def test_a_box_stays_on_its_vehicle_through_every_turn_and_scale(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    frame, (x, y), angle_rad = (
-        np.zeros((400, 600, 3), np.uint8),
-        rng.uniform((100, 100), (500, 300)),
-        rng.uniform(-3, 3),
-    )
+    frame, angle_rad = np.zeros((400, 600, 3), np.uint8), rng.uniform(-3, 3)
+    x, y = rng.uniform((100, 100), (500, 300))
     corners = cv2.boxPoints(((x, y), (90, 30), math.degrees(angle_rad)))
     cv2.fillConvexPoly(frame, np.round(corners * 16).astype(np.int32), (255,) * 3, cv2.LINE_AA, 4)
     pictures = pictures_of(frame, [[x, y, 90.0, 30.0, angle_rad, 0.0, 1.0]])

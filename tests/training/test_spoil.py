@@ -9,7 +9,7 @@ from tests.cases import for_each
 torch = pytest.importorskip("torch", reason="the extra `train` is not installed")
 
 from training.crops import Boxes
-from training.spoil import Chances, clutter_layers, inside, jpeg, smooth, spoilt
+from training.spoil import Chances, clutter_layers, cluttered, inside, jpeg, smooth, spoilt
 
 
 def smooth_pictures(seed: int, side: int = 96) -> torch.Tensor:
@@ -51,11 +51,9 @@ def test_noise_has_the_length_of_wave_that_was_asked_for() -> None:
 
 
 def test_shapes_are_laid_beside_vehicles_and_not_on_them() -> None:
-    from training.spoil import _littered
-
     rows = torch.tensor([[[48.0, 48.0, 40.0, 30.0, 0.0, 0.0, 1.0]]]).expand(8, -1, -1)
     boxes, crops = Boxes(rows, torch.ones(8, 1, dtype=torch.bool)), torch.full((8, 3, 96, 96), 0.5)
-    littered = _littered(crops, boxes, clutter_layers(20, 96), Chances(8, torch.Generator().manual_seed(3)))
+    littered = cluttered(crops, boxes, clutter_layers(20, 96), Chances(8, torch.Generator().manual_seed(3)))
     is_changed = (littered != crops).any(1, keepdim=True)
     assert is_changed.flatten(1).any(1).sum() >= 4
     assert not (is_changed & inside(rows, 96)).any()

@@ -160,7 +160,7 @@ class VehicleFit:
         for _ in range(STEPS):
             step = self._step(centre_m, heading_rad, lengths)
             is_better = (step.cost < least)[:, None]
-            least = np.minimum(step.cost, least)
+            least = np.fmin(step.cost, least)
             kept_m, kept = np.where(is_better, centre_m, kept_m), np.where(is_better, lengths, kept)
             # A long vehicle near the camera is anything but linear: of a step that went too far, half is tried.
             centre_m = np.where(is_better, step.centre_m, (centre_m + kept_m) / 2)
