@@ -4,7 +4,7 @@ One process serves a log, this one writes an event every 20 to 80 ms, and twenty
 and comes back at random. Prints the time from the commit of a row to the client that has read it, and how many rows
 were lost or doubled.
 
-    python benchmarks/bench_event_stream.py [EVENTS] [LOG]
+    python -m benchmarks.bench_event_stream [EVENTS] [LOG]
 """
 
 import asyncio

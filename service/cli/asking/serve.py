@@ -34,7 +34,8 @@ def serve(
     can_write = database_of(log).can_write()
     declared = load_webhooks(webhooks) if webhooks else []
     if declared and not can_write:
-        raise LogError(f"log {shown(log)!r}: expected one that can be written, as it keeps how far webhooks are")
+        expected = "expected one that can be written, as it keeps how far webhooks are"
+        raise LogError(f"log {shown(log)!r}: {expected}, got one that can only be read")
     with listen(host, port) as listener, ExitStack() as open_while_serving:
         url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
