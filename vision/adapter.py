@@ -13,6 +13,9 @@ from dyknow.sample import NOT_YET, Sample
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 
+HOLE_STEPS = 5
+"""Frames that come late by less are no hole, however seldom they come."""
+
 FrameT = TypeVar("FrameT")
 FrameT_contra = TypeVar("FrameT_contra", contravariant=True)
 
@@ -48,9 +51,11 @@ class VisionUnit(Generic[FrameT]):
     valid times are those of the frames, their available time is that of the frame which ended the start-up.
     """
 
-    __slots__ = ("_available_us", "_lost", "_vision")
+    __slots__ = ("_available_us", "_last_us", "_lost", "_step_us", "_vision")
 
     def __init__(self, vision: Vision[FrameT]) -> None:
+        self._last_us: int | None = None
+        self._step_us: int | None = None  # between the last two frames that had no hole between them
         self._vision = vision
         self._available_us = 0
         self._lost: VisionObjects | None = None  # the first frame without a view, while nobody has been told
@@ -77,6 +82,8 @@ class VisionUnit(Generic[FrameT]):
     def _told(self, results: Iterable[VisionObjects]) -> Iterator[VisionObjects]:
         """Hold back what has no view; tell of it when the view is back."""
         for objects in results:
+            if hole := self._hole_before(objects.t_us):
+                yield hole
             if objects.is_lost:
                 self._lost = self._lost or objects
                 continue
@@ -85,3 +92,16 @@ class VisionUnit(Generic[FrameT]):
                     yield self._lost
                 self._lost = None
             yield objects
+
+    def _hole_before(self, t_us: int) -> VisionObjects | None:
+        """Take note of the time of a frame; give the frame without a view that was missing before it, if any."""
+        last_us, self._last_us = self._last_us, t_us
+        if last_us is None:
+            return None
+        since_us = t_us - last_us
+        if self._step_us is None or since_us <= max(self._vision.settings.bridged_us, HOLE_STEPS * self._step_us):
+            self._step_us = since_us
+            return None
+        if self._lost is not None:  # and has been since before
+            return None
+        return VisionObjects.lost(last_us + self._step_us, f"no picture came for {since_us / 1e6:.1f} s")

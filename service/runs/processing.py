@@ -37,6 +37,7 @@ from service.texts.linkage_files import load_linkage_file
 from service.times import utc_us
 from vision.errors import VideoBroken
 from vision.video.frames import VideoSource
+from vision.video.recording import is_recording
 
 WORTH_A_PROCESS_US = 15_000_000  # beginning one takes a second
 HISTORY_US = 330_000_000  # longer than any interval of the library's chronicles
@@ -198,7 +199,8 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
 def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
     """Tell whether vision gets a process of its own: if asked for, or if a core is free and the video not soon over."""
     if workers is None:
-        return cores() > 1 and video is not None and (video.duration_us or 0) >= WORTH_A_PROCESS_US
+        # What does not say how long it is, as a live source, is rarely short.
+        return cores() > 1 and video is not None and (video.duration_us or WORTH_A_PROCESS_US) >= WORTH_A_PROCESS_US
     return workers > 0
 
 
@@ -387,6 +389,8 @@ def _start(request: RunRequest, site: Site | None, video: VideoSource | None) ->
     """Tell when media time zero was, and who says so."""
     if request.start_utc_us is not None:
         return request.start_utc_us, "option"
+    if video and video.created_utc and is_recording(Path(video.path)):  # a site may be older than what it sees now
+        return utc_us(video.created_utc), "video"
     if site and site.start_utc:
         return utc_us(site.start_utc), "site"
     if video and video.created_utc:

@@ -51,3 +51,26 @@ def test_short_loss_is_passed_over() -> None:
 
 def test_loss_at_the_end_is_told_at_the_end() -> None:
     assert published([2, 3, 4], 5)[2:] == [(5, 2, True)]
+
+
+def times_told(times_us: Sequence[int]) -> list[tuple[int, bool, str]]:
+    unit = VisionUnit(Script((), VisionSettings()))
+    frames = [make_frame(np.zeros((2, 2)), index=k, t_us=t_us) for k, t_us in enumerate(times_us)]
+    samples = [one for frame in frames for one in unit.update(Sample(frame.t_us, frame.t_us, frame))]
+    return [(one.valid_us, one.value.is_lost, one.value.why_lost) for one in samples]
+
+
+def test_a_hole_in_the_frames_is_a_lost_view() -> None:
+    assert times_told([0, 80_000, 160_000, 9_160_000, 9_240_000]) == [
+        (0, False, ""),
+        (80_000, False, ""),
+        (160_000, False, ""),
+        (240_000, True, "no picture came for 9.0 s"),
+        (9_160_000, False, ""),
+        (9_240_000, False, ""),
+    ]
+
+
+def test_frames_that_come_seldom_or_a_little_late_are_no_hole() -> None:
+    for times_us in ([0, 2_000_000, 4_000_000, 9_000_000], [0, 40_000, 80_000, 360_000, 400_000]):
+        assert times_told(times_us) == [(t_us, False, "") for t_us in times_us]

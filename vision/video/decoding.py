@@ -5,7 +5,8 @@ announces more than it delivers, a packet cut short and a picture the decoder ha
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from av.video.stream import VideoStream
 from vision.errors import VideoBroken, VideoError
 from vision.objects import ByteArray
 from vision.video.frame import Frame
+from vision.video.recording import ConnectionBytes, connections
 
 # FFmpeg plays text files and single pictures as videos; nobody means that.
 NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pipe", "gif_pipe", "webp_pipe"})
@@ -25,6 +27,8 @@ PLANAR_420 = frozenset({"yuv420p", "yuvj420p"})
 # AVI counts frames that it leaves empty; only a file cut short also ends before its announced duration.
 MISSING_TAIL_FRAMES = 1.5
 CLOCKLESS_YEAR = 1970
+ANALYSED_US = 1_000_000
+"""What of a recording is read before its first frame is given; FFmpeg takes five seconds if left to itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,26 +67,45 @@ def read_header(path: Path | str) -> VideoHeader:
         If the file is missing, empty, not a video, or without a video stream.
     """
     with _open(path) as container:
-        if not _has_moving_pictures(container):
-            raise VideoError(f"video {str(path)!r}: expected a video stream, got {_describe_streams(container)}")
-        stream = _first_video(container)
-        assert stream is not None
-        if stream.codec_context is None or stream.width <= 0 or stream.height <= 0:
-            raise VideoError(
-                f"video {str(path)!r}: expected frames of a known size, got {stream.width!r} x {stream.height!r} px"
-            )
-        return VideoHeader(
-            path=str(path),
-            stream_index=stream.index,
-            start_us=_stream_us(stream, stream.start_time) or 0,
-            width_px=stream.width,
-            height_px=stream.height,
-            rate_hz=float(stream.average_rate or stream.guessed_rate or 0.0),
-            frame_count=stream.frames or None,
-            duration_us=_duration_us(container, stream),
-            codec=stream.codec_context.name,
-            created_utc=_created_utc(container),
+        return _header(path, container)
+
+
+def read_recording_header(folder: Path) -> VideoHeader:
+    """Read what the first connection of a recording tells, waiting for it while the recording grows.
+
+    Raises
+    ------
+    VideoError
+        If there is no video in it.
+    """
+    for part, stream in connections(folder):
+        with suppress(av.FFmpegError), _open_stream(stream) as container:
+            header = _header(folder, container)
+            return replace(header, start_us=0, frame_count=None, duration_us=None, created_utc=part.utc)
+    raise VideoError(f"recording {str(folder)!r}: expected a video stream, got none that can be read")
+
+
+def _header(path: Path | str, container: InputContainer) -> VideoHeader:
+    if not _has_moving_pictures(container):
+        raise VideoError(f"video {str(path)!r}: expected a video stream, got {_describe_streams(container)}")
+    stream = _first_video(container)
+    assert stream is not None
+    if stream.codec_context is None or stream.width <= 0 or stream.height <= 0:
+        raise VideoError(
+            f"video {str(path)!r}: expected frames of a known size, got {stream.width!r} x {stream.height!r} px"
         )
+    return VideoHeader(
+        path=str(path),
+        stream_index=stream.index,
+        start_us=_stream_us(stream, stream.start_time) or 0,
+        width_px=stream.width,
+        height_px=stream.height,
+        rate_hz=float(stream.average_rate or stream.guessed_rate or 0.0),
+        frame_count=stream.frames or None,
+        duration_us=_duration_us(container, stream),
+        codec=stream.codec_context.name,
+        created_utc=_created_utc(container),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +151,72 @@ def decode(header: VideoHeader) -> Iterator[Frame | Skipped]:
                 continue
             yield _frame(picture, index=index, t_us=t_us)
             index, last_us = index + 1, t_us
+
+
+def decode_recording(header: VideoHeader) -> Iterator[Frame | Skipped]:
+    """Decode a recording once; what is damaged is left out, since a live source goes on after it.
+
+    Parameters
+    ----------
+    header : from `read_recording_header`.
+
+    Yields
+    ------
+    Frames with strictly increasing times, across all connections, and the pictures left out.
+
+    Raises
+    ------
+    VideoBroken
+        Where pictures of another size begin.
+    """
+    index, last_us = 0, -1
+    for part, stream in connections(Path(header.path)):
+        first_us: int | None = None
+        for picture in _undamaged(stream):
+            t_us = None if picture is None else _time_us(picture, header)
+            if picture is None or t_us is None:
+                yield Skipped(None, picture is None)
+                continue
+            first_us = t_us if first_us is None else first_us
+            t_us += part.start_us - first_us
+            size_px = picture.width, picture.height
+            if size_px != (header.width_px, header.height_px):
+                reason = f"pictures of {size_px[0]} x {size_px[1]} px"
+                raise VideoBroken(path=header.path, t_us=max(last_us, 0), frame_index=index, reason=reason)
+            if t_us <= last_us:
+                yield Skipped(t_us, is_damaged=False)
+                continue
+            yield _frame(picture, index=index, t_us=t_us)
+            index, last_us = index + 1, t_us
+
+
+def _undamaged(bytes_: ConnectionBytes) -> Iterator[VideoFrame | None]:
+    """Decode the pictures of a connection; None for each that could not be."""
+    try:
+        container = _open_stream(bytes_)
+    except av.FFmpegError:  # cut before anything was told
+        return
+    with container:
+        stream = _first_video(container)
+        if stream is None:
+            return
+        stream.thread_type = "AUTO"
+        packets = container.demux(stream)
+        while True:
+            try:
+                pictures = next(packets).decode()
+            except StopIteration:
+                return
+            except av.FFmpegError:
+                yield None
+                continue
+            for picture in pictures:
+                assert isinstance(picture, VideoFrame)
+                yield None if picture.is_corrupt else picture
+
+
+def _open_stream(bytes_: ConnectionBytes) -> InputContainer:
+    return av.open(bytes_, "r", format="mpegts", options={"analyzeduration": str(ANALYSED_US)})
 
 
 class _Damage(Exception):  # noqa: N818  (internal signal, turned into VideoBroken)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from vision.objects import ByteArray
 from vision.video.frame import Frame
 from vision.video.pace import Pace
+from vision.video.recording import is_recording
 
 if TYPE_CHECKING:
     from vision.video.decoding import VideoHeader
@@ -115,13 +116,14 @@ class VideoSource:
         return taken
 
     def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None, pace: Pace) -> None:
-        from vision.video.decoding import Skipped, decode
+        from vision.video.decoding import Skipped, decode, decode_recording
 
         self.skipped_frames = self.damaged_frames = 0
         self.first_damage_us = None
         self.left_out.clear()
         try:
-            for picture in decode(self._header):
+            pictures = decode_recording if is_recording(Path(self.path)) else decode
+            for picture in pictures(self._header):
                 if isinstance(picture, Skipped):
                     self.skipped_frames += 1
                     if picture.is_damaged:
@@ -138,11 +140,12 @@ class VideoSource:
 
 
 def open_video(path: Path | str) -> VideoSource:
-    """Open a video file and read its header.
+    """Open a video file, or the recording of a live source, and read its header.
 
     Parameters
     ----------
-    path : a file that FFmpeg can read; its first video stream is used.
+    path : a file that FFmpeg can read; its first video stream is used. Or the folder of a recording, which may grow
+        while it is read: frames come as they are sent then.
 
     Returns
     -------
@@ -153,9 +156,10 @@ def open_video(path: Path | str) -> VideoSource:
     VideoError
         If the file is missing, empty, not a video, or without a video stream.
     """
-    from vision.video.decoding import read_header
+    from vision.video.decoding import read_header, read_recording_header
 
-    return VideoSource(read_header(path))
+    folder = Path(path)
+    return VideoSource(read_recording_header(folder) if is_recording(folder) else read_header(path))
 
 
 class _HandOver:

@@ -19,6 +19,7 @@ from service.runs.inputs.detectors import DetectorChoice, choose_detector
 from service.runs.inputs.site import Site
 from service.runs.pipeline import Feed
 from vision.video.frames import VideoSource
+from vision.video.recording import is_recording, parts_so_far
 
 STANDARD_INPUT = (Path("-"), Path("/dev/stdin"))
 DIGEST_BYTES = 8
@@ -112,7 +113,10 @@ class Input(ABC):
 
     @property
     def contents(self) -> tuple[int, str]:
-        """Return the number of bytes and their digest."""
+        """Return the number of bytes and their digest; of a recording, which may grow, those of its first line."""
+        if is_recording(self.path):
+            first = parts_so_far(self.path)[0].as_line().encode()
+            return len(first), hashlib.blake2b(first, digest_size=DIGEST_BYTES).hexdigest()
         return self.path.stat().st_size, content_digest(self.path)
 
 
