@@ -37,6 +37,7 @@ from service.cli.making.jobs import retry as retry_job
 from service.cli.making.process import process
 from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
+from service.cli.making.watch import watch
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
@@ -49,6 +50,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "generate": (generate, "dyknow generate rural_overtaking --out scene --seed 7 --seconds 60"),
     "trajectories": (trajectories, "dyknow trajectories junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
     "process": (process, "dyknow process scene/video.mp4 --site scene/site.toml --log scene.db"),
+    "watch": (watch, "dyknow watch rtsp://camera.example/1 --site site.toml --log road.db --recordings recordings"),
     "worker": (worker, "dyknow worker scene.db --once"),
     "events": (events, "dyknow events scene.db --type overtake --from 00:10 --to 02:00"),
     "objects": (objects, "dyknow objects scene.db car7"),

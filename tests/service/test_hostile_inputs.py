@@ -76,7 +76,7 @@ def test_live_input_is_refused_in_one_true_sentence(
 ) -> None:
     message = refused(capsys, "process", address, "--log", tmp_path / "a.db")
     came = "a device" if address.startswith("/dev") else "an address"
-    expected = "expected a file, since live input cannot be read yet (record a clip of it first)"
+    expected = "expected a file (dyknow watch reads live video)"
     assert message == f"error: {address}: {expected}, got {came}\n"
 
 

@@ -60,7 +60,7 @@ def _refuse_live(path: Path) -> None:
     is_address = not path.exists() and _ADDRESS.match(str(path))
     if is_address or path.is_char_device() or path.is_block_device():
         shown = str(path).replace(":/", "://", 1) if is_address else str(path)
-        expected = "expected a file, since live input cannot be read yet (record a clip of it first)"
+        expected = "expected a file (dyknow watch reads live video)"
         raise InputError(f"{shown}: {expected}, got {'an address' if is_address else 'a device'}")
     if not path.exists():
         raise InputError(f"{path}: expected a video or trajectory file, got no such file")

@@ -1,0 +1,88 @@
+"""`dyknow watch`: how does a camera become an event log that grows?"""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from service.cli.making.jobs import tell_line
+from service.cli.making.process import parse_rate, print_summary, progress_bar
+from service.cli.options import MinConfidence
+
+if TYPE_CHECKING:
+    from service.runs.processing import RunSummary
+
+HOUR_US = 3_600_000_000
+GIGABYTE = 1_000_000_000
+
+
+def watch(
+    source: Annotated[str, typer.Argument(help="rtsp://..., http://..., a device, a named pipe, or - for MPEG-TS.")],
+    *,
+    log: Annotated[str, typer.Option(help="Event log: PATH.db, or a URL; made if missing.")],
+    recordings: Annotated[Path, typer.Option(help="Folder for what arrives; made if missing.")],
+    hours: Annotated[float, typer.Option(min=0.01, help="A new recording, and run, begins after so long.")] = 6.0,
+    keep_hours: Annotated[
+        float, typer.Option(min=0.01, help="Processed recordings that are older are removed.")
+    ] = 24.0,
+    keep_gb: Annotated[
+        float, typer.Option(min=0.01, help="Where there are more gigabytes of them, the oldest go.")
+    ] = 50.0,
+    site: Annotated[Path | None, typer.Option(help="Site file: roads, camera.")] = None,
+    chronicles: Annotated[
+        list[Path] | None, typer.Option(help="Chronicle file; repeat for several. Default: the whole library.")
+    ] = None,
+    monitors: Annotated[
+        list[Path] | None, typer.Option(help="File of monitors, formulas to watch over; repeat for several.")
+    ] = None,
+    kpl: Annotated[
+        Path | None, typer.Option(help="KPL file: the streams and policies instead of the shipped ones.")
+    ] = None,
+    linkage: Annotated[
+        Path | None, typer.Option(help="Linkage file: the classes and links of objects instead of the shipped ones.")
+    ] = None,
+    detector: Annotated[str | None, typer.Option(help="auto, motion, onnx:NAME or onnx:PATH.")] = None,
+    rate: Annotated[
+        str | None, typer.Option(metavar="HZ", help="Frames looked at in a second; full: all. Default: 12.5.")
+    ] = None,
+    final: Annotated[
+        bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
+    ] = False,
+    min_confidence: MinConfidence = None,
+    workers: Annotated[
+        Literal["auto", "0", "1"], typer.Option(help="Processes that look at the video, beside the one that thinks.")
+    ] = "auto",
+) -> None:
+    """Record a live source and process it as it comes, until Ctrl-C; what was recorded can be processed again.
+
+    A source that is cut is called again. Begun again, it goes on with its recording, and repeats the run over it.
+    """
+    from service.live.watching import Kept
+    from service.live.watching import watch as run
+    from service.runs.processing import RunRequest
+
+    request = RunRequest(
+        input=Path(),  # each recording in turn
+        site=site,
+        log_url=log,
+        chronicle_files=tuple(chronicles or ()),
+        monitor_files=tuple(monitors or ()),
+        kpl_file=kpl,
+        linkage_file=linkage,
+        detector=detector,
+        rate_hz=None if rate is None else parse_rate(rate),
+        final=final,
+        min_confidence=min_confidence,
+        again=True,
+        workers=None if workers == "auto" else int(workers),
+    )
+    kept = Kept(recordings, round(hours * HOUR_US), round(keep_hours * HOUR_US), round(keep_gb * GIGABYTE))
+
+    def tell_summary(summary: "RunSummary") -> None:
+        print_summary(summary, log)
+        if summary.status != "finished":
+            print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
+
+    with progress_bar(source) as on_progress:
+        run(source, request, kept, tell=tell_line, on_progress=on_progress, on_summary=tell_summary)

@@ -1,0 +1,1 @@
+"""How does what a camera sends now become a recording, and its recording a run?"""

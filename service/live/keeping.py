@@ -1,0 +1,36 @@
+"""How long is what was recorded kept? Until it is too old, or there is too much; recordings go whole, oldest first."""
+
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from vision.video.recording import INDEX, is_growing, parts_so_far
+
+
+def remove_old(folder: Path, *, age_us: int, size_bytes: int, but: Callable[[Path], bool]) -> list[Path]:
+    """Remove recordings that nobody writes.
+
+    Parameters
+    ----------
+    folder : of recordings.
+    age_us : older ones go, by when their last file began.
+    size_bytes : where there is more in all, the oldest go.
+    but : tells of a recording whether it is still needed.
+
+    Returns
+    -------
+    What was removed.
+    """
+    now_us = time.time_ns() // 1000
+    recordings = sorted(path.parent for path in folder.glob(f"*/{INDEX}"))
+    sizes = {one: sum(file.stat().st_size for file in one.iterdir()) for one in recordings}
+    removed = []
+    for one in recordings:
+        parts = parts_so_far(one)
+        is_old = not parts or now_us - parts[-1].utc_us > age_us
+        if (is_old or sum(sizes.values()) > size_bytes) and not is_growing(one) and not but(one):
+            shutil.rmtree(one)
+            del sizes[one]
+            removed.append(one)
+    return removed

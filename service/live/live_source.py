@@ -1,0 +1,92 @@
+"""What sends video now? An address, a device, a pipe: opened within seconds, and watched for silence."""
+
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+from urllib.parse import urlsplit, urlunsplit
+
+import av
+from av.container import InputContainer
+from av.video.stream import VideoStream
+
+from service.errors import InputError
+
+OPENED_WITHIN_S, SILENT_FOR_S = 10.0, 5.0
+# What MPEG-TS carries; other packets cannot be copied.
+CARRIED = frozenset({"h264", "hevc", "mpeg1video", "mpeg2video", "mpeg4"})
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+
+
+class LiveSource:
+    """Name a source of live video.
+
+    Parameters
+    ----------
+    text : an address, the path of a device or named pipe, or ``-`` for standard input.
+
+    Attributes
+    ----------
+    shown : the text without a password.
+    ends : whether its end is the end; else it is expected to come back.
+
+    Raises
+    ------
+    InputError
+        If it is a file, which `dyknow process` reads, or missing.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self.shown = without_password(text)
+        path = Path(text)
+        is_address = _ADDRESS.match(text) is not None
+        if not is_address and text != "-":
+            if not path.exists():
+                raise InputError(f"{text}: expected an address, a device, a pipe or -, got no such file")
+            if path.is_file() or path.is_dir():
+                raise InputError(f"{text}: expected a live source, got a file; dyknow process reads it")
+        self.ends = text == "-" or path.is_fifo()
+
+    def open(self) -> tuple[InputContainer, VideoStream]:
+        """Connect; close the container when done.
+
+        Raises
+        ------
+        InputError
+            If nothing answers in time, or what comes is no video that can be recorded.
+        """
+        name = "pipe:0" if self._text == "-" else self._text
+        options = {"rtsp_transport": "tcp"} if name.startswith("rtsp") else {}
+        device = "v4l2" if Path(name).is_char_device() else None
+        limits = None if self.ends else (OPENED_WITHIN_S, SILENT_FOR_S)
+        try:
+            container = av.open(name, "r", format=device, options=options, timeout=limits)
+        except (av.FFmpegError, OSError) as error:
+            raise InputError(f"{self.shown}: expected live video, got {_reason(error)}") from None
+        stream = next(iter(container.streams.video), None)
+        codec = "no video" if stream is None else stream.codec_context.name
+        if stream is None or codec not in CARRIED:
+            container.close()
+            raise InputError(f"{self.shown}: expected video in one of {', '.join(sorted(CARRIED))}, got {codec}")
+        return container, stream
+
+
+def without_password(address: str) -> str:
+    """Leave out who may ask, for what is shown and kept.
+
+    Examples
+    --------
+    >>> without_password("rtsp://me:secret@camera.example:554/1")
+    'rtsp://camera.example:554/1'
+    """
+    with suppress(ValueError):
+        parts = urlsplit(address)
+        if "@" in parts.netloc:
+            return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
+    return address
+
+
+def _reason(error: Exception) -> str:
+    number = getattr(error, "errno", None)
+    return getattr(error, "strerror", None) or (os.strerror(number) if number else str(error))

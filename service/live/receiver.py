@@ -1,0 +1,159 @@
+"""How does a source stay connected? What arrives is recorded; when it stops, it is called again, at growing pauses."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+
+import av
+from av.container import InputContainer
+from av.packet import Packet
+from av.video.stream import VideoStream
+
+from service.errors import InputError
+from service.live.live_source import LiveSource
+from service.live.recording_writer import RecordingWriter, folder_name
+from vision.errors import VideoError
+from vision.video.frames import open_video
+from vision.video.recording import INDEX, is_growing, parts_so_far
+
+FIRST_PAUSE_S, MOST_PAUSE_S = 0.5, 30.0
+JUMP_US = 10_000_000
+"""Time stamps that go back, or on by more than this, are those of another clock."""
+
+Tell = Callable[[str], None]
+Connection = tuple[InputContainer, VideoStream]
+
+
+class Receiver:
+    """Record a source into one recording after the other.
+
+    Parameters
+    ----------
+    source : what to record.
+    folder : of the recordings.
+    longest_us : so long is a recording at most, in media time, and a minute.
+    most_bytes : that large is a recording at most, and a minute.
+    tell : gets a line when the source is cut or back.
+
+    Attributes
+    ----------
+    ended : set it to end the recording.
+    """
+
+    def __init__(self, source: LiveSource, folder: Path, *, longest_us: int, most_bytes: int, tell: Tell) -> None:
+        self.ended = threading.Event()
+        self._source, self._folder, self._tell = source, folder, tell
+        self._longest_us, self._most_bytes = longest_us, most_bytes
+        self._writer: RecordingWriter  # from the first connection on
+        self._kind = ("", 0, 0)
+        self._start_us, self._why = 0, ""  # of the next connection, and what ended the one before
+
+    def record(self, connection: Connection, begin: Callable[[Path], None]) -> None:
+        """Record until ended, or until a source that does not come back is over.
+
+        Parameters
+        ----------
+        connection : the first one, opened already.
+        begin : gets the folder of each recording, once there is something in it.
+        """
+        self._resume_or_begin(connection[1])
+        try:
+            current: Connection | None = connection
+            while current is not None:
+                container, stream = current
+                if _kind(stream) != self._kind:
+                    self._writer.close()
+                    self._begin(stream)
+                with closing(container):
+                    self._record(container, stream, begin)
+                lost_s = time.monotonic()
+                if self.ended.is_set() or self._source.ends:
+                    return
+                self._tell(f"{self._source.shown}: {self._why}; called again")
+                current = self._again()
+                self._start_us = self._writer.last_us + max(1, round((time.monotonic() - lost_s) * 1e6))
+        finally:
+            self._writer.close()
+
+    def _resume_or_begin(self, stream: VideoStream) -> None:
+        """Go on with the newest recording, if it is of such pictures and not full yet; else begin one."""
+        self._kind = _kind(stream)
+        known = sorted(path.parent for path in self._folder.glob(f"*/{INDEX}"))
+        if known and not is_growing(known[-1]):
+            began, *_ = parts = parts_so_far(known[-1])
+            now_us = time.time_ns() // 1000 - began.utc_us
+            with suppress(VideoError):
+                video = open_video(known[-1])
+                is_same = (video.codec, video.width_px, video.height_px) == self._kind
+                if is_same and parts[-1].start_us < now_us < self._longest_us:
+                    self._writer = RecordingWriter(known[-1])
+                    self._start_us, self._why = now_us, "the program was begun again"
+                    return
+        self._begin(stream)
+
+    def _begin(self, stream: VideoStream) -> None:
+        """Begin a recording."""
+        self._writer = RecordingWriter(self._folder / folder_name(time.time_ns() // 1000))
+        self._kind, self._start_us, self._why = _kind(stream), 0, ""
+
+    def _record(self, container: InputContainer, stream: VideoStream, begin: Callable[[Path], None]) -> None:
+        """Record one connection, to its end."""
+        last_us: int | None = None
+        try:
+            for packet in _packets(container, stream):
+                if self.ended.is_set():
+                    return
+                now_us = _decoded_us(packet)
+                if last_us is not None and not 0 <= now_us - last_us <= JUMP_US:
+                    self._start_us, self._why, last_us = self._writer.last_us + 1, "its time stamps jumped", None
+                if packet.is_keyframe and self._is_full():
+                    self._writer.close()
+                    self._begin(stream)
+                    last_us = None
+                if last_us is None:
+                    if not packet.is_keyframe:
+                        continue  # nobody can decode it
+                    self._writer.connect(stream, self._start_us, self._why)
+                    begin(self._writer.folder)
+                self._writer.write(packet)
+                last_us = now_us
+            self._why = "it ended"
+        except (av.FFmpegError, OSError) as error:
+            self._why = f"it was cut ({getattr(error, 'strerror', None) or error})"
+
+    def _is_full(self) -> bool:
+        return self._writer.last_us >= self._longest_us or self._writer.size_bytes >= self._most_bytes
+
+    def _again(self) -> Connection | None:
+        pause_s = FIRST_PAUSE_S
+        while not self.ended.wait(pause_s):
+            try:
+                found = self._source.open()
+            except InputError as error:
+                pause_s = min(2 * pause_s, MOST_PAUSE_S)
+                self._tell(f"{error}; called again in {pause_s:g} s")
+            else:
+                self._tell(f"{self._source.shown}: is back")
+                return found
+        return None
+
+
+def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
+    """Give the packets that say when they are to be shown."""
+    return (one for one in container.demux(stream) if one.size and (one.pts is not None or one.dts is not None))
+
+
+def _decoded_us(packet: Packet[VideoStream]) -> int:
+    assert packet.time_base is not None
+    ticks = packet.dts if packet.dts is not None else packet.pts
+    assert ticks is not None
+    return round(ticks * packet.time_base * 1_000_000)
+
+
+def _kind(stream: VideoStream) -> tuple[str, int, int]:
+    """Tell what must be the same for two connections to be of one recording."""
+    return stream.codec_context.name, stream.width, stream.height

@@ -1,0 +1,170 @@
+"""How is what arrives kept? As a recording (`vision.video.recording`): packets as they are, in files of a minute."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import time
+from datetime import UTC, datetime
+from fractions import Fraction
+from pathlib import Path
+from typing import Self
+
+import av
+from av.container import OutputContainer
+from av.packet import Packet
+from av.video.stream import VideoStream
+
+from service.errors import InputError
+from vision.video.recording import INDEX, LOCK, Part, parts_so_far
+
+FILE_US = 60_000_000
+_TICKS = Fraction(1, 90_000)  # of MPEG-TS
+_LOCKED_WITHIN_S = 2.0
+"""A reader holds the lock for a moment when it looks whether there is a writer."""
+
+
+class RecordingWriter:
+    """Write one recording; a folder that holds one already is gone on with.
+
+    Parameters
+    ----------
+    folder : of the recording; made if missing.
+
+    Attributes
+    ----------
+    folder : the same.
+    last_us : media time of the newest packet; -1 if there is none.
+    size_bytes : of all files.
+
+    Raises
+    ------
+    InputError
+        If another process writes it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
+        self._lock = _locked(folder)
+        parts = parts_so_far(folder) if (folder / INDEX).exists() else []
+        self.size_bytes = sum((folder / part.file).stat().st_size for part in parts)
+        self.last_us = -1
+        self._files, self._connection = len(parts), parts[-1].connection if parts else -1
+        self._file_from_us = 0
+        self._file: int | None = None
+        self._muxer: OutputContainer | None = None
+        self._stream: VideoStream | None = None
+        self._start_us, self._first_ticks = 0, 0
+        self._why = ""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def connect(self, template: VideoStream, start_us: int, why: str) -> None:
+        """Begin a connection; its first packet must hold a key frame.
+
+        Parameters
+        ----------
+        template : the source's stream; its packets are copied.
+        start_us : media time of its first packet.
+        why : what ended the one before.
+        """
+        self._end_connection()
+        self._connection += 1
+        self._start_us, self._why = start_us, why
+        self._open_file(start_us)
+        # Packets are written at once, each whole: who reads the file is as early as who reads the source.
+        self._muxer = av.open(_Sink(self), "w", format="mpegts", options={"flush_packets": "1"})
+        self._stream = self._muxer.add_stream_from_template(template)
+        self._first_ticks = -1
+
+    def write(self, packet: Packet[VideoStream]) -> int:
+        """Write a packet of the connection; return its media time.
+
+        Its time stamps count from the first packet.
+        """
+        assert self._muxer is not None
+        assert packet.time_base is not None
+        ticks = round((packet.pts if packet.pts is not None else packet.dts or 0) * packet.time_base / _TICKS)
+        if self._first_ticks < 0:
+            self._first_ticks = ticks
+        t_us = self._start_us + round((ticks - self._first_ticks) * _TICKS * 1_000_000)
+        if packet.is_keyframe and t_us - self._file_from_us >= FILE_US:
+            self._open_file(t_us)
+        assert self._stream is not None
+        packet.stream = self._stream
+        self._muxer.mux(packet)
+        self.last_us = max(self.last_us, t_us)
+        return t_us
+
+    def close(self) -> None:
+        """End the recording."""
+        self._end_connection()
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+        os.close(self._lock)
+
+    def _end_connection(self) -> None:
+        if self._muxer is not None:
+            self._muxer.close()
+            self._muxer = None
+
+    def _open_file(self, t_us: int) -> None:
+        if self._file is not None:
+            os.close(self._file)
+        part = Part(f"{self._files:06d}.ts", self._connection, self._start_us, time.time_ns() // 1000, self._why)
+        self._file = os.open(self.folder / part.file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
+        self._files, self._file_from_us, self._why = self._files + 1, t_us, ""
+        with (self.folder / INDEX).open("a", encoding="utf-8") as index:  # a line at once
+            index.write(part.as_line() + "\n")
+
+    def write_bytes(self, data: bytes) -> int:
+        """Write bytes of the stream, as its muxer made them; return how many."""
+        assert self._file is not None
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(self._file, rest) :]
+        self.size_bytes += len(data)
+        return len(data)
+
+
+class _Sink:
+    """What a muxer writes to: the file that is open now."""
+
+    def __init__(self, writer: RecordingWriter) -> None:
+        self._writer = writer
+
+    def write(self, data: bytes) -> int:
+        """Write bytes of the stream."""
+        return self._writer.write_bytes(bytes(data))
+
+
+def _locked(folder: Path) -> int:
+    handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    until_s = time.monotonic() + _LOCKED_WITHIN_S
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() < until_s:
+                time.sleep(0.01)
+                continue
+            os.close(handle)
+            raise InputError(f"recording {str(folder)!r}: expected nobody to write it, got another process") from None
+        return handle
+
+
+def folder_name(utc_us: int) -> str:
+    """Name a recording by when it began, so that names are in the order of time.
+
+    Examples
+    --------
+    >>> folder_name(1_764_270_372_000_000)
+    '20251127T190612.000000Z'
+    """
+    return datetime.fromtimestamp(utc_us / 1e6, UTC).strftime("%Y%m%dT%H%M%S.%fZ")

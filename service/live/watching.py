@@ -1,0 +1,130 @@
+"""What does it take to watch a camera? Its recording grows on one thread, and is processed on another."""
+
+import queue
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import FrameType
+
+from service.live.keeping import remove_old
+from service.live.live_source import LiveSource
+from service.live.receiver import Receiver, Tell
+from service.runs.processing import Progress, RunRequest, RunSummary, process
+from vision.errors import VideoError
+
+ASKED_EVERY_S = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """Say what is kept of a source.
+
+    Attributes
+    ----------
+    folder : of its recordings.
+    longest_us : so long are a recording, and the run over it, at most.
+    age_us, size_bytes : older recordings, and what is more than this in all, are removed once they are processed.
+    """
+
+    folder: Path
+    longest_us: int
+    age_us: int
+    size_bytes: int
+
+
+def watch(
+    text: str,
+    request: RunRequest,
+    kept: Kept,
+    *,
+    tell: Tell,
+    on_progress: Callable[[Progress], None],
+    on_summary: Callable[[RunSummary], None],
+) -> None:
+    """Record and process a live source until a signal ends it, or it is a pipe that is over.
+
+    What was recorded until then is processed to its end.
+
+    Parameters
+    ----------
+    text : names the source, see `LiveSource`.
+    request : how to process; its input is put in.
+    tell : gets a line when the source is cut or back.
+    on_progress, on_summary : told of each run.
+
+    Raises
+    ------
+    InputError
+        If the source does not answer; nothing has been written then.
+    ServiceError, VisionError, ChronicleError, DyKnowError
+        If any part of the request is wrong. What came so far is recorded.
+    """
+    source = LiveSource(text)
+    connection = source.open()
+    receiver = Receiver(
+        source, kept.folder, longest_us=kept.longest_us, most_bytes=max(1, kept.size_bytes // 2), tell=tell
+    )
+    begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
+
+    def record() -> None:
+        try:
+            receiver.record(connection, begun.put)
+        finally:
+            begun.put(None)
+
+    def run() -> None:
+        try:
+            for folder in _each_once(begun):
+                try:
+                    on_summary(process(replace(request, input=folder), on_progress=on_progress))
+                except VideoError as error:
+                    if not receiver.ended.is_set():
+                        raise
+                    tell(str(error))  # ended before a picture was whole
+                remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes, but=begun_later(folder))
+        finally:
+            receiver.ended.set()
+
+    def begun_later(folder: Path) -> Callable[[Path], bool]:
+        return lambda other: other > folder
+
+    # Signals come to the main thread, which is free for them.
+    with _ended_by_signals(receiver.ended), ThreadPoolExecutor(2) as pool:
+        work = [pool.submit(record), pool.submit(run)]
+        for one in work:
+            while not one.done():
+                time.sleep(ASKED_EVERY_S)
+        for one in work:
+            one.result()
+
+
+def _each_once(begun: "queue.SimpleQueue[Path | None]") -> Iterator[Path]:
+    last: Path | None = None
+    while (folder := begun.get()) is not None:
+        if folder != last:  # and not a further connection in it
+            yield folder
+        last = folder
+
+
+@contextmanager
+def _ended_by_signals(ended: threading.Event) -> Iterator[None]:
+    """Let the first signal end what is recorded; the next one does what it always does."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        ended.set()
+        signal.signal(number, before[signal.Signals(number)])
+
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {number: signal.getsignal(number) for number in numbers}
+    for number in numbers:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
