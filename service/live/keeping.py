@@ -2,13 +2,12 @@
 
 import shutil
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from vision.video.recording import INDEX, is_growing, parts_so_far
 
 
-def remove_old(folder: Path, *, age_us: int, size_bytes: int, but: Callable[[Path], bool]) -> list[Path]:
+def remove_old(folder: Path, *, age_us: int, size_bytes: int, after: Path) -> list[Path]:
     """Remove recordings that nobody writes.
 
     Parameters
@@ -16,7 +15,7 @@ def remove_old(folder: Path, *, age_us: int, size_bytes: int, but: Callable[[Pat
     folder : of recordings.
     age_us : older ones go, by when their last file began.
     size_bytes : where there is more in all, the oldest go.
-    but : tells of a recording whether it is still needed.
+    after : recordings that began after this one stay: they wait to be processed.
 
     Returns
     -------
@@ -29,7 +28,7 @@ def remove_old(folder: Path, *, age_us: int, size_bytes: int, but: Callable[[Pat
     for one in recordings:
         parts = parts_so_far(one)
         is_old = not parts or now_us - parts[-1].utc_us > age_us
-        if (is_old or sum(sizes.values()) > size_bytes) and not is_growing(one) and not but(one):
+        if (is_old or sum(sizes.values()) > size_bytes) and not is_growing(one) and one <= after:
             shutil.rmtree(one)
             del sizes[one]
             removed.append(one)

@@ -86,12 +86,9 @@ def watch(
                     if not receiver.ended.is_set():
                         raise
                     tell(str(error))  # ended before a picture was whole
-                remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes, but=begun_later(folder))
+                remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes, after=folder)
         finally:
             receiver.ended.set()
-
-    def begun_later(folder: Path) -> Callable[[Path], bool]:
-        return lambda other: other > folder
 
     # Signals come to the main thread, which is free for them.
     with _ended_by_signals(receiver.ended), ThreadPoolExecutor(2) as pool:

@@ -21,7 +21,8 @@ MASKED = {"id", "run", "version", "next_cursor", "as_of_seq"}
 GOLDEN_CLIP = ROOT / "tests" / "golden" / "rural_video"
 # What a reader would wait for, and where a test need not.
 SHORTER = {"240": ["8"], "drawn.mp4": ["drawn.mp4", "--to", "4s"]}
-NOT_RUN = {"serve"}  # the test of the answer over HTTP asks the same application
+# The test of the answer over HTTP asks the same application as `serve`; `watch` has tests with a camera of their own.
+NOT_RUN = {"serve", "watch"}
 
 
 def masked(value: object, name: str = "") -> object:
