@@ -14,7 +14,7 @@ from types import FrameType
 from service.live.keeping import remove_old
 from service.live.live_source import LiveSource
 from service.live.receiver import Receiver, Tell
-from service.runs.processing import Progress, RunRequest, RunSummary, process
+from service.runs.processing import Progress, RunRequest, RunSummary, load_texts, process
 from vision.errors import VideoError
 
 ASKED_EVERY_S = 0.2
@@ -62,8 +62,10 @@ def watch(
     InputError
         If the source does not answer; nothing has been written then.
     ServiceError, VisionError, ChronicleError, DyKnowError
-        If any part of the request is wrong. What came so far is recorded.
+        If a text or the site of the request is wrong, before anything is written; if they do not go with what the
+        source sends, after as much of that was recorded as it took to see it.
     """
+    load_texts(request)
     source = LiveSource(text)
     connection = source.open()
     receiver = Receiver(

@@ -163,11 +163,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     ServiceError, VisionError, ChronicleError, DyKnowError
         If any part of the request is wrong; nothing has been written then.
     """
-    draft = load_monitor_files(request.monitor_files, None)
-    chronicles = load_chronicle_files(request.chronicle_files, messages=draft.messages, monitored=draft.events)
-    monitors = load_monitor_files(request.monitor_files, chronicles.merged.given)
-    monitors.check_names(chronicles.merged)
-    site = load_site(request.site) if request.site else None
+    chronicles, monitors, site = load_texts(request)
     source = open_input(request.input, site, request.columns, detector=request.detector, rate_hz=request.rate_hz)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
@@ -194,6 +190,21 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         )
     notes = feed.vision.notes() if feed.vision else ()
     return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
+
+
+def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, Site | None]:
+    """Read the chronicles, the monitors and the site of a request, before its input is opened.
+
+    Raises
+    ------
+    ServiceError, ChronicleError, DyKnowError
+        If one of them is wrong.
+    """
+    draft = load_monitor_files(request.monitor_files, None)
+    chronicles = load_chronicle_files(request.chronicle_files, messages=draft.messages, monitored=draft.events)
+    monitors = load_monitor_files(request.monitor_files, chronicles.merged.given)
+    monitors.check_names(chronicles.merged)
+    return chronicles, monitors, load_site(request.site) if request.site else None
 
 
 def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
