@@ -107,31 +107,30 @@ class Views:
 
     Parameters
     ----------
-    camera : of the run, for a fixed one.
-    views : of a moving camera, ordered by time; none for a fixed one.
+    camera : of the run, where it looked at first.
+    views : where it looked later, ordered by time: of a fixed camera only where it saw nothing, and where it did again.
     """
 
     def __init__(self, camera: CameraRecord, views: Iterator[ViewRecord]) -> None:
-        self._fixed = camera.pixel_from_ground
         self._views = views
-        self._last: ViewRecord | None = None
         self._next = next(views, None)
-        self._is_moving = self._next is not None
+        looks_on = self._next is None or not self._next.pixel_from_ground
+        self._last = ViewRecord(0, camera.pixel_from_ground) if looks_on else None
 
     def at(self, t_us: int) -> tuple[float, ...] | None:
         """Return the map from the ground to the image at this time, None if not known; times must not decrease.
 
         Between two views it is the mean of both, weighted by time.
         """
-        if not self._is_moving:
-            return self._fixed
         while self._next is not None and self._next.t_us < t_us:
             self._last, self._next = self._next, next(self._views, None)
         last, coming = self._last, self._next
-        if coming is None or coming.t_us == t_us:
-            return coming.pixel_from_ground or None if coming else None
-        if last is None or not (last.pixel_from_ground and coming.pixel_from_ground):
+        if coming is not None and coming.t_us == t_us:
+            return coming.pixel_from_ground or None
+        if last is None or not last.pixel_from_ground:
             return None
+        if coming is None or not coming.pixel_from_ground:
+            return last.pixel_from_ground
         share = (t_us - last.t_us) / (coming.t_us - last.t_us)
         before, after = (np.array(one.pixel_from_ground) for one in (last, coming))
         mean = (1 - share) * before / np.linalg.norm(before) + share * after / np.linalg.norm(after)

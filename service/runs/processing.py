@@ -235,6 +235,7 @@ def _run(
             history_us=HISTORY_US,
             min_confidence=request.min_confidence,
             video=source.video,
+            camera=source.camera,
         )
         recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)

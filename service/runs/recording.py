@@ -21,6 +21,7 @@ from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from service.errors import InputError
 from service.records import (
+    CameraRecord,
     ChronicleRef,
     EventDraft,
     HypothesisRecord,
@@ -87,8 +88,10 @@ class Recorder:
         history_us: int,
         min_confidence: float | None = None,
         video: VideoSource | None = None,
+        camera: CameraRecord | None = None,
     ) -> None:
         self.unfit = unfit
+        self._camera = camera
         self._video = video
         self._min_confidence = min_confidence
         self.events = 0
@@ -134,19 +137,26 @@ class Recorder:
     def _record_objects(self, sample: Sample[VisionObjects | TrajectoryObjects]) -> None:
         objects = sample.value
         self._writer.append(_seen_objects(objects))
-        if isinstance(objects, VisionObjects) and (objects.is_lost or objects.pixel_from_ground is not None):
-            view = objects.pixel_from_ground
-            numbers = () if view is None or objects.is_lost else tuple(view.ravel().tolist())
-            self._writer.append((ViewRecord(objects.t_us, numbers),))
-            self._note_view(objects)
+        if isinstance(objects, VisionObjects):
+            self._record_view(objects)
 
-    def _note_view(self, objects: VisionObjects) -> None:
-        """Keep track of lost views: one sample tells of a loss, the next one ends it."""
+    def _record_view(self, objects: VisionObjects) -> None:
+        """Write where a moving camera looks; of a fixed one, only that its view is lost, and when it is back.
+
+        One sample tells of a loss, the next one ends it.
+        """
+        view: tuple[float, ...] | None = None
         if objects.is_lost:
+            view = ()
             self.lost_views.append((objects.t_us, None, objects.why_lost))
-        elif self.lost_views and self.lost_views[-1][1] is None:
+        elif objects.pixel_from_ground is not None:
+            view = tuple(objects.pixel_from_ground.ravel().tolist())
+        if not objects.is_lost and self.lost_views and self.lost_views[-1][1] is None:
             from_us, _, why = self.lost_views[-1]
             self.lost_views[-1] = from_us, objects.t_us, why
+            view = self._camera.pixel_from_ground if view is None and self._camera else view
+        if view is not None:
+            self._writer.append((ViewRecord(objects.t_us, view),))
 
     def _record_cars(self, sample: Sample[Anchored]) -> None:
         cars, filled, former = sample.value.cars, sample.value.filled, sample.value.former

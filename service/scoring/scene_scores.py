@@ -60,7 +60,8 @@ def compare_log(url: str, truth_folder: Path, *, run: str | None = None) -> Comp
     table = load_truth_table(truth_folder)
     with open_log(url) as log:
         record = log.run(run)
-        is_moving = next(log.views(record.id), None) is not None
+        fixed = ((), record.camera.pixel_from_ground if record.camera else ())
+        is_moving = any(view.pixel_from_ground not in fixed for view in log.views(record.id))
         view = load_scene_view(truth_folder, None if is_moving else record.camera)
         objects, cars = found_objects(log, record), found_cars(log, record)
     if len(cars.frame_us) == 0:

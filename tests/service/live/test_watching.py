@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from service.cli.app import run as run_cli
+from service.export.tracks import Views
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.logs import kept_rows, read_all
@@ -129,6 +130,15 @@ def test_a_camera_that_is_cut_is_called_again_and_what_came_can_be_processed_aga
     live, again = tmp_path / "live.db", reprocessed(tmp_path, scene)
     assert events(live)
     assert kept_rows(live) == kept_rows(again)
+    with open_log(str(live)) as log:
+        (run,) = log.runs()
+        lost, back = log.views(run.id)
+        last_us = log.covered_us(run.id)[1]
+    assert lost.pixel_from_ground == ()
+    assert (back.t_us, back.pixel_from_ground) == (second.start_us, run.camera.pixel_from_ground)
+    view = Views(run.camera, iter((lost, back)))
+    times_us = (0, lost.t_us - 1, lost.t_us, back.t_us - 1, back.t_us, last_us)
+    assert [view.at(t_us) is None for t_us in times_us] == [False, False, True, True, False, False]
 
 
 @pytest.mark.slow
