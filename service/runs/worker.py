@@ -66,6 +66,9 @@ def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> bool
     watch = _Watch(taken)
     try:
         summary = process(request, on_progress=watch)
+    except KeyboardInterrupt:  # before the run has begun to look for signals
+        taken.give_back("stopped before it began")
+        raise
     except RunBusyError as error:
         taken.give_back(str(error))
         return False

@@ -220,6 +220,24 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)
 
 
+def test_a_signal_before_the_run_has_begun_gives_the_job_back(
+    new_log: NewLog, tracks: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    url = new_log()
+    with opened(url) as jobs:
+        name = add(jobs, tracks)
+        with monkeypatch.context() as patched:
+            patched.setattr("service.runs.processing.load_chronicle_files", stop)
+            with pytest.raises(KeyboardInterrupt):
+                work(url, stays=False, tell=lambda _: None)
+        assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)
+        work(url, stays=False, tell=lambda _: None)
+        assert (jobs.find(name).state, jobs.find(name).attempts) == ("finished", 1)
+
+
 def test_the_commands_queue_and_list(tmp_path: Path, tracks: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = str(tmp_path / "a.db")
     assert [run_cli([*command, log]) for command in (["jobs", "list"], ["worker"])] == [3, 3]
