@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 OUT := out/demo
 TEST_ARGS ?=
 
-.PHONY: demo test test-slow check bench detector serve clean
+.PHONY: demo test test-slow test-cluster check bench detector serve clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -17,6 +17,10 @@ $(VENV)/installed: pyproject.toml
 
 $(VENV)/installed-dev: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+$(VENV)/installed-cluster: $(VENV)/installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cluster]'
 	@touch $@
 
 demo: $(VENV)/installed
@@ -31,6 +35,10 @@ test: $(VENV)/installed-dev
 
 test-slow: $(VENV)/installed-dev
 	$(PYTEST) -m slow $(TEST_ARGS)
+
+# On a Ray cluster of this machine; Ray is 240 MB, so the other targets do without, and skip these tests.
+test-cluster: $(VENV)/installed-cluster
+	$(BIN)/python -m pytest -m 'slow or not slow' tests/service/test_cluster.py $(TEST_ARGS)
 
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -25,6 +25,10 @@ class RunBusyError(LogError):
     """A run that somebody else is writing at this moment."""
 
 
+class ClusterError(ServiceError):
+    """A Ray cluster that does not answer, cannot run DyKnow, or no Ray to ask it with."""
+
+
 class TruthError(InputError):
     """A truth folder that is missing or does not fit the log."""
 

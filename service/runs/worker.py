@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from chronicles.errors import ChronicleError
@@ -49,19 +50,34 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
             if taken is None:
                 busy.clear()
                 time.sleep(ASKED_EVERY_S)
-            elif not _process(taken, log_url, tell):
+            elif not process_job(taken, log_url, tell):
                 busy.add(taken.job.id)
     finally:
         jobs.close()
 
 
-def _process(taken: TakenJob, log_url: str, tell: Callable[[str], None]) -> bool:
-    """Process one job; False if somebody else, who has no job for it, is at the same run."""
+def process_job(taken: TakenJob, log_url: str, tell: Callable[[str], None], *, has_free_cores: bool = True) -> bool:
+    """Process one job; False if somebody else, who has no job for it, is at the same run.
+
+    Parameters
+    ----------
+    tell : gets a line when it begins and when it ends.
+    has_free_cores : False where the other cores have jobs of their own, so that vision gets none unless asked for.
+
+    Raises
+    ------
+    LogError
+        If the database cannot be written.
+    KeyboardInterrupt
+        If a signal stopped the run; the job waits again.
+    """
     # What processes takes 100 MB, which a worker that only waits for jobs does not need.
     from service.runs.processing import process
     from service.runs.requests import read_request
 
     request = read_request(taken.job.request, log_url)
+    if request.workers is None and not has_free_cores:
+        request = replace(request, workers=0)
     tell(f"job {taken.job.id}: {request.input}")
     watch = _Watch(taken)
     try:

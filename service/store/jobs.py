@@ -98,16 +98,27 @@ class Jobs:
         but : identifiers of jobs that are not to be taken.
         """
         for state in ("waiting", "running"):
-            with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
-                candidates = _read(connection, schema.jobs.c.state == state, most=_MOST_WORKERS)
-            for job in candidates:
-                lock = None if job.id in but else self._lock(job.id)
-                if lock is not None:
-                    taken = TakenJob(self, job, lock)
-                    if taken.begin():
-                        return taken
-                    lock.release()
+            for job in self.first(state):
+                taken = None if job.id in but else self._begun(job)
+                if taken is not None:
+                    return taken
         return None
+
+    def take_this(self, job_id: str) -> "TakenJob | None":
+        """Begin one job; None if somebody is at it, or if it has ended; raises as `find`."""
+        return self._begun(self.find(job_id))
+
+    def first(self, state: JobState) -> list[Job]:
+        """List the first thousand jobs in a state, in their order."""
+        with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+            return _read(connection, schema.jobs.c.state == state, most=_MOST_WORKERS)
+
+    def is_left(self, job_id: str) -> bool:
+        """Tell whether nobody is at a job."""
+        lock = self._lock(job_id)
+        if lock is not None:
+            lock.release()
+        return lock is not None
 
     def cancel(self, job_id: str) -> Job:
         """Ask for the end of a job: one that waits is not begun, one that runs is stopped by its worker.
@@ -156,6 +167,19 @@ class Jobs:
             raise QueryError(f"job {job_id!r}: expected {expected}, got one that is {job.state}", parameter="job")
         return job
 
+    def _begun(self, job: Job) -> "TakenJob | None":
+        lock = self._lock(job.id)
+        if lock is None:
+            return None
+        taken = TakenJob(self, job, lock)
+        is_begun = False
+        try:
+            is_begun = taken.begin()
+        finally:
+            if not is_begun:
+                taken.let_go()
+        return taken if is_begun else None
+
     def _lock(self, job_id: str) -> Lock | None:
         try:
             return self._database.lock(f"job-{job_id}")
@@ -200,6 +224,10 @@ class TakenJob:
     def give_back(self, message: str) -> None:
         """Let it wait again as if it had not been begun."""
         self._jobs.change(self.job.id, ("running",), state="waiting", attempts=self.job.attempts, message=message)
+        self._lock.release()
+
+    def let_go(self) -> None:
+        """Let others have it, as it stands in the log; a second time changes nothing."""
         self._lock.release()
 
     def _end_without(self, state: JobState, message: str) -> bool:

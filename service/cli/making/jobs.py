@@ -20,15 +20,25 @@ JobName = Annotated[str, typer.Argument(metavar="JOB", help="Identifier, as `dyk
 
 
 def worker(
-    log: LogName, once: Annotated[bool, typer.Option("--once", help="Leave when nothing waits.")] = False
+    log: LogName,
+    once: Annotated[bool, typer.Option("--once", help="Leave when nothing waits.")] = False,
+    cluster: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Place the jobs on a Ray cluster: auto, HOST:PORT or ray://HOST:PORT."),
+    ] = None,
 ) -> None:
     """Process what `dyknow process --queue` added to a log, and wait for more until interrupted.
 
     Any number of workers may be at one log, on any machine that reaches it and the files.
     """
-    from service.runs.worker import work
+    if cluster is None:
+        from service.runs.worker import work
 
-    work(log, stays=not once, tell=tell_line)
+        work(log, stays=not once, tell=tell_line)
+    else:
+        from service.runs.cluster import work_on_cluster
+
+        work_on_cluster(log, cluster, stays=not once, tell=tell_line)
 
 
 def tell_line(line: str) -> None:
