@@ -23,6 +23,33 @@ ChronicleFiles = Annotated[
     list[Path] | None,
     typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: those of the run, or the library."),
 ]
+SiteOfInput = Annotated[Path | None, typer.Option("--site", help="Site file: roads, camera, start time.")]
+ChroniclesToRun = Annotated[
+    list[Path] | None,
+    typer.Option("--chronicles", help="Chronicle file; repeat for several. Default: the whole library."),
+]
+MonitorsToRun = Annotated[
+    list[Path] | None,
+    typer.Option("--monitors", help="File of monitors, formulas to watch over; repeat for several."),
+]
+KplFile = Annotated[
+    Path | None, typer.Option("--kpl", help="KPL file: the streams and policies instead of the shipped ones.")
+]
+LinkageFile = Annotated[
+    Path | None,
+    typer.Option("--linkage", help="Linkage file: the classes and links of objects instead of the shipped ones."),
+]
+Rate = Annotated[
+    str | None,
+    typer.Option("--rate", metavar="HZ", help="Frames looked at in a second; full: all. Default: 12.5."),
+]
+Final = Annotated[
+    bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
+]
+VisionWorkers = Annotated[
+    Literal["auto", "0", "1"],
+    typer.Option("--workers", help="Processes that look at the video, beside the one that thinks."),
+]
 SiteOfRun = Annotated[
     Path | None,
     typer.Option(

@@ -6,13 +6,23 @@ import time
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.making.jobs import add_jobs
 from service.cli.making.many import expanded, site_beside
-from service.cli.options import MinConfidence
+from service.cli.options import (
+    ChroniclesToRun,
+    Final,
+    KplFile,
+    LinkageFile,
+    MinConfidence,
+    MonitorsToRun,
+    Rate,
+    SiteOfInput,
+    VisionWorkers,
+)
 from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 
 if TYPE_CHECKING:
@@ -38,19 +48,11 @@ def process(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Inputs processed at once, with --logs. Default: a core each.")
     ] = None,
-    site: Annotated[Path | None, typer.Option(help="Site file: roads, camera, start time.")] = None,
-    chronicles: Annotated[
-        list[Path] | None, typer.Option(help="Chronicle file; repeat for several. Default: the whole library.")
-    ] = None,
-    monitors: Annotated[
-        list[Path] | None, typer.Option(help="File of monitors, formulas to watch over; repeat for several.")
-    ] = None,
-    kpl: Annotated[
-        Path | None, typer.Option(help="KPL file: the streams and policies instead of the shipped ones.")
-    ] = None,
-    linkage: Annotated[
-        Path | None, typer.Option(help="Linkage file: the classes and links of objects instead of the shipped ones.")
-    ] = None,
+    site: SiteOfInput = None,
+    chronicles: ChroniclesToRun = None,
+    monitors: MonitorsToRun = None,
+    kpl: KplFile = None,
+    linkage: LinkageFile = None,
     columns: Annotated[str | None, typer.Option(help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
         str | None, typer.Option(help="auto, motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH.")
@@ -58,22 +60,16 @@ def process(
     detections: Annotated[
         Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")
     ] = None,
-    rate: Annotated[
-        str | None, typer.Option(metavar="HZ", help="Frames looked at in a second; full: all. Default: 12.5.")
-    ] = None,
+    rate: Rate = None,
     start_utc: Annotated[str | None, typer.Option(help="When the input starts: 2026-05-01T08:00:00Z.")] = None,
-    final: Annotated[
-        bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
-    ] = False,
+    final: Final = False,
     min_confidence: MinConfidence = None,
     queue: Annotated[
         bool,
         typer.Option("--queue", help="Only add it, or several, to the jobs of the log, which workers process."),
     ] = False,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
-    workers: Annotated[
-        Literal["auto", "0", "1"], typer.Option(help="Processes that look at the video, beside the one that thinks.")
-    ] = "auto",
+    workers: VisionWorkers = "auto",
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,

@@ -1,14 +1,25 @@
 """`dyknow watch`: how does a camera become an event log that grows?"""
 
 import sys
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.making.jobs import tell_line
 from service.cli.making.process import parse_rate, print_summary, progress_bar
-from service.cli.options import MinConfidence
+from service.cli.options import (
+    ChroniclesToRun,
+    Final,
+    KplFile,
+    LinkageFile,
+    MinConfidence,
+    MonitorsToRun,
+    Rate,
+    SiteOfInput,
+    VisionWorkers,
+)
 
 if TYPE_CHECKING:
     from service.runs.processing import RunSummary
@@ -29,35 +40,22 @@ def watch(
     keep_gb: Annotated[
         float, typer.Option(min=0.01, help="Where there are more gigabytes of them, the oldest go.")
     ] = 50.0,
-    site: Annotated[Path | None, typer.Option(help="Site file: roads, camera.")] = None,
-    chronicles: Annotated[
-        list[Path] | None, typer.Option(help="Chronicle file; repeat for several. Default: the whole library.")
-    ] = None,
-    monitors: Annotated[
-        list[Path] | None, typer.Option(help="File of monitors, formulas to watch over; repeat for several.")
-    ] = None,
-    kpl: Annotated[
-        Path | None, typer.Option(help="KPL file: the streams and policies instead of the shipped ones.")
-    ] = None,
-    linkage: Annotated[
-        Path | None, typer.Option(help="Linkage file: the classes and links of objects instead of the shipped ones.")
-    ] = None,
+    site: SiteOfInput = None,
+    chronicles: ChroniclesToRun = None,
+    monitors: MonitorsToRun = None,
+    kpl: KplFile = None,
+    linkage: LinkageFile = None,
     detector: Annotated[str | None, typer.Option(help="auto, motion, onnx:NAME or onnx:PATH.")] = None,
-    rate: Annotated[
-        str | None, typer.Option(metavar="HZ", help="Frames looked at in a second; full: all. Default: 12.5.")
-    ] = None,
-    final: Annotated[
-        bool, typer.Option("--final", help="Tell events when they are final: none is tentative first or taken back.")
-    ] = False,
+    rate: Rate = None,
+    final: Final = False,
     min_confidence: MinConfidence = None,
-    workers: Annotated[
-        Literal["auto", "0", "1"], typer.Option(help="Processes that look at the video, beside the one that thinks.")
-    ] = "auto",
+    workers: VisionWorkers = "auto",
 ) -> None:
     """Record a live source and process it as it comes, until Ctrl-C; what was recorded can be processed again.
 
     A source that is cut is called again. Begun again, it goes on with its recording, and repeats the run over it.
     """
+    from service.live.live_source import without_password
     from service.live.watching import Kept
     from service.live.watching import watch as run
     from service.runs.processing import RunRequest
@@ -79,10 +77,12 @@ def watch(
     )
     kept = Kept(recordings, round(hours * HOUR_US), round(keep_hours * HOUR_US), round(keep_gb * GIGABYTE))
 
-    def tell_summary(summary: "RunSummary") -> None:
-        print_summary(summary, log)
-        if summary.status != "finished":
-            print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
+    # The source's name is shown, so without a password.
+    with progress_bar(without_password(source)) as on_progress:
+        run(source, request, kept, tell=tell_line, on_progress=on_progress, on_summary=partial(_tell_summary, log))
 
-    with progress_bar(source) as on_progress:
-        run(source, request, kept, tell=tell_line, on_progress=on_progress, on_summary=tell_summary)
+
+def _tell_summary(log: str, summary: "RunSummary") -> None:
+    print_summary(summary, log)
+    if summary.status != "finished":
+        print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
