@@ -22,10 +22,9 @@ def remove_old(folder: Path, *, age_us: int, size_bytes: int, after: Path) -> li
     What was removed.
     """
     now_us = time.time_ns() // 1000
-    recordings = sorted(path.parent for path in folder.glob(f"*/{INDEX}"))
-    sizes = {one: sum(file.stat().st_size for file in one.iterdir()) for one in recordings}
+    sizes = {one: sum(file.stat().st_size for file in one.iterdir()) for one in recordings(folder)}
     removed = []
-    for one in recordings:
+    for one in list(sizes):
         parts = parts_so_far(one)
         is_old = not parts or now_us - parts[-1].utc_us > age_us
         if (is_old or sum(sizes.values()) > size_bytes) and not is_growing(one) and one <= after:
@@ -33,3 +32,8 @@ def remove_old(folder: Path, *, age_us: int, size_bytes: int, after: Path) -> li
             del sizes[one]
             removed.append(one)
     return removed
+
+
+def recordings(folder: Path) -> list[Path]:
+    """List the recordings in a folder, oldest first."""
+    return sorted(path.parent for path in folder.glob(f"*/{INDEX}"))

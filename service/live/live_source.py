@@ -1,6 +1,5 @@
 """What sends video now? An address, a device, a pipe: opened within seconds, and watched for silence."""
 
-import os
 import re
 from contextlib import suppress
 from pathlib import Path
@@ -63,7 +62,7 @@ class LiveSource:
         try:
             container = av.open(name, "r", format=device, options=options, timeout=limits)
         except (av.FFmpegError, OSError) as error:
-            raise InputError(f"{self.shown}: expected live video, got {_reason(error)}") from None
+            raise InputError(f"{self.shown}: expected live video, got {error.strerror or error}") from None
         stream = next(iter(container.streams.video), None)
         codec = "no video" if stream is None else stream.codec_context.name
         if stream is None or codec not in CARRIED:
@@ -85,8 +84,3 @@ def without_password(address: str) -> str:
         if "@" in parts.netloc:
             return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
     return address
-
-
-def _reason(error: Exception) -> str:
-    number = getattr(error, "errno", None)
-    return getattr(error, "strerror", None) or (os.strerror(number) if number else str(error))

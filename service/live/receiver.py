@@ -14,11 +14,12 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 
 from service.errors import InputError
+from service.live.keeping import recordings
 from service.live.live_source import LiveSource
 from service.live.recording_writer import RecordingWriter, folder_name
 from vision.errors import VideoError
 from vision.video.frames import open_video
-from vision.video.recording import INDEX, is_growing, parts_so_far
+from vision.video.recording import is_growing, parts_so_far
 
 FIRST_PAUSE_S, MOST_PAUSE_S = 0.5, 30.0
 JUMP_US = 10_000_000
@@ -42,14 +43,17 @@ class Receiver:
     Attributes
     ----------
     ended : set it to end the recording.
+    tell : as given.
     """
 
     def __init__(self, source: LiveSource, folder: Path, *, longest_us: int, most_bytes: int, tell: Tell) -> None:
         self.ended = threading.Event()
-        self._source, self._folder, self._tell = source, folder, tell
+        self.tell = tell
+        self._source, self._folder = source, folder
         self._longest_us, self._most_bytes = longest_us, most_bytes
         self._writer: RecordingWriter  # from the first connection on
         self._kind = ("", 0, 0)
+        self._arrived_s = 0.0  # the newest packet, by a clock that nobody sets
         self._start_us, self._why = 0, ""  # of the next connection, and what ended the one before
 
     def record(self, connection: Connection, begin: Callable[[Path], None]) -> None:
@@ -70,27 +74,25 @@ class Receiver:
                     self._begin(stream)
                 with closing(container):
                     self._record(container, stream, begin)
-                lost_s = time.monotonic()
                 if self.ended.is_set() or self._source.ends:
                     return
-                self._tell(f"{self._source.shown}: {self._why}; called again")
+                self.tell(f"{self._source.shown}: {self._why}; called again")
                 current = self._again()
-                self._start_us = self._writer.last_us + max(1, round((time.monotonic() - lost_s) * 1e6))
+                since_us = max(1, round((time.monotonic() - self._arrived_s) * 1e6))
+                self._start_us = max(self._start_us, self._writer.last_us) + since_us
         finally:
             self._writer.close()
 
     def _resume_or_begin(self, stream: VideoStream) -> None:
         """Go on with the newest recording, if it is of such pictures and not full yet; else begin one."""
         self._kind = _kind(stream)
-        known = sorted(path.parent for path in self._folder.glob(f"*/{INDEX}"))
-        if known and not is_growing(known[-1]):
-            began, *_ = parts = parts_so_far(known[-1])
-            now_us = time.time_ns() // 1000 - began.utc_us
-            with suppress(VideoError):
-                video = open_video(known[-1])
+        newest = next(reversed(recordings(self._folder)), None)
+        with suppress(VideoError):  # what cannot be read is not gone on with
+            if newest is not None and not is_growing(newest) and (parts := parts_so_far(newest)):
+                video, now_us = open_video(newest), time.time_ns() // 1000 - parts[0].utc_us
                 is_same = (video.codec, video.width_px, video.height_px) == self._kind
                 if is_same and parts[-1].start_us < now_us < self._longest_us:
-                    self._writer = RecordingWriter(known[-1])
+                    self._writer = RecordingWriter(newest)
                     self._start_us, self._why = now_us, "the program was begun again"
                     return
         self._begin(stream)
@@ -103,11 +105,12 @@ class Receiver:
     def _record(self, container: InputContainer, stream: VideoStream, begin: Callable[[Path], None]) -> None:
         """Record one connection, to its end."""
         last_us: int | None = None
+        self._arrived_s = time.monotonic()
         try:
             for packet in _packets(container, stream):
                 if self.ended.is_set():
                     return
-                now_us = _decoded_us(packet)
+                self._arrived_s, now_us = time.monotonic(), _decoded_us(packet)
                 if last_us is not None and not 0 <= now_us - last_us <= JUMP_US:
                     self._start_us, self._why, last_us = self._writer.last_us + 1, "its time stamps jumped", None
                 if packet.is_keyframe and self._is_full():
@@ -123,7 +126,7 @@ class Receiver:
                 last_us = now_us
             self._why = "it ended"
         except (av.FFmpegError, OSError) as error:
-            self._why = f"it was cut ({getattr(error, 'strerror', None) or error})"
+            self._why = f"it was cut ({error.strerror or error})"
 
     def _is_full(self) -> bool:
         return self._writer.last_us >= self._longest_us or self._writer.size_bytes >= self._most_bytes
@@ -135,9 +138,9 @@ class Receiver:
                 found = self._source.open()
             except InputError as error:
                 pause_s = min(2 * pause_s, MOST_PAUSE_S)
-                self._tell(f"{error}; called again in {pause_s:g} s")
+                self.tell(f"{error}; called again in {pause_s:g} s")
             else:
-                self._tell(f"{self._source.shown}: is back")
+                self.tell(f"{self._source.shown}: is back")
                 return found
         return None
 

@@ -55,8 +55,8 @@ class RecordingWriter:
         self._file: int | None = None
         self._muxer: OutputContainer | None = None
         self._stream: VideoStream | None = None
-        self._start_us, self._first_ticks = 0, 0
-        self._why = ""
+        self._start_us, self._why = 0, ""
+        self._first_ticks: int | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -80,17 +80,14 @@ class RecordingWriter:
         # Packets are written at once, each whole: who reads the file is as early as who reads the source.
         self._muxer = av.open(_Sink(self), "w", format="mpegts", options={"flush_packets": "1"})
         self._stream = self._muxer.add_stream_from_template(template)
-        self._first_ticks = -1
+        self._first_ticks = None
 
-    def write(self, packet: Packet[VideoStream]) -> int:
-        """Write a packet of the connection; return its media time.
-
-        Its time stamps count from the first packet.
-        """
+    def write(self, packet: Packet[VideoStream]) -> None:
+        """Write a packet of the connection, with its time stamps: who reads them counts from the first one."""
         assert self._muxer is not None
         assert packet.time_base is not None
         ticks = round((packet.pts if packet.pts is not None else packet.dts or 0) * packet.time_base / _TICKS)
-        if self._first_ticks < 0:
+        if self._first_ticks is None:
             self._first_ticks = ticks
         t_us = self._start_us + round((ticks - self._first_ticks) * _TICKS * 1_000_000)
         if packet.is_keyframe and t_us - self._file_from_us >= FILE_US:
@@ -99,7 +96,6 @@ class RecordingWriter:
         packet.stream = self._stream
         self._muxer.mux(packet)
         self.last_us = max(self.last_us, t_us)
-        return t_us
 
     def close(self) -> None:
         """End the recording."""

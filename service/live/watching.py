@@ -3,7 +3,6 @@
 import queue
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -13,11 +12,9 @@ from types import FrameType
 
 from service.live.keeping import remove_old
 from service.live.live_source import LiveSource
-from service.live.receiver import Receiver, Tell
+from service.live.receiver import Connection, Receiver, Tell
 from service.runs.processing import Progress, RunRequest, RunSummary, load_texts, process
 from vision.errors import VideoError
-
-ASKED_EVERY_S = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,33 +70,40 @@ def watch(
     )
     begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
 
-    def record() -> None:
-        try:
-            receiver.record(connection, begun.put)
-        finally:
-            begun.put(None)
+    def process_one(folder: Path) -> None:
+        """Process a recording, and make room for the next ones."""
+        on_summary(process(replace(request, input=folder), on_progress=on_progress))
+        remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes, after=folder)
 
-    def run() -> None:
-        try:
-            for folder in _each_once(begun):
-                try:
-                    on_summary(process(replace(request, input=folder), on_progress=on_progress))
-                except VideoError as error:
-                    if not receiver.ended.is_set():
-                        raise
-                    tell(str(error))  # ended before a picture was whole
-                remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes, after=folder)
-        finally:
-            receiver.ended.set()
-
-    # Signals come to the main thread, which is free for them.
+    # Signals come to the main thread, which only waits.
     with _ended_by_signals(receiver.ended), ThreadPoolExecutor(2) as pool:
-        work = [pool.submit(record), pool.submit(run)]
-        for one in work:
-            while not one.done():
-                time.sleep(ASKED_EVERY_S)
-        for one in work:
-            one.result()
+        recording = pool.submit(_record, receiver, connection, begun)
+        running = pool.submit(_process_each, receiver, begun, process_one)
+        recording.result()
+        running.result()
+
+
+def _record(receiver: Receiver, connection: Connection, begun: "queue.SimpleQueue[Path | None]") -> None:
+    try:
+        receiver.record(connection, begun.put)
+    finally:
+        begun.put(None)
+
+
+def _process_each(
+    receiver: Receiver, begun: "queue.SimpleQueue[Path | None]", process_one: Callable[[Path], None]
+) -> None:
+    """Process the recordings in their order; what is wrong with one ends what is recorded."""
+    try:
+        for folder in _each_once(begun):
+            try:
+                process_one(folder)
+            except VideoError as error:
+                if not receiver.ended.is_set():
+                    raise
+                receiver.tell(str(error))  # ended before a picture was whole
+    finally:
+        receiver.ended.set()
 
 
 def _each_once(begun: "queue.SimpleQueue[Path | None]") -> Iterator[Path]:

@@ -42,7 +42,7 @@ def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 @contextmanager
-def camera(*visits: bytes, last_stays: bool = True) -> Iterator[str]:
+def camera(*visits: bytes) -> Iterator[str]:
     """Send one after the other to whoever calls, and cut the line after each; stay silent in the last one."""
     server = socket.create_server(("127.0.0.1", 0))
     held: list[socket.socket] = []
@@ -54,7 +54,7 @@ def camera(*visits: bytes, last_stays: bool = True) -> Iterator[str]:
                 held.append(line)
                 for at in range(0, len(data), PIECE):
                     line.sendall(data[at : at + PIECE])
-                if number < len(visits) or not last_stays:
+                if number < len(visits):
                     line.close()
 
     thread = threading.Thread(target=serve)
