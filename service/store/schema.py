@@ -33,7 +33,7 @@ from sqlalchemy import (
 
 from service.records import CarRecord, HypothesisRecord, LinkRecord
 
-SCHEMA_VERSION = 9  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 10  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""
@@ -207,6 +207,50 @@ undelivered = Table(
     Column("body", Text, nullable=False),
     Column("message", Text, nullable=False),
     Column("is_due", Boolean, nullable=False),
+)
+
+# Who may ask over HTTP, and who has written; of a token only a digest is known.
+tokens = Table(
+    "tokens",
+    metadata,
+    Column("id", Text, primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("hash", Text, nullable=False),
+    Column("scope", Text, nullable=False),
+    Column("made_us", BigInteger, nullable=False),
+    Column("expires_us", BigInteger),
+)
+audit = Table(
+    "audit",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("at_us", BigInteger, nullable=False),
+    Column("token", Text, nullable=False),
+    Column("method", Text, nullable=False),
+    Column("path", Text, nullable=False),
+    Column("status", Integer, nullable=False),
+    Column("request_id", Text, nullable=False),
+)
+
+# What is processed by its name: a file that was uploaded, or one that the operator allows.
+sources = Table(
+    "sources",
+    metadata,
+    Column("name", Text, primary_key=True),
+    Column("file", Text, nullable=False),
+    Column("digest", Text, nullable=False),
+    Column("size", BigInteger, nullable=False),
+    Column("made_us", BigInteger, nullable=False),
+)
+
+# A version is never edited; one without a text says that the chronicles of that name ended.
+chronicle_texts = Table(
+    "chronicle_texts",
+    metadata,
+    Column("name", Text, primary_key=True),
+    Column("version", Integer, primary_key=True, autoincrement=False),
+    Column("text", Text),
+    Column("made_us", BigInteger, nullable=False),
 )
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
