@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import av
@@ -14,12 +14,8 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 
 from service.errors import InputError
-from service.live.keeping import recordings
 from service.live.live_source import LiveSource
 from service.live.recording_writer import RecordingWriter, folder_name
-from vision.errors import VideoError
-from vision.video.frames import open_video
-from vision.video.recording import is_growing, parts_so_far
 
 FIRST_PAUSE_S, MOST_PAUSE_S = 0.5, 30.0
 JUMP_US = 10_000_000
@@ -64,7 +60,7 @@ class Receiver:
         connection : the first one, opened already.
         begin : gets the folder of each recording, once there is something in it.
         """
-        self._resume_or_begin(connection[1])
+        self._begin(connection[1])
         try:
             current: Connection | None = connection
             while current is not None:
@@ -78,24 +74,11 @@ class Receiver:
                     return
                 self.tell(f"{self._source.shown}: {self._why}; called again")
                 current = self._again()
-                since_us = max(1, round((time.monotonic() - self._arrived_s) * 1e6))
-                self._start_us = max(self._start_us, self._writer.last_us) + since_us
+                if self._writer.last_us >= 0:  # else media time has not begun
+                    since_us = max(1, round((time.monotonic() - self._arrived_s) * 1e6))
+                    self._start_us = max(self._start_us, self._writer.last_us) + since_us
         finally:
             self._writer.close()
-
-    def _resume_or_begin(self, stream: VideoStream) -> None:
-        """Go on with the newest recording, if it is of such pictures and not full yet; else begin one."""
-        self._kind = _kind(stream)
-        newest = next(reversed(recordings(self._folder)), None)
-        with suppress(VideoError):  # what cannot be read is not gone on with
-            if newest is not None and not is_growing(newest) and (parts := parts_so_far(newest)):
-                video, now_us = open_video(newest), time.time_ns() // 1000 - parts[0].utc_us
-                is_same = (video.codec, video.width_px, video.height_px) == self._kind
-                if is_same and parts[-1].start_us < now_us < self._longest_us:
-                    self._writer = RecordingWriter(newest)
-                    self._start_us, self._why = now_us, "the program was begun again"
-                    return
-        self._begin(stream)
 
     def _begin(self, stream: VideoStream) -> None:
         """Begin a recording."""

@@ -15,42 +15,33 @@ from av.container import OutputContainer
 from av.packet import Packet
 from av.video.stream import VideoStream
 
-from service.errors import InputError
-from vision.video.recording import INDEX, LOCK, Part, parts_so_far
+from vision.video.recording import INDEX, LOCK, Part
 
 FILE_US = 60_000_000
 _TICKS = Fraction(1, 90_000)  # of MPEG-TS
-_LOCKED_WITHIN_S = 2.0
-"""A reader holds the lock for a moment when it looks whether there is a writer."""
 
 
 class RecordingWriter:
-    """Write one recording; a folder that holds one already is gone on with.
+    """Write one recording.
 
     Parameters
     ----------
-    folder : of the recording; made if missing.
+    folder : of the recording; made here.
 
     Attributes
     ----------
     folder : the same.
     last_us : media time of the newest packet; -1 if there is none.
     size_bytes : of all files.
-
-    Raises
-    ------
-    InputError
-        If another process writes it.
     """
 
     def __init__(self, folder: Path) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True)
         self.folder = folder
-        self._lock = _locked(folder)
-        parts = parts_so_far(folder) if (folder / INDEX).exists() else []
-        self.size_bytes = sum((folder / part.file).stat().st_size for part in parts)
-        self.last_us = -1
-        self._files, self._connection = len(parts), parts[-1].connection if parts else -1
+        self._lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)  # waits for readers that look whether there is a writer
+        self.size_bytes, self.last_us = 0, -1
+        self._files, self._connection = 0, -1
         self._file_from_us = 0
         self._file: int | None = None
         self._muxer: OutputContainer | None = None
@@ -138,21 +129,6 @@ class _Sink:
     def write(self, data: bytes) -> int:
         """Write bytes of the stream."""
         return self._writer.write_bytes(bytes(data))
-
-
-def _locked(folder: Path) -> int:
-    handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-    until_s = time.monotonic() + _LOCKED_WITHIN_S
-    while True:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() < until_s:
-                time.sleep(0.01)
-                continue
-            os.close(handle)
-            raise InputError(f"recording {str(folder)!r}: expected nobody to write it, got another process") from None
-        return handle
 
 
 def folder_name(utc_us: int) -> str:

@@ -1,4 +1,7 @@
-"""What does it take to watch a camera? Its recording grows on one thread, and is processed on another."""
+"""What does it take to watch a camera? Its recording grows on one thread, and is processed on another.
+
+What a program that was killed has left is processed to its end on a third one, while the camera is watched already.
+"""
 
 import queue
 import signal
@@ -10,11 +13,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 
-from service.live.keeping import remove_old
+from service.errors import ServiceError
+from service.live.keeping import left_behind, mark_processed, remove_old
 from service.live.live_source import LiveSource
 from service.live.receiver import Connection, Receiver, Tell
 from service.runs.processing import Progress, RunRequest, RunSummary, load_texts, process
-from vision.errors import VideoError
+from vision.errors import VideoError, VisionError
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,8 @@ def watch(
 ) -> None:
     """Record and process a live source until a signal ends it, or it is a pipe that is over.
 
-    What was recorded until then is processed to its end.
+    What was recorded until then is processed to its end, unless it was left by a program that was killed: then the next
+    one processes it.
 
     Parameters
     ----------
@@ -65,22 +70,54 @@ def watch(
     load_texts(request)
     source = LiveSource(text)
     connection = source.open()
+    left = left_behind(kept.folder)
     receiver = Receiver(
         source, kept.folder, longest_us=kept.longest_us, most_bytes=max(1, kept.size_bytes // 2), tell=tell
     )
     begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
 
-    def process_one(folder: Path) -> None:
-        """Process a recording, and make room for the next ones."""
-        on_summary(process(replace(request, input=folder), on_progress=on_progress))
-        remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes, after=folder)
+    def process_one(folder: Path, on_progress: Callable[[Progress], None]) -> None:
+        """Process a recording, and make room for the next ones; what ends early, or breaks, is not done."""
+        try:
+            summary = process(replace(request, input=folder), on_progress=on_progress)
+        except VideoError as error:
+            if not receiver.ended.is_set() and folder not in left:
+                raise
+            tell(str(error))  # ended before a picture was whole
+        else:
+            on_summary(summary)
+            if summary.status == "interrupted":
+                return
+        mark_processed(folder)
+        remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes)
+
+    def go_on(_: Progress) -> None:
+        if receiver.ended.is_set():
+            raise KeyboardInterrupt  # as Ctrl-C stops a run
+
+    def process_live() -> None:
+        """Process the recordings in their order; what is wrong with one ends what is recorded."""
+        try:
+            for folder in _each_once(begun):
+                process_one(folder, on_progress)
+        finally:
+            receiver.ended.set()
+
+    def process_left() -> None:
+        for folder in left:
+            if receiver.ended.is_set():
+                return
+            try:
+                process_one(folder, go_on)
+            except (ServiceError, VisionError) as error:  # it may be of another camera
+                tell(f"{folder}: {error}")
 
     # Signals come to the main thread, which only waits.
-    with _ended_by_signals(receiver.ended), ThreadPoolExecutor(2) as pool:
-        recording = pool.submit(_record, receiver, connection, begun)
-        running = pool.submit(_process_each, receiver, begun, process_one)
-        recording.result()
-        running.result()
+    with _ended_by_signals(receiver.ended), ThreadPoolExecutor(3) as pool:
+        tasks = [pool.submit(_record, receiver, connection, begun), pool.submit(process_live)]
+        tasks.append(pool.submit(process_left))
+        for task in tasks:
+            task.result()
 
 
 def _record(receiver: Receiver, connection: Connection, begun: "queue.SimpleQueue[Path | None]") -> None:
@@ -88,22 +125,6 @@ def _record(receiver: Receiver, connection: Connection, begun: "queue.SimpleQueu
         receiver.record(connection, begun.put)
     finally:
         begun.put(None)
-
-
-def _process_each(
-    receiver: Receiver, begun: "queue.SimpleQueue[Path | None]", process_one: Callable[[Path], None]
-) -> None:
-    """Process the recordings in their order; what is wrong with one ends what is recorded."""
-    try:
-        for folder in _each_once(begun):
-            try:
-                process_one(folder)
-            except VideoError as error:
-                if not receiver.ended.is_set():
-                    raise
-                receiver.tell(str(error))  # ended before a picture was whole
-    finally:
-        receiver.ended.set()
 
 
 def _each_once(begun: "queue.SimpleQueue[Path | None]") -> Iterator[Path]:

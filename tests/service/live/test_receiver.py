@@ -1,6 +1,6 @@
 """Does media time go on where a line was cut, whatever came of the line before?"""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
@@ -8,9 +8,10 @@ import av
 import numpy as np
 import pytest
 
+from service.live.keeping import recordings
 from service.live.live_source import LiveSource
 from service.live.receiver import Connection, Receiver
-from vision.video.recording import INDEX, parts_so_far
+from vision.video.recording import Part, parts_so_far
 
 HOUR_US = 3_600_000_000
 
@@ -33,57 +34,51 @@ def connected(clip: Path) -> Connection:
     return container, container.streams.video[0]
 
 
+def silent(clip: Path) -> Connection:
+    """A connection that brings nothing."""
+    container, stream = connected(clip)
+    assert sum(packet.size > 0 for packet in container.demux(stream)) == 20
+    return container, stream
+
+
 class Camera:
-    """A source that answers whenever it is called, and is always cut."""
+    """A source that is cut after each connection, and then gives the next one."""
 
     shown, ends = "camera", False
 
-    def __init__(self, clip: Path) -> None:
-        self._clip = clip
+    def __init__(self, connections: Sequence[Connection]) -> None:
+        self.waiting = list(connections)
 
     def open(self) -> Connection:
-        return connected(self._clip)
+        return self.waiting.pop(0)
 
 
-def record(first: Connection, clip: Path, folder: Path, *, connections: int) -> None:
-    """Record until so many connections have brought something."""
-    told: list[str] = []
-    source = cast("LiveSource", Camera(clip))
-    receiver = Receiver(source, folder, longest_us=9 * HOUR_US, most_bytes=10**9, tell=told.append)
-    begun: list[Path] = []
+def recorded(folder: Path, first: Connection, *others: Connection) -> list[Part]:
+    """Record until the last connection brings something."""
+    camera = Camera(others)
+    source = cast("LiveSource", camera)
+    receiver = Receiver(source, folder, longest_us=9 * HOUR_US, most_bytes=10**9, tell=lambda _: None)
 
-    def begin(recording: Path) -> None:
-        begun.append(recording)
-        if len(begun) == connections:
+    def begin(_: Path) -> None:
+        if not camera.waiting:
             receiver.ended.set()
 
     receiver.record(first, begin)
+    (recording,) = recordings(folder)
+    return parts_so_far(recording)
 
 
 def test_time_goes_on_between_connections(clip: Path, tmp_path: Path) -> None:
-    record(connected(clip), clip, tmp_path / "r", connections=2)
-    (recording,) = (tmp_path / "r").iterdir()
-    first, second = parts_so_far(recording)
+    first, second = recorded(tmp_path, connected(clip), connected(clip))
     assert first.start_us == 0
     assert second.start_us >= 19 * 40_000 + 500_000  # what was seen, and the pause
 
 
 def test_a_line_that_brings_nothing_sets_no_time_back(clip: Path, tmp_path: Path) -> None:
-    record(connected(clip), clip, tmp_path / "r", connections=1)
-    (recording,) = (tmp_path / "r").iterdir()
-    (part,) = parts_so_far(recording)
-    began = replace(part, utc_us=part.utc_us - HOUR_US)
-    (recording / INDEX).write_text(began.as_line() + "\n")
-    silent = connected(clip)
-    assert sum(packet.size > 0 for packet in silent[0].demux(silent[1])) == 20
-    record(silent, clip, tmp_path / "r", connections=1)
-    assert parts_so_far(recording)[-1].start_us > HOUR_US
+    _, second = recorded(tmp_path, connected(clip), silent(clip), connected(clip))
+    assert second.start_us >= 19 * 40_000 + 1_000_000
 
 
-@pytest.mark.parametrize("index", ["", "nonsense\n"])
-def test_a_recording_that_cannot_be_read_is_not_gone_on_with(clip: Path, tmp_path: Path, index: str) -> None:
-    (tmp_path / "r" / "2020").mkdir(parents=True)
-    (tmp_path / "r" / "2020" / INDEX).write_text(index)
-    record(connected(clip), clip, tmp_path / "r", connections=1)
-    assert len(list((tmp_path / "r").iterdir())) == 2
-    assert (tmp_path / "r" / "2020" / INDEX).read_text() == index
+def test_media_time_begins_with_the_first_picture(clip: Path, tmp_path: Path) -> None:
+    (part,) = recorded(tmp_path, silent(clip), connected(clip))
+    assert part.start_us == 0

@@ -18,6 +18,7 @@ import pytest
 
 from service.cli.app import run as run_cli
 from service.export.tracks import Views
+from service.live.keeping import left_behind
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.logs import kept_rows, read_all
@@ -102,10 +103,10 @@ def events(log: Path | str) -> list[tuple[str, int, int, Sequence[tuple[str, str
 
 
 def reprocessed(folder: Path, scene: Path) -> Path:
-    """Process the one recording into a log of its own."""
-    (recording,) = recordings(folder)
+    """Process the recordings into a log of their own."""
     log = folder / "again.db"
-    assert process(RunRequest(recording, scene / "site.toml", str(log), workers=1)).status == "finished"
+    for recording in recordings(folder):
+        assert process(RunRequest(recording, scene / "site.toml", str(log), workers=1)).status == "finished"
     return log
 
 
@@ -142,21 +143,22 @@ def test_a_camera_that_is_cut_is_called_again_and_what_came_can_be_processed_aga
 
 
 @pytest.mark.slow
-def test_what_is_killed_goes_on_with_its_recording_and_doubles_nothing(
-    sent: bytes, scene: Path, tmp_path: Path
-) -> None:
+def test_what_a_killed_program_left_is_processed_beside_the_camera(sent: bytes, scene: Path, tmp_path: Path) -> None:
     with camera(sent) as url, watching(url, scene, tmp_path) as program:
         until(lambda: recorded_bytes(tmp_path) > 0.9 * len(sent), program)
         program.kill()
+    (left,) = left_behind(tmp_path / "recordings")
     with camera(sent) as url, watching(url, scene, tmp_path) as program:
-        until(lambda: connection_count(tmp_path) == 2 and recorded_bytes(tmp_path) > 1.8 * len(sent), program)
+        until(lambda: recorded_bytes(tmp_path) > 1.8 * len(sent), program)
+        until(lambda: left not in left_behind(tmp_path / "recordings"), program)
         program.send_signal(signal.SIGTERM)
         program.communicate()
     assert program.returncode == 0
-    assert parts_so_far(recordings(tmp_path)[0])[-1].why == "the program was begun again"
-    found = events(tmp_path / "live.db")
-    assert len(found) == len({str(one) for one in found}) > 0
-    assert kept_rows(tmp_path / "live.db") == kept_rows(reprocessed(tmp_path, scene))
+    assert left_behind(tmp_path / "recordings") == []
+    assert len(recordings(tmp_path)) == 2
+    with open_log(str(tmp_path / "live.db")) as log:
+        assert [one.status for one in log.runs()] == ["finished", "finished"]
+    assert sorted(events(tmp_path / "live.db")) == sorted(events(reprocessed(tmp_path, scene))) != []
 
 
 def test_a_pipe_that_is_over_is_the_end(sent: bytes, scene: Path, tmp_path: Path) -> None:
