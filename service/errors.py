@@ -54,6 +54,10 @@ class CursorError(QueryError):
     """A page cursor that is not one of ours, or belongs to other filters."""
 
 
+class VersionError(ServiceError):
+    """A change of something that somebody else has changed since it was read."""
+
+
 class UnansweredError(ServiceError):
     """A question that took too long, or whose process was ended; it may be asked again."""
 

@@ -20,7 +20,7 @@ from service.api.event_stream import EventStream
 from service.api.explanations import ANSWERED_WITHIN_S, Explanations
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
-from service.api.routes import add_routes
+from service.api.routes.wiring import add_routes
 from service.records import ChronicleRecord, software_version
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files

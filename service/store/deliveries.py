@@ -1,17 +1,12 @@
 """How far is each webhook of a log, and what could not be delivered? Kept in the log, so a restart goes on there."""
 
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-
 from msgspec import Struct
 from msgspec.structs import astuple
-from sqlalchemy import Connection, delete, select, update
+from sqlalchemy import delete, select, update
 
 from service.errors import NotInLogError
 from service.store import schema
-from service.store.databases.database import explained
-from service.store.databases.location import database_of
-from service.store.versions import up_to_date
+from service.store.log_tables import LogTables
 from service.store.writer import insert_rows, lock_seqs
 
 _WEBHOOKS, _UNDELIVERED = schema.webhooks.c, schema.undelivered.c
@@ -41,30 +36,12 @@ class Undelivered(Struct, frozen=True):
     is_due: bool = False
 
 
-class Deliveries:
-    """The deliveries of one log; close them after use.
-
-    Raises
-    ------
-    LogError
-        If there is no such log, or the database refuses.
-    """
-
-    def __init__(self, log_url: str) -> None:
-        self._database = database = database_of(log_url)
-        database.check_readable()
-        with ExitStack() as closing:
-            up_to_date(database, closing, may_be_empty=False)
-        self._writing, self._reading = database.writing(), database.reading()
-
-    def close(self) -> None:
-        """Close all connections."""
-        self._writing.dispose()
-        self._reading.dispose()
+class Deliveries(LogTables):
+    """The deliveries of one log; close them after use."""
 
     def begin(self, name: str, after_seq: int | None) -> int:
         """Give the number up to which a webhook is; a new one begins behind `after_seq`, or from now on."""
-        with self._transaction() as connection:
+        with self._writing() as connection:
             last_seq = lock_seqs(connection)
             seq = connection.scalar(select(_WEBHOOKS.seq).where(_WEBHOOKS.name == name))
             if seq is None:
@@ -75,7 +52,7 @@ class Deliveries:
     def note(self, state: WebhookState, given_up: Undelivered | None = None) -> None:
         """Note how far a webhook is, and with it an event that was given up."""
         values = {"seq": state.seq, "message": state.message}
-        with self._transaction() as connection:
+        with self._writing() as connection:
             connection.execute(update(schema.webhooks).where(_WEBHOOKS.name == state.name).values(values))
             insert_rows(connection, schema.undelivered, [astuple(given_up)] if given_up else [])
 
@@ -83,7 +60,7 @@ class Deliveries:
         """Note what came of one more attempt; with no message it was delivered, and is forgotten."""
         is_it = (_UNDELIVERED.webhook == one.webhook) & (_UNDELIVERED.seq == one.seq)
         again = update(schema.undelivered).where(is_it).values(message=message, is_due=False)
-        with self._transaction() as connection:
+        with self._writing() as connection:
             connection.execute(again if message else delete(schema.undelivered).where(is_it))
 
     def retry(self, name: str) -> int:
@@ -97,13 +74,13 @@ class Deliveries:
         names = [one.name for one in self.states()]
         if name not in names:
             raise NotInLogError(f"log {self._database.name!r}: expected one of its webhooks, {names}, got {name!r}")
-        with self._transaction() as connection:
+        with self._writing() as connection:
             of_it = _UNDELIVERED.webhook == name
             return connection.execute(update(schema.undelivered).where(of_it).values(is_due=True)).rowcount
 
     def states(self) -> list[WebhookState]:
         """List the webhooks by name."""
-        with explained(self._database, "a log that can be read"), self._reading.begin() as connection:
+        with self._reading() as connection:
             return [WebhookState(*row) for row in connection.execute(select(schema.webhooks).order_by(_WEBHOOKS.name))]
 
     def undelivered(self, *, due_for: str | None = None) -> list[Undelivered]:
@@ -111,10 +88,5 @@ class Deliveries:
         query = select(schema.undelivered).order_by(_UNDELIVERED.webhook, _UNDELIVERED.seq)
         if due_for is not None:
             query = query.where(_UNDELIVERED.webhook == due_for, _UNDELIVERED.is_due)
-        with explained(self._database, "a log that can be read"), self._reading.begin() as connection:
+        with self._reading() as connection:
             return [Undelivered(*row) for row in connection.execute(query)]
-
-    @contextmanager
-    def _transaction(self) -> Iterator[Connection]:
-        with explained(self._database, "a log that can be written"), self._writing.begin() as connection:
-            yield connection

@@ -230,7 +230,7 @@ def test_a_fault_of_ours_tells_nothing_but_the_request(client: Client, monkeypat
     def fail(*_: object, **__: object) -> None:
         raise RuntimeError("secret")
 
-    monkeypatch.setattr("service.api.routes.find_events", fail)
+    monkeypatch.setattr("service.api.routes.events.find_events", fail)
     body = get_problem(client, "/api/v1/events", 500)
     assert body.detail == "/api/v1/events: expected an answer, got an internal error"
 
@@ -239,7 +239,7 @@ def test_a_log_that_breaks_is_unavailable(client: Client, monkeypatch: pytest.Mo
     def fail(*_: object, **__: object) -> None:
         raise LogError("log 'a.db': expected a log that can be read, got 'disk I/O error'")
 
-    monkeypatch.setattr("service.api.routes.find_events", fail)
+    monkeypatch.setattr("service.api.routes.events.find_events", fail)
     assert get_problem(client, "/api/v1/events", 503).type == "urn:dyknow:problem:log-unavailable"
 
 

@@ -1,0 +1,55 @@
+"""Why was it recognised, why not, and what is awaited? Routes that are answered by processes of their own."""
+
+from fastapi import APIRouter, HTTPException, Request
+from starlette.responses import Response
+
+from service.api.bodies import EventExplanation
+from service.api.explanations import Explanations
+from service.api.openapi import EXPLANATION, answers
+from service.api.parameters import AWAITED_PARAMETERS, describe_absence_parameters, read_absence_question
+from service.api.routes.answering import json_answer, refuse_parameters
+from service.questions.awaited import AwaitedList
+
+
+def add_explanations(router: APIRouter, explanations: Explanations) -> None:
+    """Add the routes that look again at what a run saw."""
+
+    @router.get(
+        "/api/v1/events/{event_id}/why",
+        name="why",
+        summary="Say why an event was recognised",
+        responses=answers(EventExplanation, 404, 409, 422),
+    )
+    async def get_why(event_id: str, request: Request) -> Response:
+        """Explain an event by its parts, its constraints and who its objects were."""
+        refuse_parameters(request)
+        found = await explanations.why(event_id)
+        if found is None:
+            raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
+        return json_answer(found)
+
+    @router.get(
+        "/api/v1/chronicles/{name}/why-not",
+        name="why_not",
+        summary="Say why a chronicle was not recognised",
+        description="The instances that came closest, the nearest first.",
+        responses=answers(EXPLANATION, 400, 404, 409, 422),
+        openapi_extra={"parameters": describe_absence_parameters(name="name")},
+    )
+    async def get_why_not(name: str, request: Request) -> Response:
+        """Explain the absence of a chronicle by its near misses."""
+        question = read_absence_question(name, request.query_params.multi_items())
+        return json_answer(await explanations.why_not(question))
+
+    @router.get(
+        "/api/v1/chronicles/{name}/partial",
+        name="partial",
+        summary="Say what instances of a chronicle wait for",
+        description="What was under way at a time: what is missing, until when, and what became of instances before.",
+        responses=answers(AwaitedList, 400, 404, 409, 422),
+        openapi_extra={"parameters": describe_absence_parameters(AWAITED_PARAMETERS, name="name")},
+    )
+    async def get_partial(name: str, request: Request) -> Response:
+        """Answer with the instances under way, and those that ended in the window."""
+        question = read_absence_question(name, request.query_params.multi_items(), AWAITED_PARAMETERS)
+        return json_answer(await explanations.awaited(question))

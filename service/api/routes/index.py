@@ -1,0 +1,43 @@
+"""Where does who knows only the address go from here?"""
+
+from fastapi import APIRouter, Request
+from fastapi.routing import APIRoute
+from starlette.responses import PlainTextResponse, Response
+
+from service.api.bodies import Index
+from service.api.openapi import answers
+from service.api.routes.answering import json_answer
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, find_last_seq
+from service.store.log import EventLog
+
+HELLO = """\
+DyKnow: what happened in the traffic, recognised from video.
+
+curl '{base}api/v1/events?type=overtake&from=00:10&to=02:00'     all overtakes between two times
+curl '{base}api/v1'                                              everything else there is to ask
+"""
+
+
+def add_index(router: APIRouter, log: EventLog, version: str) -> None:
+    """Add the first page, the index and the health of the server.
+
+    The index links to every described route, by its name.
+
+    Parameters
+    ----------
+    version : of the software.
+    """
+
+    @router.get("/", include_in_schema=False, response_class=PlainTextResponse)
+    def hello(request: Request) -> PlainTextResponse:
+        return PlainTextResponse(HELLO.format(base=request.base_url))
+
+    @router.get("/healthz", name="health", summary="Say that the server lives", response_class=PlainTextResponse)
+    async def healthz() -> PlainTextResponse:
+        return PlainTextResponse("ok\n")
+
+    @router.get("/api/v1", name="index", summary="Say what can be asked", responses=answers(Index))
+    def index() -> Response:
+        described = (one for one in router.routes if isinstance(one, APIRoute) and one.include_in_schema)
+        links = {one.name: one.path for one in described} | {"openapi": "/openapi.json"}
+        return json_answer(Index("dyknow", version, find_last_seq(log), DEFAULT_LIMIT, MAX_LIMIT, links))

@@ -1,0 +1,39 @@
+"""Which routes are there? All of them, each with what it needs."""
+
+from collections.abc import Iterable
+
+from fastapi import APIRouter
+
+from service.api.event_stream import EventStream
+from service.api.explanations import Explanations
+from service.api.routes.cars import add_cars
+from service.api.routes.chronicles import add_chronicles
+from service.api.routes.events import add_events
+from service.api.routes.explanations import add_explanations
+from service.api.routes.index import add_index
+from service.records import ChronicleRecord
+from service.store.log import EventLog
+
+
+def add_routes(
+    router: APIRouter,
+    log: EventLog,
+    stream: EventStream,
+    explanations: Explanations,
+    shipped: Iterable[ChronicleRecord],
+    *,
+    version: str,
+) -> None:
+    """Add the routes of one event log to those of an application.
+
+    Parameters
+    ----------
+    stream, explanations : of the same log.
+    shipped : the chronicles that come with DyKnow.
+    version : of the software, for the index.
+    """
+    add_events(router, log, stream)
+    add_explanations(router, explanations)
+    add_cars(router, log)
+    add_chronicles(router, log, tuple(shipped))
+    add_index(router, log, version)

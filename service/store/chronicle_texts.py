@@ -1,0 +1,98 @@
+"""Which chronicle texts does a log hold, and which did it hold before? Versions that are never edited."""
+
+import time
+
+from msgspec import Struct
+from sqlalchemy import Connection, exists, select
+
+from service.errors import NotInLogError, VersionError
+from service.store import schema
+from service.store.log_tables import LogTables
+from service.store.writer import insert_rows, lock_seqs
+
+_TEXTS = schema.chronicle_texts.c
+
+
+class ChronicleText(Struct, frozen=True):
+    """A version of a text; one without a text says that it ended.
+
+    Attributes
+    ----------
+    version : counts from 1 for each name, ends too.
+    made_us : when it was stored, UTC.
+    """
+
+    name: str
+    version: int
+    text: str | None
+    made_us: int
+
+
+class ChronicleTexts(LogTables):
+    """The chronicle texts of one log.
+
+    Examples
+    --------
+    >>> with ChronicleTexts("sqlite:///demo.db") as texts:      # doctest: +SKIP
+    ...     version = texts.put("tailgate", "chronicle tailgate[?a, ?b](t) { ... }", None)
+    ...     texts.end("tailgate", version)
+    """
+
+    def put(self, name: str, text: str, expected: int | None) -> int:
+        """Store a text as the newest version of its name, and return that version.
+
+        Parameters
+        ----------
+        expected : the version that it takes the place of; None if there is none, or if the last one ended.
+
+        Raises
+        ------
+        VersionError
+            If another version is the newest one.
+        """
+        return self._add(name, text, expected)
+
+    def end(self, name: str, expected: int) -> int:
+        """End a text, and return the version that says so; raises as `put`."""
+        return self._add(name, None, expected)
+
+    def current(self) -> list[ChronicleText]:
+        """List the newest versions by name, without those that ended."""
+        later = schema.chronicle_texts.alias()
+        is_newest = ~exists().where(later.c.name == _TEXTS.name, later.c.version > _TEXTS.version)
+        query = select(schema.chronicle_texts).where(is_newest, _TEXTS.text.is_not(None)).order_by(_TEXTS.name)
+        with self._reading() as connection:
+            return [ChronicleText(*row) for row in connection.execute(query)]
+
+    def versions(self, name: str) -> list[ChronicleText]:
+        """List all versions of a name, oldest first.
+
+        Raises
+        ------
+        NotInLogError
+            If there never was one.
+        """
+        query = select(schema.chronicle_texts).where(_TEXTS.name == name).order_by(_TEXTS.version)
+        with self._reading() as connection:
+            found = [ChronicleText(*row) for row in connection.execute(query)]
+        if not found:
+            raise NotInLogError(f"log {self._database.name!r}: expected one of its chronicle texts, got {name!r}")
+        return found
+
+    def _add(self, name: str, text: str | None, expected: int | None) -> int:
+        with self._writing() as connection:
+            lock_seqs(connection)  # one at a time takes a version
+            newest = _newest(connection, name)
+            came = newest.version if newest and newest.text is not None else None
+            if came != expected:
+                wanted, there = (f"version {one}" if one else "none" for one in (expected, came))
+                raise VersionError(f"chronicle text {name!r}: expected {wanted} as the newest, got {there}")
+            version = newest.version + 1 if newest else 1
+            insert_rows(connection, schema.chronicle_texts, [(name, version, text, time.time_ns() // 1_000)])
+            return version
+
+
+def _newest(connection: Connection, name: str) -> ChronicleText | None:
+    query = select(schema.chronicle_texts).where(_TEXTS.name == name).order_by(_TEXTS.version.desc()).limit(1)
+    row = connection.execute(query).one_or_none()
+    return ChronicleText(*row) if row else None
