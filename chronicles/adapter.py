@@ -44,14 +44,19 @@ class RecognitionUnit:
 
     Every sample, with changes or without, moves the recogniser's clock, so absences conclude in quiet traffic too. An
     occurrence comes out each time its status changes: tentative first, confirmed or retracted later.
+
+    Parameters
+    ----------
+    horizon_us : see `finish`.
+    now_us : how far the recogniser has come already.
     """
 
     __slots__ = ("_horizon_us", "_now_us", "_recogniser")
 
-    def __init__(self, recogniser: Recogniser, *, horizon_us: int) -> None:
+    def __init__(self, recogniser: Recogniser, *, horizon_us: int, now_us: int = 0) -> None:
         self._recogniser = recogniser
         self._horizon_us = horizon_us
-        self._now_us = 0
+        self._now_us = now_us
 
     @property
     def left_out(self) -> Mapping[str, int]:

@@ -141,9 +141,12 @@ class Recogniser:
         return self._engine.watermark_us if self._revision is None else self._revision.settled_us
 
     @property
-    def open_hypotheses(self) -> frozenset[str]:
-        """The hypotheses opened, or of events seen so far, that are not decided; memory grows until they are."""
-        return frozenset() if self._revision is None else self._revision.open_hypotheses
+    def open_hypotheses(self) -> dict[str, int]:
+        """The hypotheses opened, or of events seen so far, that are not decided; memory grows until they are.
+
+        Each with the time from which on events may come by it that were not seen yet.
+        """
+        return {} if self._revision is None else self._revision.open_hypotheses
 
     def open(self, hypothesis: str, since_us: int) -> None:
         """Expect that events from a time on may still come, or be taken back, while a hypothesis is open.

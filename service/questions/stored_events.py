@@ -84,7 +84,13 @@ def stored_events(
 
 
 def streamed_events(
-    log: EventLog, run_id: str, names: Collection[str], unwatched: "Unwatched", *, in_time: bool
+    log: EventLog,
+    run_id: str,
+    names: Collection[str],
+    unwatched: "Unwatched",
+    *,
+    in_time: bool,
+    undecided: Collection[str] = (),
 ) -> Iterator[Event]:
     """Stream the events of a run; in memory stand those of less than a minute.
 
@@ -93,10 +99,11 @@ def streamed_events(
     names : of relations; all messages of monitors come too.
     unwatched : what the run did not watch of them.
     in_time : in the order in which they happened, those of one time as they were decided; else as they were decided.
+    undecided : labels of links; events that rest on them say so.
     """
     recorded = log.relations(run_id, names=names)
     changes = heapq.merge(recorded, unwatched.changes, key=_DECIDED_US)
-    decided = _decided(_messages(log, run_id, None), changes, _refuted(log, run_id, None))
+    decided = _decided(_messages(log, run_id, None), changes, _refuted(log, run_id, None), undecided)
     late_us = max(log.late_us(run_id), unwatched.late_us) if in_time else 0
     waiting: list[tuple[int, int, Event]] = []
     for number, (decided_us, event) in enumerate(decided):
@@ -111,13 +118,17 @@ def _refuted(log: EventLog, run_id: str, labels: Collection[str] | None) -> set[
 
 
 def _decided(
-    messages: Iterator[tuple[int, Event]], changes: Iterable[RelationRecord], refuted: set[str]
+    messages: Iterator[tuple[int, Event]],
+    changes: Iterable[RelationRecord],
+    refuted: set[str],
+    undecided: Collection[str] = (),
 ) -> Iterator[tuple[int, Event]]:
     """Give messages and changes, but for those that rest on something refuted, as they were decided, and when."""
     believed = (
-        (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, confidence=one.confidence))
+        (one.decided_us, Event(one.name, one.args, one.t_us, one.old, one.new, doubts, one.confidence))
         for one in changes
         if refuted.isdisjoint(one.hypotheses)
+        for doubts in [tuple(label for label in one.hypotheses if label in undecided)]
     )
     # At equal times merge gives the first first: verdicts came before what was decided at the same frame.
     return heapq.merge(messages, believed, key=itemgetter(0))

@@ -83,9 +83,9 @@ class Revision:
         self._decided: dict[str, Verdict] = {}  # the latest, in the order in which they were decided
 
     @property
-    def open_hypotheses(self) -> frozenset[str]:
-        """The hypotheses that were opened, or that events rest on, and that are not decided."""
-        return frozenset(self._open)
+    def open_hypotheses(self) -> dict[str, int]:
+        """The hypotheses that were opened, or that events rest on, and that are not decided, and since when."""
+        return dict(self._open)
 
     @property
     def settled_us(self) -> int:

@@ -76,7 +76,7 @@ def test_hypotheses_of_no_event_change_nothing() -> None:
     recogniser = Recogniser(load(RACE))
     assert recogniser.confirm("h1") == []
     assert recogniser.retract("h2") == []
-    assert recogniser.open_hypotheses == frozenset()
+    assert recogniser.open_hypotheses == {}
 
 
 def test_same_event_told_twice_may_be_taken_back_once() -> None:
