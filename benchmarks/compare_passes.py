@@ -51,7 +51,7 @@ def recognised_passes(log: EventLog, event_type: str = "pass") -> Intervals:
 
 def _file_id(log: EventLog, run_id: str, event: EventRecord, role: str) -> str:
     """Return which object of the trajectory file played a role: a car symbol may have several, one after another."""
-    states = [state for state in log.states(run_id, car=event.roles[role], to_us=event.end_us) if state.vision_id]
+    states = [state for state in log.states(run_id, cars=(event.roles[role],), to_us=event.end_us) if state.vision_id]
     during = [state.vision_id for state in states if state.t_us >= event.start_us - MARGIN_US]
     # Who was hidden all the time is whom we saw last.
     return Counter(during or [states[-1].vision_id]).most_common(1)[0][0]

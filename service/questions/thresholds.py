@@ -118,7 +118,7 @@ def _frames(log: EventLog, run_id: str, cars: Sequence[str], span: _Span) -> lis
     """Read the states of the frames in which all of the cars were seen."""
     from_us, to_us = span
     lives = [
-        {one.t_us: one for one in log.states(run_id, car=car, from_us=from_us, to_us=to_us) if one.linked}
+        {one.t_us: one for one in log.states(run_id, cars=(car,), from_us=from_us, to_us=to_us) if one.linked}
         for car in cars
     ]
     return [tuple(life[t_us] for life in lives) for t_us in sorted(set(lives[0]).intersection(*lives[1:]))]

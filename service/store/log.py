@@ -159,7 +159,7 @@ class EventLog:
             lock.release()
             return has_place
 
-        return RunWriter(engine, self.place, run_no, run, finish)
+        return RunWriter(engine, self.place, run_no, run, finish, is_repeat=True)
 
     def _add_run(self, engine: Engine, run: RunRecord) -> int | None:
         """Put a run after all others and return its number; None if it is there."""
@@ -234,15 +234,15 @@ class EventLog:
         return sorted(self._records(CarRecord, run_id), key=lambda car: car.number)
 
     def states(
-        self, run_id: str, *, car: str | None = None, from_us: int | None = None, to_us: int | None = None
+        self, run_id: str, *, cars: Collection[str] | None = None, from_us: int | None = None, to_us: int | None = None
     ) -> Iterator[CarState]:
-        """Stream the car states of a run with `from_us <= t_us < to_us`, ordered by time, then by name."""
+        """Stream the states of cars, or of all, with `from_us <= t_us < to_us`, ordered by time, then by name."""
         where: Where = {}
-        if car is not None:
-            first_us, last_us = self.life_us(run_id, (car,)) or (0, -1)
+        if cars is not None:
+            first_us, last_us = self.life_us(run_id, cars) or (0, -1)
             from_us = first_us if from_us is None else max(first_us, from_us)
             to_us = last_us + 1 if to_us is None else min(last_us + 1, to_us)
-            where = {"car": car.__eq__}
+            where = {"car": cars.__contains__}
         return self._unpacked(CAR_STATES, run_id, from_us, to_us, where)
 
     def state_columns(

@@ -45,12 +45,21 @@ class RunWriter:
     Attributes
     ----------
     run_id : the identifier of the run.
+    is_repeat : whether its rows are not in the log until it is finished, since there is a run of that identifier.
     """
 
     def __init__(
-        self, engine: Engine, place: Database, run_no: int, run: RunRecord, on_finish: Callable[[], bool | None]
+        self,
+        engine: Engine,
+        place: Database,
+        run_no: int,
+        run: RunRecord,
+        on_finish: Callable[[], bool | None],
+        *,
+        is_repeat: bool = False,
     ) -> None:
         self.run_id = run.id
+        self.is_repeat = is_repeat
         self._on_finish = on_finish
         self._engine = engine
         self._place = place
@@ -158,6 +167,16 @@ class RunWriter:
                 number = self._next(schema.chunks)
                 yield (self._run_no, _CHUNKED[kind].name, chunk.span_us, number, *chunk[1:])
 
+    def describe(self, run: RunRecord) -> None:
+        """Say other things about the run: of the same name, source and start.
+
+        Raises
+        ------
+        LogError
+            If the database refuses.
+        """
+        self._change_run(body=_json(run))
+
     def finish(self, status: RunStatus, reason: str = "") -> bool:
         """Write the rest and close the run; nothing can be appended afterwards.
 
@@ -171,11 +190,14 @@ class RunWriter:
         False if it repeats a run that came further: then that one stays, and this one is gone.
         """
         self.flush()
-        with explained(self._place, "a log that can be written"), self._engine.begin() as connection:
-            of_run = schema.runs.c.run_no == self._run_no
-            connection.execute(update(schema.runs).where(of_run).values(status=status, reason=reason))
+        self._change_run(status=status, reason=reason)
         self._is_open = False
         return self._on_finish() is not False
+
+    def _change_run(self, **values: str) -> None:
+        with explained(self._place, "a log that can be written"), self._engine.begin() as connection:
+            of_run = schema.runs.c.run_no == self._run_no
+            connection.execute(update(schema.runs).where(of_run).values(values))
 
     def _next(self, table: Table) -> int:
         self._counts[table] += 1

@@ -55,7 +55,7 @@ def test_windows_and_cars_are_those_of_a_list(tmp_path: Path, seed: int) -> None
             assert list(log.states("r1", from_us=from_us, to_us=to_us)) == window
             car = rng.choice(expected).car
             own = [one for one in window if one.car == car]
-            assert list(log.states("r1", car=car, from_us=from_us, to_us=to_us)) == own
+            assert list(log.states("r1", cars=(car,), from_us=from_us, to_us=to_us)) == own
         spans = list(log.state_columns("r1", ("t_us", "x_m", "linked", "sigma_m", "confidence")))
     names, columns = [name for _, some, _ in spans for name in some], np.hstack([table for *_, table in spans])
     assert names == [one.car for one in expected]

@@ -45,8 +45,8 @@ def test_states_come_in_the_order_of_time_and_first_sight(new_log: NewLog) -> No
         states = list(log.states("r1"))
         assert [(one.t_us, one.car) for one in states[:3]] == [(0, "car7"), (0, "car10"), (40_000, "car7")]
         assert states[-1] == state(80_000, "car10", 9.0, 5.0, linked=False)
-        assert [one.t_us for one in log.states("r1", car="car10", from_us=40_000, to_us=80_000)] == [40_000]
-        assert list(log.states("r1", car="car99")) == []
+        assert [one.t_us for one in log.states("r1", cars=("car10",), from_us=40_000, to_us=80_000)] == [40_000]
+        assert list(log.states("r1", cars=("car99",))) == []
 
 
 def test_an_event_comes_back_with_its_number_and_utc_times(new_log: NewLog) -> None:

@@ -42,7 +42,7 @@ def tracks(
         record = opened.run(run)
         if car is not None:
             check_car(opened, record, car)
-        states = opened.states(record.id, car=car, from_us=from_us, to_us=to_us)
+        states = opened.states(record.id, cars=None if car is None else (car,), from_us=from_us, to_us=to_us)
         if as_json:
             print_json_list("states", (msgspec.json.encode(one).decode() for one in states), run=record.id)
         elif output == "csv":
