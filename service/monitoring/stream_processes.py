@@ -16,7 +16,8 @@ tell is told later, and no chronicle may look at it. Recognition for them goes o
 `StandingEvents`.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from anchoring.adapter import Anchored
 from chronicles.adapter import RecognitionUnit
@@ -138,28 +139,70 @@ class MonitoringUnit:
 class MonitoredRecognitionUnit:
     """Run a recogniser over relations (input 0) and monitor events (input 1), which are messages to it.
 
+    While it runs, recognisers of other chronicles may come beside it, and chronicles may end.
+
     Parameters
     ----------
+    chronicles : names of those that the recogniser is asked for.
     horizon_us : as for `RecognitionUnit`.
     """
 
-    def __init__(self, recogniser: Recogniser, *, horizon_us: int) -> None:
-        self._recogniser = recogniser
-        self._recognition = RecognitionUnit(recogniser, horizon_us=horizon_us)
+    def __init__(self, recogniser: Recogniser, chronicles: Collection[str], *, horizon_us: int) -> None:
+        self._horizon_us = horizon_us
+        self._parts: list[_Part] = []
+        self._now_us = 0
+        self.replace((), recogniser, chronicles)
 
     @property
     def left_out(self) -> Mapping[str, int]:
         """Count by chronicle the instances that were beyond its limits."""
-        return self._recognition.left_out
+        return {name: count for part in self._parts for name, count in part.recognition.left_out.items()}
+
+    @property
+    def now_us(self) -> int:
+        """The time of the newest frame."""
+        return self._now_us
+
+    @property
+    def open_hypotheses(self) -> dict[str, int]:
+        """See `Recogniser.open_hypotheses`."""
+        return {label: us for part in self._parts for label, us in part.recogniser.open_hypotheses.items()}
+
+    def replace(self, ended: Collection[str], recogniser: Recogniser, begun: Collection[str]) -> None:
+        """Tell nothing more of some chronicles, and of others what a recogniser finds that has come as far."""
+        for part in self._parts:
+            part.asked.difference_update(ended)
+        recognition = RecognitionUnit(recogniser, horizon_us=self._horizon_us, now_us=self._now_us)
+        parts = [*self._parts, _Part(recogniser, recognition, set(begun))]
+        self._parts = [part for part in parts if part.asked]
 
     def update(self, index: int, sample: Sample[FrameRelations] | Sample[MonitorEvent]) -> Iterable[Sample[Occurrence]]:
         """Take one frame's relations, or one message such as ``careful_violated[car7]``."""
         value = sample.value
         if isinstance(value, FrameRelations):
-            return self._recognition.update(Sample(sample.available_us, sample.valid_us, value))
-        found = self._recogniser.observe(Event(value.name, value.objects, value.t_us))
-        return [Sample(sample.available_us, occurrence.end_us, occurrence) for occurrence in found]
+            self._now_us = sample.valid_us
+            relations = Sample(sample.available_us, sample.valid_us, value)
+            return self._asked(lambda part: part.recognition.update(relations))
+        message = Event(value.name, value.objects, value.t_us)
+        return self._asked(
+            lambda part: (
+                Sample(sample.available_us, occurrence.end_us, occurrence)
+                for occurrence in part.recogniser.observe(message)
+            )
+        )
 
     def finish(self) -> Iterable[Sample[Occurrence]]:
         """Conclude what the end of the input allows."""
-        return self._recognition.finish()
+        return self._asked(lambda part: part.recognition.finish())
+
+    def _asked(self, look: "Callable[[_Part], Iterable[Sample[Occurrence]]]") -> list[Sample[Occurrence]]:
+        """Let each recogniser look, and keep what is asked of it."""
+        return [one for part in self._parts for one in look(part) if one.value.chronicle in part.asked]
+
+
+class _Part(NamedTuple):
+    """A recogniser, as a unit, and the chronicles that it is asked for; the others of its set only feed these."""
+
+    recogniser: Recogniser
+    recognition: RecognitionUnit
+    asked: set[str]

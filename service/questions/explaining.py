@@ -37,7 +37,7 @@ from service.questions.stored_events import (
     stored_events,
     unwatched_relations,
 )
-from service.records import EventRecord, RunRecord
+from service.records import EventRecord, RunRecord, SourceText
 from service.store.log import EventLog
 from service.times import format_media
 
@@ -121,7 +121,7 @@ class Explainer:
 
     def __init__(self, log: EventLog) -> None:
         self._log = log
-        self._compiled: dict[str, ChronicleSet] = {}
+        self._compiled: dict[tuple[SourceText, ...], ChronicleSet] = {}
 
     def explain_event(self, event_id: str) -> EventExplanation | None:
         """Explain an event; None if the log has no such event.
@@ -275,9 +275,9 @@ class Explainer:
 
     def _chronicles(self, run: RunRecord) -> ChronicleSet:
         # A run's identifier is a digest of its texts, so what was compiled for it stays right.
-        if run.id not in self._compiled:
-            self._compiled[run.id] = chronicles_of(run)
-        return self._compiled[run.id]
+        if run.texts not in self._compiled:  # those of a live run may change
+            self._compiled[run.texts] = chronicles_of(run)
+        return self._compiled[run.texts]
 
 
 def _things(stored: StoredEvents) -> set[str]:

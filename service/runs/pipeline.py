@@ -72,12 +72,16 @@ class Pipeline:
     ----------
     feed : what the host publishes, and to which source.
     output_of : the type that each source and unit gives, by name.
+    recognition : what recognises chronicles, one for each process of the text that does.
+    make_recogniser : makes such a recogniser of other chronicles.
     """
 
     kpl: SourceText
     deployment: Deployment
     feed: Feed
     output_of: dict[str, str]
+    recognition: list[MonitoredRecognitionUnit]
+    make_recogniser: Callable[[ChronicleSet], Recogniser]
 
     @property
     def is_shipped(self) -> bool:
@@ -125,6 +129,7 @@ class EngineSettings:
     linkage : what anchoring links to what; None: as usual.
     limits : what each chronicle may cost.
     early_events : events that rest on open hypotheses are told as tentative; else only when they are decided.
+    watches_all : every relation is computed, for chronicles that may come while the run goes on.
     """
 
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
@@ -132,6 +137,7 @@ class EngineSettings:
     linkage: LinkageText | None = None
     limits: Limits = USUAL_LIMITS
     early_events: bool = True
+    watches_all: bool = False
 
 
 USUAL = EngineSettings()
@@ -167,7 +173,25 @@ def declared_pipeline(
         If the text is wrong.
     """
     text = kpl or shipped_kpl(feed.source)
+    # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
+    wait_us = settings.relations.backdate_us
+    make_recogniser = partial(
+        Recogniser,
+        lateness_us=wait_us,
+        early=settings.early_events,
+        patience_us=PATIENCE_US,
+        limits=settings.limits,
+    )
+    recognition: list[MonitoredRecognitionUnit] = []
+
+    def recognising() -> MonitoredRecognitionUnit:
+        """Make what recognises, and remember it."""
+        unit = MonitoredRecognitionUnit(make_recogniser(chronicle_set), chronicle_set.names, horizon_us=wait_us)
+        recognition.append(unit)
+        return unit
+
     registry = _host_code(feed, network, chronicle_set, monitors, settings)
+    registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(recognising)
     deployment = load_kpl(text.text, registry, Node(clock, registry), name=text.name)
     if monitors.events and text.text != shipped_kpl(feed.source).text:
         events = ", ".join(sorted(monitors.events))
@@ -176,11 +200,15 @@ def declared_pipeline(
         raise InputError(f"{text.name}: expected a process made of the source {feed.source!r}, got none")
     _refuse_gaps(text, deployment)
     output_of = {name: one.output for one_kind in (registry.sources, registry.units) for name, one in one_kind.items()}
-    return Pipeline(text, deployment, feed, output_of)
+    return Pipeline(text, deployment, feed, output_of, recognition, make_recogniser)
 
 
-def watched_relations(chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO_MONITORS) -> tuple[str, ...]:
-    """List the relations that some chronicle or monitor looks at, in alphabetical order; no other is computed."""
+def watched_relations(
+    chronicle_set: ChronicleSet, monitors: LoadedMonitors = NO_MONITORS, *, watches_all: bool = False
+) -> tuple[str, ...]:
+    """List the relations that some chronicle or monitor looks at, or all, by name; no other is computed."""
+    if watches_all:
+        return tuple(sorted(RANK))
     consumed = monitors.relations.union(*(plan.consumes for plan in chronicle_set.plans))
     return tuple(sorted(RANK.keys() & consumed))
 
@@ -203,9 +231,8 @@ def _host_code(
     monitors: LoadedMonitors,
     settings: EngineSettings,
 ) -> Registry:
-    """Offer the source, what looks at it, and everything that follows."""
-    watched = watched_relations(chronicle_set, monitors)
-    # Relations are dated back to the moment they changed; what reads them waits that long for late changes.
+    """Offer the source, what looks at it, and everything that follows up to the verdicts."""
+    watched = watched_relations(chronicle_set, monitors, watches_all=settings.watches_all)
     wait_us = settings.relations.backdate_us
     registry = Registry()
     if feed.vision is None:
@@ -229,17 +256,5 @@ def _host_code(
     )
     registry.unit("monitoring", inputs=(STATE,), output=VERDICT)(
         lambda: MonitoringUnit(monitors, standing, lag_us=wait_us)
-    )
-    registry.unit("chronicles", inputs=(RELATIONS, VERDICT), output=OCCURRENCE)(
-        lambda: MonitoredRecognitionUnit(
-            Recogniser(
-                chronicle_set,
-                wait_us,
-                early=settings.early_events,
-                patience_us=PATIENCE_US,
-                limits=settings.limits,
-            ),
-            horizon_us=wait_us,
-        )
     )
     return registry

@@ -9,20 +9,21 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 
 from anchoring.settings import AnchoringSettings
-from chronicles.chronicle_set import ChronicleSet
 from chronicles.execution.unfit_events import UnfitCounter
-from dyknow.kpl.loader import DeclaredStream
 from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
 from qsr.settings import RelationSettings
 from service.machine import cores
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
+from service.runs.activation import Activation
+from service.runs.followed_texts import FollowedTexts, stored_texts
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
@@ -30,7 +31,7 @@ from service.runs.interrupts import Interrupts
 from service.runs.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
 from service.runs.recording import Recorder, recorded_streams
 from service.runs.stored_streams import stream_costs, stream_records
-from service.store.log import EventLog, open_log
+from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
 from service.texts.idle_chronicles import idle_in_stream, idle_without_roads, unfit_told
 from service.texts.linkage_files import load_linkage_file
@@ -64,6 +65,8 @@ class RunRequest:
     min_confidence : how sure events must be, instead of what chronicles ask for; what is less sure is kept as doubtful.
     again : also a run that the log has, finished.
     workers : processes beside this one to look at a video: 0, 1, or None for 1 where it is worth its start.
+    is_live : its chronicles, and those that the log holds, may change while it goes on; it stays the same run. It is
+        taken so where the input is a recording.
     """
 
     input: Path
@@ -81,6 +84,7 @@ class RunRequest:
     min_confidence: float | None = None
     again: bool = False
     workers: int | None = 0
+    is_live: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,13 +167,14 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     ServiceError, VisionError, ChronicleError, DyKnowError
         If any part of the request is wrong; nothing has been written then.
     """
+    request = replace(request, is_live=request.is_live or is_recording(request.input))
     chronicles, monitors, site = load_texts(request)
     source = open_input(request.input, site, request.columns, detector=request.detector, rate_hz=request.rate_hz)
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
     engines = EngineSettings(site.anchoring, site.relations, limits=site.limits) if site else EngineSettings()
-    settings = replace(engines, linkage=linkage, early_events=not request.final)
+    settings = replace(engines, linkage=linkage, early_events=not request.final, watches_all=request.is_live)
     feed = source.feed(apart=_looks_apart(request.workers, source.video))
     pipeline = declared_pipeline(
         feed,
@@ -181,13 +186,28 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         clock=time.perf_counter_ns,
     )
     recorded = recorded_streams(pipeline)
-    record = _run_record(request, source, site, chronicles, monitors, pipeline=pipeline, linkage=linkage_text)
-    with open_log(request.log_url, "w") as log:
+    describe = partial(_run_record, request, source, site, monitors, pipeline=pipeline, linkage=linkage_text)
+    record = describe(chronicles)
+    with open_log(request.log_url, "w") as log, ExitStack() as following:
         if not request.again and log.has_finished(record.id):
             return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
-        done = _run(
-            source, pipeline, recorded, record, chronicles.merged, log=log, request=request, on_progress=on_progress
+        writer = log.begin_run(record)
+        recorder = Recorder(
+            writer,
+            source.network,
+            UnfitCounter(chronicles.merged),
+            history_us=HISTORY_US,
+            min_confidence=request.min_confidence,
+            video=source.video,
+            camera=source.camera,
         )
+        recorder.attach(recorded)
+        texts = None
+        if request.is_live and not writer.is_repeat:  # else what the run has seen is not in the log
+            texts = FollowedTexts(request.log_url, request.chronicle_files, lambda: load_texts(request)[0])
+            following.callback(texts.close)
+        activation = Activation(log, writer, pipeline, recorder, chronicles, record, monitors.events, describe, texts)
+        done = _run(source, activation, on_progress)
     notes = feed.vision.notes() if feed.vision else ()
     return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
 
@@ -201,7 +221,10 @@ def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, S
         If one of them is wrong.
     """
     draft = load_monitor_files(request.monitor_files, None)
-    chronicles = load_chronicle_files(request.chronicle_files, messages=draft.messages, monitored=draft.events)
+    stored = [(one.name, one.text or "") for one in stored_texts(request.log_url)] if request.is_live else []
+    chronicles = load_chronicle_files(
+        request.chronicle_files, messages=draft.messages, monitored=draft.events, stored=stored
+    )
     monitors = load_monitor_files(request.monitor_files, chronicles.merged.given)
     monitors.check_names(chronicles.merged)
     return chronicles, monitors, load_site(request.site) if request.site else None
@@ -215,32 +238,12 @@ def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
     return workers > 0
 
 
-def _run(
-    source: Input,
-    pipeline: Pipeline,
-    recorded: Mapping[str, DeclaredStream],
-    record: RunRecord,
-    chronicles: ChronicleSet,
-    *,
-    log: EventLog,
-    request: RunRequest,
-    on_progress: Callable[[Progress], None],
-) -> RunSummary:
+def _run(source: Input, activation: Activation, on_progress: Callable[[Progress], None]) -> RunSummary:
+    pipeline, recorder, writer = activation.pipeline, activation.recorder, activation.writer
     with Interrupts() as interrupts:
-        writer = log.begin_run(record)
-        recorder = Recorder(
-            writer,
-            source.network,
-            UnfitCounter(chronicles),
-            history_us=HISTORY_US,
-            min_confidence=request.min_confidence,
-            video=source.video,
-            camera=source.camera,
-        )
-        recorder.attach(recorded)
         meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)
         try:
-            status, reason = _feed(source, pipeline, meter)
+            status, reason = _feed(source, activation, meter)
         except Exception as error:
             writer.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
             raise
@@ -249,6 +252,7 @@ def _run(
         writer.append_streams(stream_records(pipeline))
         writer.append_costs(stream_costs(pipeline))
         is_kept = writer.finish(status, reason)
+    record, chronicles = activation.record, activation.chronicles.merged
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
     unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)
     damage = (f"{source.path.name}: {reason}",) if status == "finished" and reason else ()
@@ -272,14 +276,14 @@ def _lost_view(source: Input, from_us: int, to_us: int | None, why: str) -> str:
     )
 
 
-def _feed(source: Input, pipeline: Pipeline, meter: "_Meter") -> tuple[RunStatus, str]:
+def _feed(source: Input, activation: Activation, meter: "_Meter") -> tuple[RunStatus, str]:
     """Push the whole input through the pipeline; return how it ended and why."""
-    node = pipeline.node
+    node = activation.pipeline.node
     status: RunStatus = "finished"
     reason = ""
     try:
         try:
-            meter.watch(_publish(pipeline, meter))
+            meter.watch(_publish(activation, meter))
         except VideoBroken as error:
             status, reason = "broken", str(error)
         node.advance(meter.last_us)
@@ -301,9 +305,11 @@ def _feed(source: Input, pipeline: Pipeline, meter: "_Meter") -> tuple[RunStatus
     return status, reason
 
 
-def _publish(pipeline: Pipeline, meter: "_Meter") -> Generator[None, None, None]:
+def _publish(activation: Activation, meter: "_Meter") -> Generator[None, None, None]:
     """Publish every sample of the input; stop after each, and wherever one sample has many answers."""
+    pipeline = activation.pipeline
     for sample in pipeline.feed.samples:
+        activation.look()
         yield from pipeline.publish_in_steps(sample)
         meter.count(sample.valid_us)
         yield
@@ -313,8 +319,8 @@ def _run_record(
     request: RunRequest,
     source: Input,
     site: Site | None,
-    chronicles: LoadedChronicles,
     monitors: LoadedMonitors,
+    chronicles: LoadedChronicles,
     *,
     pipeline: Pipeline,
     linkage: str,
@@ -331,7 +337,7 @@ def _run_record(
         content_digest(*site.files) if site else "no site",
         source.detector,
         content_digest(*source.detector_files),
-        *(f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records),
+        *(() if request.is_live else (f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records)),
         *(f"monitor {monitor.name} {monitor.version}" for monitor in monitors.records),
         pipeline.kpl.text,
         *((linkage,) if linkage else ()),
@@ -354,7 +360,7 @@ def _run_record(
         camera=source.camera,
         chronicles=chronicles.records,
         texts=chronicles.texts,
-        relations=watched_relations(chronicles.merged, monitors),
+        relations=watched_relations(chronicles.merged, monitors, watches_all=request.is_live),
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         linkage=linkage,

@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 import msgspec
 import numpy as np
@@ -24,6 +24,7 @@ from service.records import (
     CameraRecord,
     ChronicleRef,
     EventDraft,
+    EventRecord,
     HypothesisRecord,
     LeftOutFrame,
     LinkRecord,
@@ -206,18 +207,30 @@ class Recorder:
         self._writer.append_events((draft,))
         self.events += 1
 
+    def retract(self, chronicles: Collection[str], events: Iterable[EventRecord], now_us: int) -> None:
+        """Take back all events of some chronicles, as the newest states of them."""
+        self._told = {key: told for key, told in self._told.items() if key[0] not in chronicles}
+        for event in events:
+            draft = {name: getattr(event, name) for name in EventDraft.__struct_fields__}
+            newer = {"status": "retracted", "revises": event.id, "recognised_us": now_us}
+            self._writer.append_events((EventDraft(**draft | newer),))
+            self.events -= event.status != "doubtful"
+
     def _record_occurrence(self, sample: Sample[Occurrence]) -> None:
-        """Write an occurrence, or its newer state beside the one that was written before."""
-        occurrence, now_us = sample.value, sample.available_us
-        _, told, stood = self._told.pop(occurrence.key, (now_us, [], 0))
+        occurrence = sample.value
         place = self._place(occurrence.roles, occurrence.start_us)
+        self.record_occurrence(occurrence, place, sample.available_us)
+        self._forget_before(sample.available_us - self._history_us)
+
+    def record_occurrence(self, occurrence: Occurrence, place: Place | None, now_us: int) -> None:
+        """Write an occurrence, or its newer state beside the one that was written before."""
+        _, told, stood = self._told.pop(occurrence.key, (now_us, [], 0))
         drafts = event_drafts(occurrence, place, least=self._min_confidence, told=told, now_us=now_us)
         event_ids = self._writer.append_events(drafts)
         standing = sum(draft.status not in ("retracted", "doubtful") for draft in drafts)
         if occurrence.status != "retracted":
             self._told[occurrence.key] = now_us, event_ids, standing
         self.events += standing - stood
-        self._forget_before(sample.available_us - self._history_us)
 
     def _forget_before(self, t_us: int) -> None:
         """Forget what was written so long ago that nothing can revise it: hypotheses are decided within seconds."""

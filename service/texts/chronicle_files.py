@@ -39,6 +39,7 @@ def load_chronicle_files(
     stream: Stream | None = "traffic",
     messages: Messages = NO_MESSAGES,
     monitored: Collection[str] = (),
+    stored: Sequence[tuple[str, str]] = (),
 ) -> LoadedChronicles:
     """Read and check chronicle files, all in one name space; no path means the whole library.
 
@@ -47,6 +48,7 @@ def load_chronicle_files(
     stream : what they are about; None leaves it to the texts.
     messages : of the monitors that run with them.
     monitored : names that these monitors use: what is of the library comes with the texts.
+    stored : texts (name, text) that come besides.
 
     Raises
     ------
@@ -55,9 +57,9 @@ def load_chronicle_files(
     ChronicleError
         If a text has errors, or looks at a message as no monitor gives it; it carries the diagnostics of all files.
     """
-    own = [(str(path), read_text(path)) for path in paths]
+    own = [*((str(path), read_text(path)) for path in paths), *stored]
     stream = stream or (stream_of(own) if own else "traffic")
-    texts = with_relations(own, stream, monitored) if own else library.texts()
+    texts = with_relations(own, stream, monitored) if paths else [*library.texts(), *stored]
     merged = load_texts(texts)
     check_uses(texts, messages)
     if not merged.plans:

@@ -74,6 +74,7 @@ def watch(
         min_confidence=min_confidence,
         again=True,
         workers=None if workers == "auto" else int(workers),
+        is_live=True,
     )
     kept = Kept(recordings, round(hours * HOUR_US), round(keep_hours * HOUR_US), round(keep_gb * GIGABYTE))
 

@@ -1,0 +1,87 @@
+"""Which chronicles does a live run look for now? Those of its files and those that its log holds, as they change."""
+
+import logging
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from chronicles.errors import ChronicleError
+from dyknow.errors import DyKnowError
+from service.errors import ServiceError
+from service.store.chronicle_texts import ChronicleText, ChronicleTexts
+from service.store.databases.location import database_of
+from service.store.versions import read_version
+from service.texts.chronicle_files import LoadedChronicles
+
+LOOKED_EVERY_S = 1.0
+
+_LOGGER = logging.getLogger(__name__)
+
+
+class FollowedTexts:
+    """Look every second whether the chronicles of a run were changed; close it when the run is over.
+
+    Parameters
+    ----------
+    log_url, files : where they stand; there is such a log.
+    load : reads and checks all of them.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read.
+    """
+
+    def __init__(self, log_url: str, files: tuple[Path, ...], load: Callable[[], LoadedChronicles]) -> None:
+        self._files, self._load = files, load
+        self._stored = ChronicleTexts(log_url)
+        self._seen = self._state()
+        self._due_s = time.monotonic() + LOOKED_EVERY_S
+
+    def close(self) -> None:
+        """Look no more."""
+        self._stored.close()
+
+    def changed(self) -> LoadedChronicles | None:
+        """Read them if they were changed since; None if not. What is wrong with them is told, and changes nothing."""
+        if time.monotonic() < self._due_s:
+            return None
+        self._due_s = time.monotonic() + LOOKED_EVERY_S
+        try:
+            state = self._state()
+            if state != self._seen:
+                self._seen = state
+                return self._load()
+        except (ServiceError, ChronicleError, DyKnowError) as error:
+            tell_unchanged(error)
+        return None
+
+    def _state(self) -> list[tuple[str, int, int]]:
+        """Tell texts from others, without reading them."""
+        state = [(one.name, one.version, 0) for one in self._stored.current()]
+        for file in self._files:
+            with suppress(OSError):  # missing while an editor writes it, or for good, which is told when it is read
+                found = file.stat()
+                state.append((str(file), found.st_mtime_ns, found.st_size))
+        return state
+
+
+def tell_unchanged(why: Exception) -> None:
+    """Tell that chronicles that were changed are not taken."""
+    _LOGGER.warning("the chronicles stay as they are: %s", why)
+
+
+def stored_texts(log_url: str) -> list[ChronicleText]:
+    """List the chronicle texts of a log; none where there is no log yet.
+
+    Raises
+    ------
+    LogError
+        If it is there and cannot be read.
+    """
+    database = database_of(log_url)
+    if not database.exists() or read_version(database) is None:
+        return []
+    with ChronicleTexts(log_url) as texts:
+        return texts.current()
