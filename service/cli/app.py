@@ -15,6 +15,7 @@ from typing import Annotated
 
 import typer
 
+from service.cli.asking.config import show_config
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
@@ -39,6 +40,7 @@ from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
 from service.cli.making.watch import watch
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
+from service.cli.settings import take_settings
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 from service.machine import look_seldom
@@ -66,6 +68,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "config show": (show_config, "dyknow config show serve --origin"),
     "jobs list": (list_jobs, "dyknow jobs list scene.db"),
     "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),
     "jobs retry": (retry_job, "dyknow jobs retry scene.db 6b1e64c1a2d0f3b7"),
@@ -82,6 +85,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 }
 
 GROUPS = {
+    "config": "See what options are where the command line does not give them.",
     "jobs": "See what was queued for a log, and end or repeat it.",
     "webhooks": "See how far the webhooks of a log are, and let what they gave up be tried again.",
     "log": "See what a log holds, whether all of it can be read, and remove what is old.",
@@ -158,7 +162,6 @@ def make_app() -> typer.Typer:
     app = typer.Typer(
         name="dyknow",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
@@ -189,6 +192,16 @@ def report(error: Exception) -> int:
 
 
 def _program(
+    context: typer.Context,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="DYKNOW_CONFIG",
+            exists=True,
+            dir_okay=False,
+            help="File of settings. Default: dyknow.toml, if it is there.",
+        ),
+    ] = None,
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""
@@ -197,6 +210,7 @@ def _program(
 
         print(software_version())
         raise typer.Exit
+    take_settings(context, config)
 
 
 if __name__ == "__main__":

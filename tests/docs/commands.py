@@ -39,10 +39,15 @@ def sentence_commands(path: Path) -> list[Command]:
     return [Command(_place(path, text, one), split(one[1])) for one in found]
 
 
-def all_commands() -> dict[str, Any]:  # Any: typer brings its own copy of click, without types
+def program() -> Any:  # Any: typer brings its own copy of click, without types
+    """Give `dyknow` itself, with the options before the command."""
+    return typer.main.get_command(make_app())
+
+
+def all_commands() -> dict[str, Any]:  # Any: as above
     """Give the commands by their names, those of groups with two words."""
     found = {}
-    for name, one in typer.main.get_command(make_app()).commands.items():  # type: ignore[attr-defined]
+    for name, one in program().commands.items():
         inner = getattr(one, "commands", None)
         found.update({name: one} if inner is None else {f"{name} {word}": two for word, two in inner.items()})
     return found
