@@ -19,8 +19,10 @@ from service.cli.asking.config import show_config
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
+from service.cli.asking.log import backup as back_up_log
 from service.cli.asking.log import info as log_info
 from service.cli.asking.log import prune as prune_log
+from service.cli.asking.log import restore as restore_log
 from service.cli.asking.log import verify as verify_log
 from service.cli.asking.objects import objects
 from service.cli.asking.recognise import monitor, recognise
@@ -76,6 +78,8 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "webhooks retry": (retry_webhook, "dyknow webhooks retry scene.db office"),
     "log info": (log_info, "dyknow log info scene.db"),
     "log verify": (verify_log, "dyknow log verify scene.db"),
+    "log backup": (back_up_log, "dyknow log backup scene.db backup/scene.db"),
+    "log restore": (restore_log, "dyknow log restore backup/scene.db scene.db"),
     "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
     "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
     "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
@@ -88,7 +92,7 @@ GROUPS = {
     "config": "See what options are where the command line does not give them.",
     "jobs": "See what was queued for a log, and end or repeat it.",
     "webhooks": "See how far the webhooks of a log are, and let what they gave up be tried again.",
-    "log": "See what a log holds, whether all of it can be read, and remove what is old.",
+    "log": "See what a log holds and whether all of it can be read, copy it, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",
 }

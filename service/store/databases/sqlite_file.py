@@ -108,14 +108,25 @@ class SqliteFile(Database):
         """Copy the file to a folder for temporary files."""
         folder = closing.enter_context(TemporaryDirectory(prefix="dyknow-"))
         target = Path(folder) / self.path.name
-        engine, copy = self.reading(), sqlite3.connect(target)
-        with explained(self, "a log that can be copied"), engine.begin() as connection:
-            original = connection.connection.driver_connection
-            assert isinstance(original, sqlite3.Connection)
-            original.backup(copy)
-        engine.dispose()
-        copy.close()
+        self.back_up(target)
         return SqliteFile(target)
+
+    def back_up(self, target: Path) -> None:
+        """Copy the file in one step, so that what is committed meanwhile is not in it by half."""
+        engine = self.reading()
+        try:
+            with (
+                closing(sqlite3.connect(target)) as copy,
+                explained(self, "a log that can be copied"),
+                engine.begin() as connection,
+            ):
+                original = connection.connection.driver_connection
+                assert isinstance(original, sqlite3.Connection)
+                original.backup(copy)
+        except sqlite3.Error as error:
+            raise LogError(f"{target}: expected room for a copy of the log, got {str(error)!r}") from error
+        finally:
+            engine.dispose()
 
     def compact(self) -> None:
         """Give back the room of rows that are gone; the disk needs room for a copy of what is left."""
