@@ -15,7 +15,6 @@ from typing import Annotated
 
 import typer
 
-from service.cli.asking.config import show_config
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
@@ -41,6 +40,8 @@ from service.cli.making.process import process
 from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
 from service.cli.making.watch import watch
+from service.cli.operating.config import show_config
+from service.cli.operating.doctor import doctor
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.settings import take_settings
 from service.cli.texts import check, format_files, run_examples
@@ -70,6 +71,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "doctor": (doctor, "dyknow doctor scene.db"),
     "config show": (show_config, "dyknow config show serve --origin"),
     "jobs list": (list_jobs, "dyknow jobs list scene.db"),
     "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),

@@ -26,9 +26,15 @@ READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server
 
 @dataclass(frozen=True, slots=True)
 class SqliteFile(Database):
-    """A log in a file; see `Database`."""
+    """A log in a file; see `Database`.
+
+    Parameters
+    ----------
+    is_left_alone : whether it is read as if it could not be written: SQLite tidies up behind whoever may write.
+    """
 
     path: Path
+    is_left_alone: bool = False
 
     @property
     def name(self) -> str:
@@ -71,7 +77,7 @@ class SqliteFile(Database):
 
     def can_write(self) -> bool:
         """Tell whether the file can be written, and others beside it."""
-        return os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
+        return not self.is_left_alone and os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
 
     def reading(self) -> Engine:
         """Make an engine that can only read.
