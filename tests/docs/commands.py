@@ -53,6 +53,31 @@ def all_commands() -> dict[str, Any]:  # Any: as above
     return found
 
 
+def refusal(words: tuple[str, ...], *, is_whole: bool = True) -> str:
+    """Parse a command line without running it; say what is wrong with it, in a word or two.
+
+    Parameters
+    ----------
+    is_whole : a command in a sentence may leave out what the sentence is not about.
+    """
+    commands = all_commands()
+    groups = {name.split()[0] for name in commands if " " in name}
+    count = 2 if words[0] in groups else 1
+    name, arguments = " ".join(words[:count]), list(words[count:])
+    if name not in commands:
+        return f"no command {name!r}"
+    if not is_whole:
+        arguments = [one for one in arguments if one != "..."]
+        arguments += ["WORD"] if arguments and arguments[-1].startswith("--") else []
+    try:
+        commands[name].make_context(name, arguments).close()
+    except Exception as error:
+        if not is_whole and type(error).__name__ == "MissingParameter":
+            return ""
+        return getattr(error, "message", None) or str(error)
+    return ""
+
+
 def fenced(path: Path, language: str) -> list[str]:
     """Give the texts of the blocks of a language; "" is that of blocks which name none."""
     blocks = re.findall(r"^```(\w*)\n(.*?)^```$", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)

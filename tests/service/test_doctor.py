@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import sqlite3
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -142,6 +143,12 @@ def test_a_part_that_fails_is_told_in_its_own_words(capsys: Capsys, monkeypatch:
     monkeypatch.setattr("data_gen.drawing.video.VideoWriter._encode", fail)
     state, found, advice = examined(capsys, code=1)["video"]
     assert (state, "no encoder here" in found, advice) == ("broken", True, "pip install --force-reinstall av")
+
+
+def test_without_sumo_only_scenes_cannot_be_generated(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "libsumo", None)
+    state, _, advice = examined(capsys)["sumo"]
+    assert (state, "all else works" in advice) == ("note", True)
 
 
 def test_little_memory_and_a_full_disk_are_noted(

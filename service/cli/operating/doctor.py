@@ -51,7 +51,7 @@ def doctor(
         "memory": (_memory, ""),
         "clock": (_clock, "set the clock, and let it be set: timedatectl set-ntp true"),
         "video": (_video, "pip install --force-reinstall av"),
-        "sumo": (_sumo, "pip install --force-reinstall libsumo"),
+        "sumo": (_sumo, ""),
     }
     for name, weights in named_detectors().items():
         checks[f"detector {name}"] = partial(_detector, weights), "dyknow detector add FILE --force"
@@ -141,9 +141,13 @@ def _video() -> Said:
 
 
 def _sumo() -> Said:
-    import libsumo
-
-    return f"{libsumo.getVersion()[1]}, for generated scenes and networks", ""
+    try:
+        import libsumo
+    except ImportError as error:
+        # Its wheel expects what every desktop has.
+        missing = "libx11-6 libxext6 libxrender1 libgl1 libatomic1 libexpat1"
+        return str(error), f"no scene can be generated, all else works; Debian: apt install {missing}"
+    return f"{libsumo.getVersion()[1]}, for generated scenes", ""
 
 
 def _detector(weights: Path) -> Said:
