@@ -199,15 +199,7 @@ def report(error: Exception) -> int:
 
 def _program(
     context: typer.Context,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            envvar="DYKNOW_CONFIG",
-            exists=True,
-            dir_okay=False,
-            help="File of settings. Default: dyknow.toml, if it is there.",
-        ),
-    ] = None,
+    config: Annotated[Path | None, typer.Option(envvar="DYKNOW_CONFIG", help="Settings; else dyknow.toml.")] = None,
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""
@@ -216,7 +208,7 @@ def _program(
 
         print(software_version())
         raise typer.Exit
-    take_settings(context, config)
+    take_settings(context)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """What does a log hold, is all of it readable, how is it copied, and how does it lose what nobody asks for any more?"""
 
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # rows of any kind
@@ -102,12 +101,12 @@ def back_up(source: Database, target: Database) -> list[str]:
 
     Returns
     -------
-    What is damaged in the log, as `damage` says it; a copy has it too.
+    What is damaged in the copy, as `damage` says it, and so in the log.
 
     Raises
     ------
     LogError
-        If there is no log to copy, the file is there or cannot be written, or the copy cannot be read.
+        If there is no log to copy, or the file is there or cannot be written.
     """
     if not isinstance(target, SqliteFile):
         raise LogError(f"log {target.name!r}: expected a SQLite file, got a server's database, which pg_restore fills")
@@ -121,11 +120,11 @@ def back_up(source: Database, target: Database) -> list[str]:
     copy.remove()  # of somebody who was killed
     try:
         source.back_up(copy.path)
-        if faults := list(copy.faults()):
-            raise LogError(f"{copy.name}: expected a copy that can be read, got {faults[0]!r}")
-        with ExitStack() as open_meanwhile:
-            is_todays = version == schema.SCHEMA_VERSION  # an older one would be carried over to be read
-            found = list(damage(open_meanwhile.enter_context(EventLog(copy, "r")))) if is_todays else []
+        if version == schema.SCHEMA_VERSION:
+            with EventLog(copy, "r") as log:
+                found = list(damage(log))
+        else:  # it would be carried over to be read
+            found = list(copy.faults())
         _refuse_existing(target.path)  # it took a while
         copy.path.replace(target.path)
     finally:

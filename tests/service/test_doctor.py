@@ -7,13 +7,18 @@ import sqlite3
 import sys
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 
+import psutil
 import pytest
 
 from service.cli.app import run as dyknow
 from service.cli.operating import doctor
 from service.store.databases.sqlite_file import SqliteFile
-from tests.service.logs import write_small_log
+from service.store.log import open_log
+from service.store.schema import SCHEMA_VERSION
+from tests.service.conftest import NewLog
+from tests.service.logs import run, write_small_log
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -35,8 +40,8 @@ def test_a_whole_machine_and_log_are_in_order(tmp_path: Path, capsys: Capsys) ->
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["check", "state", "found", "advice"]
     named = {line.split("  ")[0] for line in lines[1:]}
-    machine = {"python", "packages", "processor", "memory", "clock", "video", "sumo", "detector above", "detector low"}
-    assert named == machine | {"log", "disk", "file system"}
+    machine = {"packages", "machine", "clock", "video", "sumo", "detector above", "detector low"}
+    assert named == machine | {"log", "disk"}
     assert {line.split("  ")[0] for line in lines[1:] if " broken " in line} == set()
     assert contents(tmp_path) == before
 
@@ -62,7 +67,7 @@ def test_what_a_killed_writer_left_stays_as_it_is(tmp_path: Path, capsys: Capsys
 
 @pytest.mark.parametrize(
     ("version", "state", "told"),
-    [("9", "note", "it is carried over to schema"), ("999", "broken", "expected schema version 2 to")],
+    [("9", "note", "take a backup before it is opened"), ("999", "broken", "expected schema version 2 to")],
     ids=["older", "newer"],
 )
 def test_the_schema_of_a_log_is_told_and_kept(
@@ -82,22 +87,32 @@ def test_the_schema_of_a_log_is_told_and_kept(
 def test_a_log_that_is_not_there_yet_can_be_made_or_not(tmp_path: Path, capsys: Capsys) -> None:
     assert examined(capsys, str(tmp_path / "new.db"))["log"][:2] == (
         "ok",
-        f"{tmp_path / 'new.db'} is not there yet, and can be made",
+        f"{tmp_path / 'new.db'} is empty or not there yet, and can be made",
     )
     found = examined(capsys, str(tmp_path / "nowhere" / "new.db"), code=1)
     assert [found["log"][0], found["disk"][0]] == ["broken", "broken"]
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_log_on_a_server_is_examined_without_its_password(capsys: Capsys, postgres: NewLog) -> None:
+    url = postgres()
+    assert examined(capsys, url)["log"][0] == "ok"
+    with open_log(url, "w") as log:
+        log.begin_run(run()).finish("finished")
+    found = examined(capsys, url)
+    assert (found["log"][0], found["log"][1].endswith(f", schema {SCHEMA_VERSION}")) == ("ok", True)
+    assert "disk" not in found
+    found = examined(capsys, "postgresql+psycopg://road:secret@127.0.0.1:1/nothing", code=1)
+    assert ("secret" in str(found), found["log"][0]) == (False, "broken")
+
+
 @pytest.mark.parametrize(("kind", "code"), [("nfs4", 1), ("fuse.sshfs", 1), ("ext4", 0), ("fuseblk", 0)])
 def test_a_network_file_system_is_no_place_for_a_log(
     tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch, kind: str, code: int
 ) -> None:
-    place = str(tmp_path).replace("_", "\\137")  # as the kernel may write it
-    mounts = f"22 1 0:6 / / rw - ext4 /dev/vda rw\n35 22 0:31 / {place} rw shared:1 - {kind} server:/logs rw\n"
-    (tmp_path / "mountinfo").write_text(mounts)
-    monkeypatch.setattr(doctor, "_MOUNTS", tmp_path / "mountinfo")
-    state, found, advice = examined(capsys, write_small_log(tmp_path / "a.db"), code=code)["file system"]
+    mounts = [SimpleNamespace(mountpoint=place, fstype=one) for place, one in (("/", "ext4"), (str(tmp_path), kind))]
+    monkeypatch.setattr(psutil, "disk_partitions", lambda **_: mounts)
+    state, found, advice = examined(capsys, write_small_log(tmp_path / "a.db"), code=code)["disk"]
     assert f"{kind} at {tmp_path}" in found
     assert (state, "PostgreSQL" in advice) == (("broken", True) if code else ("ok", False))
 
@@ -121,7 +136,10 @@ def test_weights_that_cannot_be_loaded_are_told_and_the_rest_examined(
 
 
 def test_a_package_that_is_missing_or_too_old_is_named(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    for needed, told in (("no-such-package>=1", "got none"), ("typer>=99", "expected typer>=99, got")):
+    for needed, told in (
+        ("no-such-package>=1", "No package metadata was found for no-such-package"),
+        ("typer>=99", "expected typer>=99, got"),
+    ):
         monkeypatch.setattr(metadata, "requires", lambda _, text=needed: ["ray; extra == 'cluster'", text])
         state, found, advice = examined(capsys, code=1)["packages"]
         assert (state, told in found, "pip install" in advice) == ("broken", True, True)
@@ -157,4 +175,4 @@ def test_little_memory_and_a_full_disk_are_noted(
     monkeypatch.setattr(doctor, "LEAST_MEMORY_BYTES", 2**60)
     monkeypatch.setattr(doctor, "LEAST_FREE_BYTES", 2**60)
     found = examined(capsys, str(tmp_path / "a.db"))
-    assert [found[name][0] for name in ("memory", "disk")] == ["note", "note"]
+    assert [found[name][0] for name in ("machine", "disk")] == ["note", "note"]

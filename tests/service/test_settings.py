@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any  # JSON
 
 import pytest
 
@@ -17,7 +16,7 @@ def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.delenv("DYKNOW_CONFIG", raising=False)
 
 
-def shown(capsys: Capsys, *words: str) -> dict[str, tuple[Any, str]]:
+def shown(capsys: Capsys, *words: str) -> dict[str, tuple[str | None, str]]:
     assert run(["config", "show", *words, "--json"]) == 0
     settings = json.loads(capsys.readouterr().out)["settings"]
     return {one["name"]: (one["value"], one["from"]) for one in settings}
@@ -49,7 +48,7 @@ def test_a_flag_goes_before_a_variable_before_the_file_before_the_default(
 def test_settings_are_named_as_options_and_those_of_groups_too(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("dyknow.toml").write_text('[log.prune]\nkeep = ["events=9d", "views=1d"]\n[why-not]\nfrom = "2s"\n')
     monkeypatch.setenv("DYKNOW_LOG_PRUNE_DRY_RUN", "1")
-    assert shown(capsys, "log", "prune")["keep"] == (["events=9d", "views=1d"], "file")
+    assert shown(capsys, "log", "prune")["keep"] == ("['events=9d', 'views=1d']", "file")
     assert shown(capsys, "log", "prune")["dry_run"] == ("1", "environment")
     assert shown(capsys, "why-not")["from"] == ("2s", "file")
 
@@ -74,7 +73,7 @@ def test_a_password_is_not_shown(capsys: Capsys) -> None:
         ("[sreve]\nport = 1", "did you mean 'serve'?"),
         ("[log.pruen]\nkeep = []", "did you mean 'prune'?"),
         ("serve = 1", "dyknow.toml: serve: expected a table [serve], got 1"),
-        ("[config.show]\norigin = 'maybe'", "dyknow.toml: [config.show] origin: expected a value for --origin"),
+        ("[config.show]\norigin = 'maybe'", "dyknow.toml: [config.show] origin: expected what --origin takes"),
         ("[serve", "dyknow.toml: expected TOML in UTF-8"),
     ],
     ids=["setting", "nearest", "command", "command of a group", "no table", "value", "no TOML"],
@@ -88,10 +87,10 @@ def test_a_wrong_variable_is_refused_by_its_command_alone(capsys: Capsys, monkey
     monkeypatch.setenv("DYKNOW_EVENTS_LIMTI", "1")
     assert "got 'DYKNOW_EVENTS_LIMTI'; did you mean 'DYKNOW_EVENTS_LIMIT'?" in refused(capsys, "events", "a.db")
     assert "did you mean 'DYKNOW_EVENTS_LIMIT'?" in refused(capsys, "config", "show", "events")
-    assert shown(capsys, "serve")["port"] == (8420, "default")
+    assert shown(capsys, "serve")["port"] == ("8420", "default")
     monkeypatch.delenv("DYKNOW_EVENTS_LIMTI")
     monkeypatch.setenv("DYKNOW_EVENTS_LIMIT", "few")
-    assert "DYKNOW_EVENTS_LIMIT: expected a value for --limit, got 'few'" in refused(capsys, "events", "a.db")
+    assert "DYKNOW_EVENTS_LIMIT: expected what --limit takes, got 'few'" in refused(capsys, "events", "a.db")
 
 
 def test_the_file_may_lie_elsewhere(capsys: Capsys, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -99,8 +98,8 @@ def test_the_file_may_lie_elsewhere(capsys: Capsys, monkeypatch: pytest.MonkeyPa
     assert run(["--config", "other.toml", "config", "show"]) == 0
     assert "81" in capsys.readouterr().out
     monkeypatch.setenv("DYKNOW_CONFIG", str(tmp_path / "other.toml"))
-    assert shown(capsys)["port"] == (81, "file")
-    assert run(["--config", "missing.toml", "config", "show"]) == 2
+    assert shown(capsys)["port"] == ("81", "file")
+    assert "missing.toml: expected a path that can be used" in refused(capsys, "--config", "missing.toml", "events")
 
 
 def test_an_unknown_command_has_no_settings(capsys: Capsys) -> None:

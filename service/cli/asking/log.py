@@ -12,7 +12,6 @@ from service.errors import QueryError
 
 if TYPE_CHECKING:
     from service.records import RunRecord
-    from service.store.databases.database import Database
     from service.store.upkeep import Holding
 
 _AGE = re.compile(r"(\d{1,6})(d|h|min)", re.ASCII)
@@ -72,10 +71,7 @@ def backup(
     as_json: AsJson = False,
 ) -> None:
     """Copy a log into a file, as it is at one moment, also while a run is written into it; read the copy."""
-    from service.store.databases.location import database_of
-    from service.store.databases.sqlite_file import SqliteFile
-
-    _copy(database_of(log), SqliteFile(file), as_json=as_json)
+    _copy(log, f"sqlite:///{file}", as_json=as_json)
 
 
 def restore(
@@ -84,20 +80,17 @@ def restore(
     as_json: AsJson = False,
 ) -> None:
     """Make a log of a backup; a log that is there stays as it is."""
+    _copy(f"sqlite:///{file}", log, as_json=as_json)
+
+
+def _copy(source: str, target: str, *, as_json: bool) -> None:
     from service.store.databases.location import database_of
-    from service.store.databases.sqlite_file import SqliteFile
-
-    _copy(SqliteFile(file), database_of(log), as_json=as_json)
-
-
-def _copy(source: "Database", target: "Database", *, as_json: bool) -> None:
     from service.store.upkeep import back_up
 
-    found = back_up(source, target)
-    size_bytes = target.size_bytes()
-    record = {"from": source.name, "to": target.name, "bytes": size_bytes, "damage": found}
-    show(record, f"{target.name}: {size_bytes:,} bytes, copied of {source.name} and read", as_json=as_json)
-    tell("error", (f"{source.name}: {line}, as it is in the copy" for line in found))
+    found = back_up(copied := database_of(source), copy := database_of(target))
+    record = {"from": copied.name, "to": copy.name, "bytes": copy.size_bytes(), "damage": found}
+    show(record, f"{copy.name}: {copy.size_bytes():,} bytes, copied of {copied.name} and read", as_json=as_json)
+    tell("error", (f"{copied.name}: {line}, as it is in the copy" for line in found))
     if found:
         raise typer.Exit(INVALID)
 

@@ -1,6 +1,5 @@
 """`dyknow config`: which settings does a command have, and where does each come from?"""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -8,6 +7,8 @@ import typer
 from service.cli.options import AsJson
 from service.cli.printing import format_table, show
 from service.cli.settings import values_of
+
+TITLES = ("name", "value", "from")
 
 
 def show_config(
@@ -19,13 +20,8 @@ def show_config(
     """List the settings of a command: what its options are where the command line does not give them."""
     from service.store.databases.location import shown
 
-    name = " ".join(command or ["serve"])
-    found = [
-        (setting, shown(str(value)) if isinstance(value, (str, Path)) else value, place)
-        for setting, value, place in values_of(context, name)
-    ]
-    rows = [[setting, "" if value is None else str(value), place] for setting, value, place in found]
-    columns = 3 if origin else 2
-    table = format_table(("setting", "value", "from")[:columns], [row[:columns] for row in rows])
-    records = [{"name": setting, "value": value, "from": place} for setting, value, place in found]
-    show({"command": name, "settings": records}, table, as_json=as_json)
+    name, columns = " ".join(command or ["serve"]), 3 if origin else 2
+    values = values_of(context.find_root(), name)
+    found = [(one, None if value is None else shown(str(value)), place) for one, value, place in values]
+    table = format_table(TITLES[:columns], [[cell or "" for cell in row[:columns]] for row in found])
+    show({"command": name, "settings": [dict(zip(TITLES, row, strict=True)) for row in found]}, table, as_json=as_json)

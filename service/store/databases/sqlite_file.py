@@ -121,16 +121,10 @@ class SqliteFile(Database):
         """Copy the file in one step, so that what is committed meanwhile is not in it by half."""
         engine = self.reading()
         try:
-            with (
-                closing(sqlite3.connect(target)) as copy,
-                explained(self, "a log that can be copied"),
-                engine.begin() as connection,
-            ):
-                original = connection.connection.driver_connection
-                assert isinstance(original, sqlite3.Connection)
+            with closing(sqlite3.connect(target)) as copy, closing(engine.raw_connection()) as original:
                 original.backup(copy)
         except sqlite3.Error as error:
-            raise LogError(f"{target}: expected room for a copy of the log, got {str(error)!r}") from error
+            raise LogError(f"log {self.name!r}: expected one to copy, and room for it, got {str(error)!r}") from error
         finally:
             engine.dispose()
 
