@@ -31,5 +31,5 @@ def add_docs(app: FastAPI) -> None:
     digest = base64.b64encode(hashlib.sha256(script).digest()).decode()
     page.headers["Content-Security-Policy"] = _POLICY.format(digest=digest)
 
-    app.add_route("/docs", lambda _: page, include_in_schema=False)
+    app.add_api_route("/docs", lambda: page, include_in_schema=False)
     app.mount("/docs", StaticFiles(packages=[("fastapi_offline", "static")]))

@@ -199,7 +199,7 @@ def report(error: Exception) -> int:
 
 def _program(
     context: typer.Context,
-    config: Annotated[Path | None, typer.Option(envvar="DYKNOW_CONFIG", help="Settings; else dyknow.toml.")] = None,
+    config: Annotated[Path | None, typer.Option(envvar="DYKNOW_CONFIG", help="Settings (else: dyknow.toml).")] = None,
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""

@@ -45,4 +45,5 @@ def test_the_policy_of_the_page_allows_its_own_script_and_no_other(client: Clien
 
 def test_the_page_is_no_part_of_the_described_interface(client: Client) -> None:
     assert [path for path in client.get("/openapi.json").json()["paths"] if path.startswith("/docs")] == []
+    assert client.request("POST", "/docs").json()["detail"] == "/docs: expected method GET or HEAD, got 'POST'"
     assert client.get("/docs/nothing.js").headers["content-type"] == "application/problem+json"

@@ -124,7 +124,7 @@ class SqliteFile(Database):
             with closing(sqlite3.connect(target)) as copy, closing(engine.raw_connection()) as original:
                 original.backup(copy)
         except sqlite3.Error as error:
-            raise LogError(f"log {self.name!r}: expected one to copy, and room for it, got {str(error)!r}") from error
+            raise LogError(f"log {self.name!r}: expected room for a copy {target}, got {str(error)!r}") from error
         finally:
             engine.dispose()
 
