@@ -16,6 +16,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.docs_page import add_docs
 from service.api.event_stream import EventStream
 from service.api.explanations import ANSWERED_WITHIN_S, Explanations
 from service.api.openapi import describe_bodies
@@ -65,7 +66,7 @@ def create_app(
             tasks.cancel_scope.cancel()
         log.close()
 
-    # No /docs page: the framework's loads its scripts from other people's servers.
+    # The framework's own /docs page loads its scripts from other people's servers.
     # No redirects for a final slash: one path, one answer, and nothing that the description leaves out.
     # Answers are put together by the routes, so the framework has no model of them to check.
     app = FastAPI(
@@ -80,6 +81,7 @@ def create_app(
     library = load_chronicle_files(()).records if shipped is None else shipped
     app.state.event_stream = stream
     add_routes(app.router, log, stream, Explanations(log.read_from.url, within_s), library, version=version)
+    add_docs(app)
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)

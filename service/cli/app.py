@@ -18,8 +18,10 @@ import typer
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
+from service.cli.asking.log import backup as back_up_log
 from service.cli.asking.log import info as log_info
 from service.cli.asking.log import prune as prune_log
+from service.cli.asking.log import restore as restore_log
 from service.cli.asking.log import verify as verify_log
 from service.cli.asking.objects import objects
 from service.cli.asking.recognise import monitor, recognise
@@ -38,7 +40,10 @@ from service.cli.making.process import process
 from service.cli.making.site import check as check_site
 from service.cli.making.site import new as new_site
 from service.cli.making.watch import watch
+from service.cli.operating.config import show_config
+from service.cli.operating.doctor import doctor
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
+from service.cli.settings import take_settings
 from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 from service.machine import look_seldom
@@ -66,6 +71,8 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "doctor": (doctor, "dyknow doctor scene.db"),
+    "config show": (show_config, "dyknow config show serve --origin"),
     "jobs list": (list_jobs, "dyknow jobs list scene.db"),
     "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),
     "jobs retry": (retry_job, "dyknow jobs retry scene.db 6b1e64c1a2d0f3b7"),
@@ -73,6 +80,8 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "webhooks retry": (retry_webhook, "dyknow webhooks retry scene.db office"),
     "log info": (log_info, "dyknow log info scene.db"),
     "log verify": (verify_log, "dyknow log verify scene.db"),
+    "log backup": (back_up_log, "dyknow log backup scene.db backup/scene.db"),
+    "log restore": (restore_log, "dyknow log restore backup/scene.db scene.db"),
     "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
     "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
     "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
@@ -82,9 +91,10 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 }
 
 GROUPS = {
+    "config": "See what options are where the command line does not give them.",
     "jobs": "See what was queued for a log, and end or repeat it.",
     "webhooks": "See how far the webhooks of a log are, and let what they gave up be tried again.",
-    "log": "See what a log holds, whether all of it can be read, and remove what is old.",
+    "log": "See what a log holds and whether all of it can be read, copy it, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",
 }
@@ -158,7 +168,6 @@ def make_app() -> typer.Typer:
     app = typer.Typer(
         name="dyknow",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # plain help: it pipes well, and loads in half the time
     )
@@ -189,6 +198,8 @@ def report(error: Exception) -> int:
 
 
 def _program(
+    context: typer.Context,
+    config: Annotated[Path | None, typer.Option(envvar="DYKNOW_CONFIG", help="Settings (else: dyknow.toml).")] = None,
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""
@@ -197,6 +208,7 @@ def _program(
 
         print(software_version())
         raise typer.Exit
+    take_settings(context)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from typing import Final
 
 OK: Final = 0
 INTERNAL: Final = 1  # a fault of ours
+BROKEN: Final = 1  # of `doctor`, which would also say 1 if it failed itself
 USAGE: Final = 2  # the command line itself is wrong
 INVALID: Final = 3  # a file, chronicle or log is wrong
 NOTHING_FOUND: Final = 4  # only with --fail-empty

@@ -1,7 +1,8 @@
-"""What does a log hold, is all of it readable, and how does it lose what nobody asks for any more?"""
+"""What does a log hold, is all of it readable, how is it copied, and how does it lose what nobody asks for any more?"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any  # rows of any kind
 
 from sqlalchemy import Connection, Delete, Update, delete, func, select, update
@@ -10,9 +11,11 @@ from service.errors import LogError
 from service.store import schema
 from service.store.chunks import CHUNK_KINDS, FRAMES, SPAN_US, ChunkKind
 from service.store.columns import DamagedChunkError
-from service.store.databases.database import explained
+from service.store.databases.database import Database, explained
+from service.store.databases.sqlite_file import SqliteFile
 from service.store.log import EventLog
 from service.store.packing import PRUNED, opened, said_of_missing
+from service.store.versions import read_version
 
 KEPT_FOR_EVER = FRAMES.name
 """By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""
@@ -89,6 +92,51 @@ def _unreadable(log: EventLog, run_id: str, kind: ChunkKind[Any]) -> Iterator[tu
                     chunk.span_us,
                     f"other than their row says: expected rows, first and last time {wanted}, got {came}",
                 )
+
+
+def back_up(source: Database, target: Database) -> list[str]:
+    """Copy a log into a file that is not there yet, whoever is writing to the log; both keep their schema.
+
+    The copy gets its name when it is whole and was read; killed before, it is left as `TARGET.part`.
+
+    Returns
+    -------
+    What is damaged in the copy, as `damage` says it, and so in the log.
+
+    Raises
+    ------
+    LogError
+        If there is no log to copy, or the file is there or cannot be written.
+    """
+    if not isinstance(target, SqliteFile):
+        raise LogError(f"log {target.name!r}: expected a SQLite file, got a server's database, which pg_restore fills")
+    source.check_readable()
+    version = read_version(source)
+    if version is None:
+        raise LogError(f"log {source.name!r}: expected an event log, got an empty database")
+    target.check_writable()
+    _refuse_existing(target.path)
+    copy = SqliteFile(target.path.with_name(f"{target.path.name}.part"))
+    copy.remove()  # of somebody who was killed
+    try:
+        source.back_up(copy.path)
+        if version == schema.SCHEMA_VERSION:
+            with EventLog(copy, "r") as log:
+                found = list(damage(log))
+        else:  # it would be carried over to be read
+            found = list(copy.faults())
+        _refuse_existing(target.path)  # it took a while
+        copy.path.replace(target.path)
+    finally:
+        copy.remove()
+    return found
+
+
+def _refuse_existing(target: Path) -> None:
+    # A journal that was left would be taken for that of the new file.
+    for path in (target, target.with_name(f"{target.name}-wal")):
+        if path.exists():
+            raise LogError(f"{path}: expected no such file, got one, which stays as it is")
 
 
 @dataclass(frozen=True, slots=True)

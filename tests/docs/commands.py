@@ -39,13 +39,43 @@ def sentence_commands(path: Path) -> list[Command]:
     return [Command(_place(path, text, one), split(one[1])) for one in found]
 
 
-def all_commands() -> dict[str, Any]:  # Any: typer brings its own copy of click, without types
+def program() -> Any:  # Any: typer brings its own copy of click, without types
+    """Give `dyknow` itself, with the options before the command."""
+    return typer.main.get_command(make_app())
+
+
+def all_commands() -> dict[str, Any]:  # Any: as above
     """Give the commands by their names, those of groups with two words."""
     found = {}
-    for name, one in typer.main.get_command(make_app()).commands.items():  # type: ignore[attr-defined]
+    for name, one in program().commands.items():
         inner = getattr(one, "commands", None)
         found.update({name: one} if inner is None else {f"{name} {word}": two for word, two in inner.items()})
     return found
+
+
+def refusal(words: tuple[str, ...], *, is_whole: bool = True) -> str:
+    """Parse a command line without running it; say what is wrong with it, in a word or two.
+
+    Parameters
+    ----------
+    is_whole : a command in a sentence may leave out what the sentence is not about.
+    """
+    commands = all_commands()
+    groups = {name.split()[0] for name in commands if " " in name}
+    count = 2 if words[0] in groups else 1
+    name, arguments = " ".join(words[:count]), list(words[count:])
+    if name not in commands:
+        return f"no command {name!r}"
+    if not is_whole:
+        arguments = [one for one in arguments if one != "..."]
+        arguments += ["WORD"] if arguments and arguments[-1].startswith("--") else []
+    try:
+        commands[name].make_context(name, arguments).close()
+    except Exception as error:
+        if not is_whole and type(error).__name__ == "MissingParameter":
+            return ""
+        return getattr(error, "message", None) or str(error)
+    return ""
 
 
 def fenced(path: Path, language: str) -> list[str]:

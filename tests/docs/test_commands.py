@@ -2,33 +2,7 @@
 
 import pytest
 
-from tests.docs.commands import PAGES, all_commands, block_commands, sentence_commands
-
-COMMANDS = all_commands()
-GROUPS = {name.split()[0] for name in COMMANDS if " " in name}
-
-
-def refusal(words: tuple[str, ...], *, is_whole: bool = True) -> str:
-    """Parse a command line without running it; say what is wrong with it, in a word or two.
-
-    Parameters
-    ----------
-    is_whole : a command in a sentence may leave out what the sentence is not about.
-    """
-    count = 2 if words[0] in GROUPS else 1
-    name, arguments = " ".join(words[:count]), list(words[count:])
-    if name not in COMMANDS:
-        return f"no command {name!r}"
-    if not is_whole:
-        arguments = [one for one in arguments if one != "..."]
-        arguments += ["WORD"] if arguments and arguments[-1].startswith("--") else []
-    try:
-        COMMANDS[name].make_context(name, arguments).close()
-    except Exception as error:
-        if not is_whole and type(error).__name__ == "MissingParameter":
-            return ""
-        return getattr(error, "message", None) or str(error)
-    return ""
+from tests.docs.commands import PAGES, block_commands, refusal, sentence_commands
 
 
 def test_every_command_of_the_pages_is_one() -> None:

@@ -306,10 +306,6 @@ def test_openapi_parameters_are_the_ones_accepted(client: Client) -> None:
         assert client.get("/api/v1/events", params={name: words[name]}).status_code == 200, name
 
 
-def test_there_is_no_page_that_loads_foreign_scripts(client: Client) -> None:
-    assert client.get("/docs").status_code == 404
-
-
 def test_items_are_the_stored_text_byte_by_byte(client: Client, url: str) -> None:
     with open_log(url) as log:
         stored = ",".join(iterate_events(log, EventFilter()))

@@ -8,6 +8,7 @@ import pytest
 
 from service.cli.app import run as dyknow
 from service.errors import LogError
+from service.store.databases.location import database_of
 from service.store.log import open_log
 from service.store.upkeep import damage, holdings, prune
 from tests.service.logs import START_UTC_US, kept_rows, overtake, run, state, write_small_log
@@ -121,3 +122,81 @@ def test_a_time_that_is_not_on_the_calendar_is_refused(tmp_path: Path, capsys: p
     url = write_small_log(tmp_path / "a.db")
     assert dyknow(["log", "prune", url, "--keep", "events=1d", "--now", "12.5s"]) == 2
     assert "--now: expected a UTC time such as 2026-05-01T08:00:00Z, got '12.5s'" in capsys.readouterr().err
+
+
+def test_a_backup_taken_while_a_run_is_written_is_one_state_of_the_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url, copy = minute_log(tmp_path / "a.db"), tmp_path / "copy.db"
+    before = kept_rows(url)
+    with open_log(url, "w") as log:
+        writer = log.begin_run(run("r2"))
+        writer.append_events([overtake()])
+        writer.append_frames([0])  # not committed yet
+        assert dyknow(["log", "backup", url, str(copy), "--json"]) == 0
+        writer.finish("finished")
+    told = json.loads(capsys.readouterr().out)
+    assert (told["to"], told["bytes"], told["damage"]) == (str(copy), copy.stat().st_size, [])
+    assert dyknow(["log", "restore", str(copy), str(tmp_path / "again.db")]) == 0
+    with open_log(str(tmp_path / "again.db")) as log:
+        assert [(one.id, one.status) for one in log.runs()] == [("r1", "finished"), ("r2", "running")]
+    with sqlite3.connect(tmp_path / "again.db") as connection:
+        connection.execute("delete from runs where id = 'r2'")
+    connection.close()
+    assert kept_rows(str(tmp_path / "again.db")) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.db", "again.db", "copy.db"]
+
+
+@pytest.mark.parametrize("there", ["b.db", "b.db-wal"], ids=["the log", "a journal that was left"])
+def test_neither_backup_nor_restore_overwrites(tmp_path: Path, capsys: pytest.CaptureFixture[str], there: str) -> None:
+    url = minute_log(tmp_path / "a.db")
+    (tmp_path / there).write_text("mine")
+    for command in (["backup", url, str(tmp_path / "b.db")], ["restore", url, str(tmp_path / "b.db")]):
+        assert dyknow(["log", *command]) == 3
+        assert f"{tmp_path / there}: expected no such file, got one" in capsys.readouterr().err
+    assert (tmp_path / there).read_text() == "mine"
+
+
+def test_a_backup_of_what_is_no_log_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "text.db").write_text("no database at all, whatever its name says" * 30)
+    (tmp_path / "empty.db").touch()
+    target = str(tmp_path / "copy.db")
+    for source, told in (("text", "not a database"), ("empty", "an empty database"), ("missing", "no such file")):
+        assert dyknow(["log", "restore", str(tmp_path / f"{source}.db"), target]) == 3
+        assert told in capsys.readouterr().err
+    minute_log(tmp_path / "a.db")
+    assert dyknow(["log", "backup", str(tmp_path / "a.db"), str(tmp_path / "nowhere" / "copy.db")]) == 3
+    assert "expected an existing folder" in capsys.readouterr().err
+    assert not Path(target).exists()
+
+
+def test_a_backup_keeps_a_damaged_chunk_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    url = minute_log(tmp_path / "a.db")
+    with sqlite3.connect(url) as connection:
+        connection.execute("update chunks set data = substr(data, 1, 90) where kind = 'car_states' and span_us = 0")
+    connection.close()
+    assert dyknow(["log", "backup", url, str(tmp_path / "copy.db")]) == 3
+    assert "car_states of 00:00.000 to 00:10.000 are damaged" in capsys.readouterr().err
+    assert dyknow(["log", "info", str(tmp_path / "copy.db")]) == 0
+
+
+def test_a_backup_leaves_an_older_schema_as_it_is(tmp_path: Path) -> None:
+    old = tmp_path / "old.db"
+    with sqlite3.connect(old) as connection:
+        connection.executescript((Path(__file__).parent / "schema_2.sql").read_text())
+    connection.close()
+    assert dyknow(["log", "backup", str(old), str(tmp_path / "copy.db")]) == 0
+    for path in (old, tmp_path / "copy.db"):
+        with sqlite3.connect(path) as connection:
+            assert connection.execute("select value from meta where key = 'schema_version'").fetchone() == ("2",)
+        connection.close()
+    with open_log(str(tmp_path / "copy.db")) as log:
+        assert len(log.runs()) > 0
+
+
+def test_a_log_on_a_server_is_backed_up_by_its_own_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    server = "postgresql+psycopg://road:secret@db.example/log"
+    with pytest.raises(LogError, match=r"log 'postgresql.*:\*\*\*@db.example/log': .* pg_dump backs up"):
+        database_of(server).back_up(tmp_path / "copy.db")
+    assert dyknow(["log", "restore", minute_log(tmp_path / "a.db"), server]) == 3
+    assert "which pg_restore fills" in capsys.readouterr().err

@@ -1,6 +1,7 @@
-"""`dyknow log`: what is in a log, is all of it readable, and what of it may go?"""
+"""`dyknow log`: what is in a log, is all of it readable, where is a copy of it, and what of it may go?"""
 
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -60,6 +61,36 @@ def verify(log: LogName, as_json: AsJson = False) -> None:
     if as_json or not found:
         show({"log": shown(log), "damage": found}, f"{shown(log)}: all of it can be read", as_json=as_json)
     tell("error", [] if as_json else found)
+    if found:
+        raise typer.Exit(INVALID)
+
+
+def backup(
+    log: LogName,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy; must not be there yet.")],
+    as_json: AsJson = False,
+) -> None:
+    """Copy a log into a file, as it is at one moment, also while a run is written into it; read the copy."""
+    _copy(log, f"sqlite:///{file}", as_json=as_json)
+
+
+def restore(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A copy that `dyknow log backup` made.")],
+    log: LogName,
+    as_json: AsJson = False,
+) -> None:
+    """Make a log of a backup; a log that is there stays as it is."""
+    _copy(f"sqlite:///{file}", log, as_json=as_json)
+
+
+def _copy(source: str, target: str, *, as_json: bool) -> None:
+    from service.store.databases.location import database_of
+    from service.store.upkeep import back_up
+
+    found = back_up(copied := database_of(source), copy := database_of(target))
+    record = {"from": copied.name, "to": copy.name, "bytes": copy.size_bytes(), "damage": found}
+    show(record, f"{copy.name}: {copy.size_bytes():,} bytes, copied of {copied.name} and read", as_json=as_json)
+    tell("error", (f"{copied.name}: {line}, as it is in the copy" for line in found))
     if found:
         raise typer.Exit(INVALID)
 

@@ -6,6 +6,7 @@ who may write a run, where a repeated run is written, and what of the database i
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Protocol
 
 from sqlalchemy import Engine
@@ -74,6 +75,9 @@ class Database(Protocol):
 
     def copied(self, closing: ExitStack) -> "Database":
         """Copy it to where it can be written; the copy is removed when `closing` is."""
+
+    def back_up(self, target: Path) -> None:
+        """Copy it, as it is at one moment, into a SQLite file; raises a `LogError` if that is not for us to do."""
 
     def compact(self) -> None:
         """Give back the room of rows that are gone; raises a `LogError` if that cannot be done now."""

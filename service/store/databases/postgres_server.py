@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from hashlib import blake2b
+from pathlib import Path
 from typing import Any  # what one value of a query is
 
 from sqlalchemy import Connection, Engine, Select, create_engine, func, select
@@ -115,6 +116,10 @@ class PostgresServer(Database):
     def copied(self, closing: ExitStack) -> "PostgresServer":
         """Refuse: nobody reads a server's log that he may not carry over from a copy."""
         raise LogError(f"log {self.name!r}: expected the right to carry it over to today's schema, got none")
+
+    def back_up(self, target: Path) -> None:
+        """Refuse: the server has programs for it."""
+        raise LogError(f"log {self.name!r}: expected a SQLite file, got a server's database, which pg_dump backs up")
 
     def compact(self) -> None:
         """Leave it to the server."""

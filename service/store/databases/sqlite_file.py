@@ -26,9 +26,15 @@ READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server
 
 @dataclass(frozen=True, slots=True)
 class SqliteFile(Database):
-    """A log in a file; see `Database`."""
+    """A log in a file; see `Database`.
+
+    Parameters
+    ----------
+    is_left_alone : whether it is read as if it could not be written: SQLite tidies up behind whoever may write.
+    """
 
     path: Path
+    is_left_alone: bool = False
 
     @property
     def name(self) -> str:
@@ -71,7 +77,7 @@ class SqliteFile(Database):
 
     def can_write(self) -> bool:
         """Tell whether the file can be written, and others beside it."""
-        return os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
+        return not self.is_left_alone and os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
 
     def reading(self) -> Engine:
         """Make an engine that can only read.
@@ -108,14 +114,19 @@ class SqliteFile(Database):
         """Copy the file to a folder for temporary files."""
         folder = closing.enter_context(TemporaryDirectory(prefix="dyknow-"))
         target = Path(folder) / self.path.name
-        engine, copy = self.reading(), sqlite3.connect(target)
-        with explained(self, "a log that can be copied"), engine.begin() as connection:
-            original = connection.connection.driver_connection
-            assert isinstance(original, sqlite3.Connection)
-            original.backup(copy)
-        engine.dispose()
-        copy.close()
+        self.back_up(target)
         return SqliteFile(target)
+
+    def back_up(self, target: Path) -> None:
+        """Copy the file in one step, so that what is committed meanwhile is not in it by half."""
+        engine = self.reading()
+        try:
+            with closing(sqlite3.connect(target)) as copy, closing(engine.raw_connection()) as original:
+                original.backup(copy)
+        except sqlite3.Error as error:
+            raise LogError(f"log {self.name!r}: expected room for a copy {target}, got {str(error)!r}") from error
+        finally:
+            engine.dispose()
 
     def compact(self) -> None:
         """Give back the room of rows that are gone; the disk needs room for a copy of what is left."""

@@ -1,0 +1,74 @@
+"""Does docs/http.md say what `/openapi.json` says: the same paths, methods, parameters and errors?
+
+A table of the page whose head is "parameter of `PATH`" has all parameters of that path and no others. Those of other
+paths are named, between backticks, in a section that shows the path.
+"""
+
+import re
+from typing import Any  # JSON
+
+import pytest
+
+from service.api.app import create_app
+from tests.contracts.tables import page, table
+from tests.service.logs import overtake, write_log
+
+PAGE = page("http.md")
+SECTIONS = PAGE.split("\n## ")[1:]  # what comes before lists all paths
+HEAD = re.compile(r"^\| (parameter of `(/.*?)`) \|", re.MULTILINE)
+
+Operations = dict[tuple[str, str], dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def operations(tmp_path_factory: pytest.TempPathFactory) -> Operations:
+    """What is described, by method and path; names between braces do not matter."""
+    app = create_app(write_log(tmp_path_factory.mktemp("page") / "a.db", [overtake()]), shipped=[])
+    paths = app.openapi()["paths"]
+    return {(method.upper(), bare(path)): one for path, found in paths.items() for method, one in found.items()}
+
+
+def bare(path: str) -> str:
+    return re.sub(r"\{.*?\}", "{}", path)
+
+
+def parameters(operation: dict[str, Any]) -> set[str]:
+    """Name what a query may hold as the page does."""
+    named = {one["name"] for one in operation.get("parameters", ()) if one["in"] == "query"}
+    return {"role.NAME" if name == "roles" else name for name in named}
+
+
+def named_in(text: str) -> set[str]:
+    return set(re.findall(r"`([\w.]+)`", text))
+
+
+def test_the_page_lists_the_paths_and_methods_that_there_are(operations: Operations) -> None:
+    listed = set()
+    for first, *_ in table("http.md", "path"):
+        methods = re.findall(r"`([A-Z]+)`", first) or ["GET"]
+        listed |= {(method, bare(path)) for path in re.findall(r"`(/.*?)`", first) for method in methods}
+    assert listed == set(operations)
+
+
+def test_tables_of_parameters_are_those_of_their_paths(operations: Operations) -> None:
+    heads = HEAD.findall(PAGE)
+    assert len(heads) >= 2
+    for head, path in heads:
+        listed = {name for first, *_ in table("http.md", head) for name in named_in(first)}
+        assert listed == parameters(operations["GET", bare(path)]), path
+
+
+def test_other_parameters_are_named_where_their_path_is_shown(operations: Operations) -> None:
+    with_table = {bare(path) for _, path in HEAD.findall(PAGE)}
+    for (method, path), operation in operations.items():
+        if path in with_table:
+            continue
+        shown = re.compile(re.escape(path).replace(r"\{\}", r"[^/\s'`?]+") + r"(?=[?'`\s])")
+        told = {name for section in SECTIONS if shown.search(section) for name in named_in(section)}
+        assert parameters(operation) - told == set(), (method, path)
+
+
+def test_the_page_lists_the_errors_that_are_answered(operations: Operations) -> None:
+    answered = {code for one in operations.values() for code in one["responses"] if not code.startswith("2")}
+    listed = {code.strip() for first, *_ in table("http.md", "status") for code in first.split(",")}
+    assert answered - listed == set()
