@@ -10,15 +10,30 @@ import msgspec
 from fastapi import FastAPI
 
 from chronicles.explanation.json_form import schema as explanation_schema
-from service.api.bodies import CarList, ChronicleList, EventExplanation, EventList, Index, LinkList, Problem
+from service.api.bodies import (
+    CarList,
+    ChronicleList,
+    EventExplanation,
+    EventList,
+    Index,
+    LinkList,
+    Problem,
+    RunDetail,
+    RunList,
+)
 from service.api.problems import MEDIA_TYPE
 from service.questions.awaited import AwaitedList
+from service.questions.relation_intervals import RelationList
 from service.records import EventRecord
+from service.runs.stored_streams import StoredStreams
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
-_BODIES = (EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem)
+_BODIES = (
+    EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem,
+    RunList, RunDetail, StoredStreams, RelationList,
+)  # fmt: skip
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _REF = "#/components/schemas/{name}"

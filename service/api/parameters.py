@@ -24,7 +24,7 @@ ROLE_PREFIX = "role."
 DEFAULT_NEAR_MISSES = 5
 
 _TEXT: JsonObject = {"type": "string"}
-_MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
+MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
 _TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5", "2026-05-01T08:00:00Z"]}
 _TIME_FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 
@@ -76,13 +76,13 @@ STREAM_PARAMETERS: Table = {name: EVENT_PARAMETERS[name] for name in _STREAMED} 
     "last_event_id": Parameter("The sequence number after which to begin; the header `Last-Event-ID` wins.", _TEXT)
 }
 ABSENCE_PARAMETERS: Table = {
-    "from": Parameter("Start of the window, media time.", _MEDIA_TIME),
-    "to": Parameter("End of the window, excluded, media time.", _MEDIA_TIME),
+    "from": Parameter("Start of the window, media time.", MEDIA_TIME),
+    "to": Parameter("End of the window, excluded, media time.", MEDIA_TIME),
     "run": Parameter("Identifier of a run; may be left out if the log holds one.", _TEXT),
     "limit": Parameter("Instances at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
 }
 AWAITED_PARAMETERS: Table = {
-    "at": Parameter("When, media time; the end of the run, if left out.", _MEDIA_TIME),
+    "at": Parameter("When, media time; the end of the run, if left out.", MEDIA_TIME),
     **{name: ABSENCE_PARAMETERS[name] for name in ("from", "run", "limit")},
 }
 

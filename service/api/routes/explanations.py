@@ -1,13 +1,16 @@
 """Why was it recognised, why not, and what is awaited? Routes that are answered by processes of their own."""
 
-from fastapi import APIRouter, HTTPException, Request
+from typing import Annotated
+
+from fastapi import APIRouter, HTTPException, Query, Request
 from starlette.responses import Response
 
+from service.api.asked import NoParameters
 from service.api.bodies import EventExplanation
 from service.api.explanations import Explanations
 from service.api.openapi import EXPLANATION, answers
 from service.api.parameters import AWAITED_PARAMETERS, describe_absence_parameters, read_absence_question
-from service.api.routes.answering import json_answer, refuse_parameters
+from service.api.routes.answering import json_answer
 from service.questions.awaited import AwaitedList
 
 
@@ -20,9 +23,8 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
         summary="Say why an event was recognised",
         responses=answers(EventExplanation, 404, 409, 422),
     )
-    async def get_why(event_id: str, request: Request) -> Response:
+    async def get_why(event_id: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
-        refuse_parameters(request)
         found = await explanations.why(event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")

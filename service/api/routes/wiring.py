@@ -11,6 +11,9 @@ from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
+from service.api.routes.relations import add_relations
+from service.api.routes.runs import add_runs
+from service.questions.coverage import Coverage
 from service.records import ChronicleRecord
 from service.store.log import EventLog
 
@@ -32,8 +35,11 @@ def add_routes(
     shipped : the chronicles that come with DyKnow.
     version : of the software, for the index.
     """
-    add_events(router, log, stream)
+    coverage = Coverage(log)
+    add_events(router, log, stream, coverage)
     add_explanations(router, explanations)
     add_cars(router, log)
+    add_relations(router, explanations)
+    add_runs(router, log, coverage)
     add_chronicles(router, log, tuple(shipped))
     add_index(router, log, version)
