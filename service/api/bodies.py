@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from service.questions.coverage import LookedAt, Spans
 from service.questions.identity import CarIdentity, IdentityLink
+from service.questions.summaries import By, Counted
 from service.records import (
     CameraRecord,
     ChronicleRecord,
@@ -23,15 +24,27 @@ class EventList(Struct, frozen=True):
     """One page of events; `next_cursor` is null on the last page, `as_of_seq` the newest number in the log.
 
     `looked_at` tells for each run that was asked about which media time it looked at: at others nobody watched. It is
-    null where there are more than a hundred; the list of runs tells it of all. `notes` stand where nothing was found,
-    and only if there are any: names that the log does not hold, and runs that did not come to their end.
+    null where there are more than a hundred, whose list tells it of all, and of an older state of the log. `count` is
+    there if it was asked for, and `notes` where nothing was found: names that the log does not hold, and runs that did
+    not come to their end.
     """
 
     items: list[EventRecord]
     next_cursor: str | None
     as_of_seq: int
     looked_at: list[LookedAt] | None
+    count: int | None = None
     notes: list[str] = []
+
+
+class EventSummary(Struct, frozen=True):
+    """How many events there are by type, road, object or hour of the day; `looked_at` as in lists of events."""
+
+    by: By
+    bin_us: int | None
+    as_of_seq: int
+    items: list[Counted]
+    looked_at: list[LookedAt] | None
 
 
 class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):

@@ -15,6 +15,7 @@ from service.api.bodies import (
     ChronicleList,
     EventExplanation,
     EventList,
+    EventSummary,
     Index,
     LinkList,
     Problem,
@@ -32,7 +33,7 @@ Answers = dict[int | str, JsonObject]
 
 _BODIES = (
     EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem,
-    RunList, RunDetail, StoredStreams, RelationList,
+    RunList, RunDetail, StoredStreams, RelationList, EventSummary,
 )  # fmt: skip
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"

@@ -1,23 +1,26 @@
-"""Which parameters do `GET /api/v1/events`, `.../events/stream` and `.../why-not` take, and what do they mean?
+"""Which parameters do `GET /api/v1/events`, its siblings and `.../why-not` take, and what do they mean?
 
 One table each says it for both sides: requests are read by it, and OpenAPI shows it. (Declaring them in the route's
 signature instead makes the framework spend more time on them than the database needs for the answer.)
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar, get_args  # Any: JSON schemas
+from typing import Any, Literal, TypeVar, get_args  # Any: JSON schemas
 
 from msgspec import Struct
 
 from service.errors import QueryError
+from service.export.events import FORMATS, ExportFormat
 from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, MAX_ROLES, EventFilter, Match, Order
+from service.questions.summaries import BY, MAX_KEYS, By
 from service.records import EventStatus
-from service.times import TimePoint, parse_media_us, parse_time
+from service.times import MAX_MEDIA_US, TimePoint, parse_media_us, parse_time
 
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]
 Table = Mapping[str, "Parameter"]
+Count = Literal["none", "exact"]
 _Word = TypeVar("_Word", bound=str)
 
 ROLE_PREFIX = "role."
@@ -35,6 +38,7 @@ class EventQuestion(Struct, frozen=True):
     wanted: EventFilter
     limit: int
     cursor: str | None
+    is_counted: bool
 
 
 class Parameter(Struct, frozen=True):
@@ -49,11 +53,15 @@ def _number(default: int, most: int) -> JsonObject:
     return {"type": "integer", "minimum": 1, "maximum": most, "default": default}
 
 
+def _whole(least: int) -> JsonObject:
+    return {"type": "integer", "minimum": least, "maximum": MAX_MEDIA_US}
+
+
 def _words(kind: object) -> list[str]:
     return list(get_args(kind))
 
 
-EVENT_PARAMETERS: Table = {
+_FILTERS: Table = {
     "type": Parameter("Event type.", _TEXT, is_repeatable=True),
     "from": Parameter(f"Start of the window: {_TIME_FORMS}.", _TIME),
     "to": Parameter(f"End of the window, excluded: {_TIME_FORMS}.", _TIME),
@@ -67,9 +75,30 @@ EVENT_PARAMETERS: Table = {
         "How sure an event is at least; takes the place of the floors of chronicles.",
         {"type": "number", "minimum": 0, "maximum": 1},
     ),
-    "order": Parameter("Earliest or latest start first.", _TEXT | {"enum": _words(Order), "default": "start"}),
+    "datetime": Parameter("The window as START/END, of which one may be `..`; takes the place of from and to.", _TEXT),
+    "min_duration_us": Parameter("How long an event lasts at least.", _whole(0)),
+    "max_duration_us": Parameter("How long an event lasts at most.", _whole(0)),
+    "chronicle": Parameter("Name of the chronicle that the event is of.", _TEXT, is_repeatable=True),
+    "as_of": Parameter("Ask the log as it was when this was its newest sequence number.", _whole(0)),
+}
+_ORDER = Parameter("Earliest or latest start first.", _TEXT | {"enum": _words(Order), "default": "start"})
+EVENT_PARAMETERS: Table = {
+    **_FILTERS,
+    "order": _ORDER,
     "limit": Parameter("Events on a page.", _number(DEFAULT_LIMIT, MAX_LIMIT)),
     "cursor": Parameter("`next_cursor` of the page before, with the same filters.", _TEXT),
+    "count": Parameter("Whether to count all.", _TEXT | {"enum": _words(Count), "default": "none"}),
+}
+SUMMARY_PARAMETERS: Table = {
+    **_FILTERS,
+    "by": Parameter("What to count by.", _TEXT | {"enum": _words(By), "default": "type"}),
+    "bin_us": Parameter("Size of the bins of media time; none if left out.", _whole(1)),
+    "limit": Parameter("Keys at most, those with the most events.", _number(DEFAULT_LIMIT, MAX_KEYS)),
+}
+EXPORT_PARAMETERS: Table = {
+    **_FILTERS,
+    "order": _ORDER,
+    "format": Parameter("The form of the file.", _TEXT | {"enum": _words(ExportFormat), "default": "jsonl"}),
 }
 _STREAMED = ("type", "actor", "road", "source", "run", "status", "min_confidence")
 STREAM_PARAMETERS: Table = {name: EVENT_PARAMETERS[name] for name in _STREAMED} | {
@@ -108,7 +137,21 @@ def read_question(pairs: Pairs) -> EventQuestion:
     """
     values, roles = _sort_out(pairs, EVENT_PARAMETERS, one_each=False)
     limit = _limit(values, DEFAULT_LIMIT, MAX_LIMIT)
-    return EventQuestion(_filter(values, roles), limit, values.get("cursor", [None])[0])
+    is_counted = _one_word(values, "count", get_args(Count), "none") == "exact"
+    return EventQuestion(_filter(values, roles), limit, values.get("cursor", [None])[0], is_counted)
+
+
+def read_summary_question(pairs: Pairs) -> tuple[EventFilter, By, int | None, int]:
+    """Read which events are counted, by what, in bins of which size, and for how many keys; raises as above."""
+    values, roles = _sort_out(pairs, SUMMARY_PARAMETERS, one_each=False)
+    by, bin_us = _one_word(values, "by", BY, "type"), _whole_number(values, "bin_us", 1)
+    return _filter(values, roles), by, bin_us, _limit(values, DEFAULT_LIMIT, MAX_KEYS)
+
+
+def read_export_question(pairs: Pairs) -> tuple[EventFilter, ExportFormat]:
+    """Read which events are wanted in which form; raises as above."""
+    values, roles = _sort_out(pairs, EXPORT_PARAMETERS, one_each=False)
+    return _filter(values, roles), _one_word(values, "format", FORMATS, "jsonl")
 
 
 def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[EventFilter, int | None]:
@@ -189,10 +232,11 @@ def _described(table: Table, role: JsonObject, description: str) -> list[JsonObj
 
 
 def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> EventFilter:
+    from_, to = _window(values) if "datetime" in values else (_time(values, "from"), _time(values, "to"))
     return EventFilter(
         types=_all(values, "type"),
-        from_=_time(values, "from"),
-        to=_time(values, "to"),
+        from_=from_,
+        to=to,
         match=_one_word(values, "match", get_args(Match), "overlap"),
         actors=_all(values, "actor"),
         roles=tuple((name, tuple(actors)) for name, actors in sorted(roles.items())),
@@ -201,6 +245,10 @@ def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> 
         runs=_all(values, "run"),
         statuses=tuple(_check_word("status", text, get_args(EventStatus)) for text in values.get("status", ())),
         min_confidence=_share(values, "min_confidence"),
+        min_duration_us=_whole_number(values, "min_duration_us", 0),
+        max_duration_us=_whole_number(values, "max_duration_us", 0),
+        chronicles=_all(values, "chronicle"),
+        as_of=_whole_number(values, "as_of", 0),
         order=_one_word(values, "order", get_args(Order), "start"),
     )
 
@@ -232,6 +280,26 @@ def _time(values: Mapping[str, list[str]], name: str) -> TimePoint | None:
     return parse_time(values[name][0], parameter=name) if name in values else None
 
 
+def _window(values: Mapping[str, list[str]]) -> tuple[TimePoint | None, TimePoint | None]:
+    """Read START/END, as OGC API names a window."""
+    text = values["datetime"][0]
+    ends = text.split("/")
+    if len(ends) != 2 or {"from", "to"} & values.keys():
+        expected = "datetime: expected START/END without from and to, such as 10s/.."
+        raise QueryError(f"{expected}, got {text!r}", parameter="datetime")
+    start, end = (None if one in ("..", "") else parse_time(one, parameter="datetime") for one in ends)
+    return start, end
+
+
+def _whole_number(values: Mapping[str, list[str]], name: str, least: int, most: int = MAX_MEDIA_US) -> int | None:
+    if name not in values:
+        return None
+    text = values[name][0]
+    if not (text.isascii() and text.isdigit() and len(text) <= 16 and least <= int(text) <= most):
+        raise QueryError(f"{name}: expected {least} to {most}, got {text!r}", parameter=name)
+    return int(text)
+
+
 def _share(values: Mapping[str, list[str]], name: str) -> float | None:
     if name not in values:
         return None
@@ -253,7 +321,5 @@ def _check_word(name: str, text: str, words: tuple[_Word, ...]) -> _Word:
 
 
 def _limit(values: Mapping[str, list[str]], default: int, most: int) -> int:
-    text = values.get("limit", [str(default)])[0]
-    if not (text.isascii() and text.isdigit() and len(text) <= 6 and 1 <= int(text) <= most):
-        raise QueryError(f"limit: expected 1 to {most}, got {text!r}", parameter="limit")
-    return int(text)
+    limit = _whole_number(values, "limit", 1, most)
+    return default if limit is None else limit
