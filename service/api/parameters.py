@@ -1,4 +1,4 @@
-"""Which parameters do `GET /api/v1/events`, its siblings and `.../why-not` take, and what do they mean?
+"""Which parameters do `GET /api/v1/events` and its siblings take, and what do they mean?
 
 One table each says it for both sides: requests are read by it, and OpenAPI shows it. (Declaring them in the route's
 signature instead makes the framework spend more time on them than the database needs for the answer.)
@@ -11,11 +11,10 @@ from msgspec import Struct
 
 from service.errors import QueryError
 from service.export.events import FORMATS, ExportFormat
-from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
-from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, MAX_ROLES, EventFilter, Match, Order
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
 from service.questions.summaries import BY, MAX_KEYS, By
 from service.records import EventStatus
-from service.times import MAX_MEDIA_US, TimePoint, parse_media_us, parse_time
+from service.times import MAX_MEDIA_US, TimePoint, parse_time
 
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]
@@ -24,7 +23,6 @@ Count = Literal["none", "exact"]
 _Word = TypeVar("_Word", bound=str)
 
 ROLE_PREFIX = "role."
-DEFAULT_NEAR_MISSES = 5
 
 _TEXT: JsonObject = {"type": "string"}
 MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
@@ -104,16 +102,6 @@ _STREAMED = ("type", "actor", "road", "source", "run", "status", "min_confidence
 STREAM_PARAMETERS: Table = {name: EVENT_PARAMETERS[name] for name in _STREAMED} | {
     "last_event_id": Parameter("The sequence number after which to begin; the header `Last-Event-ID` wins.", _TEXT)
 }
-ABSENCE_PARAMETERS: Table = {
-    "from": Parameter("Start of the window, media time.", MEDIA_TIME),
-    "to": Parameter("End of the window, excluded, media time.", MEDIA_TIME),
-    "run": Parameter("Identifier of a run; may be left out if the log holds one.", _TEXT),
-    "limit": Parameter("Instances at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
-}
-AWAITED_PARAMETERS: Table = {
-    "at": Parameter("When, media time; the end of the run, if left out.", MEDIA_TIME),
-    **{name: ABSENCE_PARAMETERS[name] for name in ("from", "run", "limit")},
-}
 
 
 def read_question(pairs: Pairs) -> EventQuestion:
@@ -135,7 +123,7 @@ def read_question(pairs: Pairs) -> EventQuestion:
     >>> question.wanted.types, question.wanted.roles, question.limit
     (('overtake',), (('overtaker', ('car7',)),), 5)
     """
-    values, roles = _sort_out(pairs, EVENT_PARAMETERS, one_each=False)
+    values, roles = _sort_out(pairs, EVENT_PARAMETERS)
     limit = _limit(values, DEFAULT_LIMIT, MAX_LIMIT)
     is_counted = _one_word(values, "count", get_args(Count), "none") == "exact"
     return EventQuestion(_filter(values, roles), limit, values.get("cursor", [None])[0], is_counted)
@@ -143,14 +131,14 @@ def read_question(pairs: Pairs) -> EventQuestion:
 
 def read_summary_question(pairs: Pairs) -> tuple[EventFilter, By, int | None, int]:
     """Read which events are counted, by what, in bins of which size, and for how many keys; raises as above."""
-    values, roles = _sort_out(pairs, SUMMARY_PARAMETERS, one_each=False)
+    values, roles = _sort_out(pairs, SUMMARY_PARAMETERS)
     by, bin_us = _one_word(values, "by", BY, "type"), _whole_number(values, "bin_us", 1)
     return _filter(values, roles), by, bin_us, _limit(values, DEFAULT_LIMIT, MAX_KEYS)
 
 
 def read_export_question(pairs: Pairs) -> tuple[EventFilter, ExportFormat]:
     """Read which events are wanted in which form; raises as above."""
-    values, roles = _sort_out(pairs, EXPORT_PARAMETERS, one_each=False)
+    values, roles = _sort_out(pairs, EXPORT_PARAMETERS)
     return _filter(values, roles), _one_word(values, "format", FORMATS, "jsonl")
 
 
@@ -166,7 +154,7 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     QueryError
         As `read_question`, and if the number is none.
     """
-    values, roles = _sort_out(pairs, STREAM_PARAMETERS, one_each=False)
+    values, roles = _sort_out(pairs, STREAM_PARAMETERS)
     text = values.get("last_event_id", [None])[0] if last_event_id is None else last_event_id
     if text is not None and not (text.isascii() and text.isdigit() and len(text) <= 18):
         expected = "last_event_id: expected a sequence number of this log"
@@ -174,47 +162,8 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     return _filter(values, roles), None if text is None else int(text)
 
 
-def read_absence_question(chronicle: str, pairs: Pairs, table: Table = ABSENCE_PARAMETERS) -> AbsenceQuestion:
-    """Read the parameters of a request for near misses, or for what is awaited.
-
-    Raises
-    ------
-    QueryError
-        If a name is unknown or comes twice, or a value is malformed.
-
-    Examples
-    --------
-    >>> question = read_absence_question("overtake", [("role.overtaker", "car7"), ("from", "5s")])
-    >>> question.roles, question.start_us, question.limit
-    ({'overtaker': 'car7'}, 5000000, 5)
-    """
-    values, roles = _sort_out(pairs, table, one_each=True)
-    if len(roles) > MAX_ROLES:
-        raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(roles)}", parameter="role")
-    times_us = {one: parse_media_us(values[one][0], parameter=one) for one in ("from", "to", "at") if one in values}
-    return AbsenceQuestion(
-        chronicle=chronicle,
-        run=values.get("run", [None])[0],
-        roles={name: actors[0] for name, actors in roles.items()},
-        start_us=times_us.get("from"),
-        end_us=times_us.get("to", times_us.get("at")),
-        limit=_limit(values, DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES),
-    )
-
-
 def describe_event_parameters(table: Table = EVENT_PARAMETERS) -> list[JsonObject]:
     """Describe the parameters of events, or of a stream of them, for OpenAPI."""
-    role: JsonObject = {"type": "array", "items": _TEXT}
-    return _described(table, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives.")
-
-
-def describe_absence_parameters(table: Table = ABSENCE_PARAMETERS, *, name: str) -> list[JsonObject]:
-    """Describe the parameters of near misses; `name` is the part of the path that names the chronicle."""
-    path: JsonObject = {"name": name, "in": "path", "required": True, "schema": _TEXT}
-    return [path, *_described(table, _TEXT, "The object that fills a role, as in `role.overtaker=car7`.")]
-
-
-def _described(table: Table, role: JsonObject, description: str) -> list[JsonObject]:
     described: list[JsonObject] = [
         {
             "name": name,
@@ -225,10 +174,21 @@ def _described(table: Table, role: JsonObject, description: str) -> list[JsonObj
         }
         for name, one in table.items()
     ]
+    role: JsonObject = {"type": "array", "items": _TEXT}
+    return [*described, describe_roles(role, "as in `role.overtaker=car7`. Repeat for alternatives.")]
+
+
+def describe_roles(role: JsonObject = _TEXT, more: str = "as in `role.overtaker=car7`.") -> JsonObject:
+    """Describe the parameters `role.NAME` for OpenAPI."""
     # Exploded, an object's members become parameters of their own: role.overtaker=car7&role.overtaken=car3.
     roles = {"type": "object", "patternProperties": {r"^role\..+$": role}, "additionalProperties": False}
-    named = {"name": "roles", "in": "query", "required": False, "description": description}
-    return [*described, {**named, "style": "form", "explode": True, "schema": roles}]
+    described = {
+        "name": "roles",
+        "in": "query",
+        "required": False,
+        "description": f"An object that fills a role, {more}",
+    }
+    return {**described, "style": "form", "explode": True, "schema": roles}
 
 
 def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> EventFilter:
@@ -253,8 +213,8 @@ def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> 
     )
 
 
-def _sort_out(pairs: Pairs, table: Table, *, one_each: bool) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Collect values by parameter, and actors by role; with `one_each`, a role takes one actor."""
+def _sort_out(pairs: Pairs, table: Table) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Collect values by parameter, and actors by role."""
     values: dict[str, list[str]] = {}
     roles: dict[str, list[str]] = {}
     for name, value in pairs:
@@ -265,7 +225,6 @@ def _sort_out(pairs: Pairs, table: Table, *, one_each: bool) -> tuple[dict[str, 
         else:
             raise QueryError(f"query: expected {', '.join(table)} or role.NAME, got {name!r}", parameter=name)
     single = {name: given for name, given in values.items() if not table[name].is_repeatable}
-    single |= {f"{ROLE_PREFIX}{name}": given for name, given in roles.items() if one_each}
     for name, given in single.items():
         if len(given) > 1:
             raise QueryError(f"{name}: expected one value, got {given!r}", parameter=name)
