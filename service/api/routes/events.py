@@ -12,7 +12,7 @@ from service.api.asked import NoParameters
 from service.api.bodies import EventList, EventSummary
 from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.event_stream import EventStream
-from service.api.openapi import answers
+from service.api.openapi import answers, problems
 from service.api.parameters import (
     EXPORT_PARAMETERS,
     STREAM_PARAMETERS,
@@ -33,8 +33,8 @@ from service.questions.summaries import count_events, summarise
 from service.records import EventRecord
 from service.store.log import EventLog
 
-_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv"}
-_EXPORTED = answers("", 400, 422) | {
+_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt"}
+_EXPORTED = problems(400, 422) | {
     200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
 }
 

@@ -1,6 +1,7 @@
 """Which routes are there? All of them, each with what it needs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from fastapi import APIRouter
 
@@ -11,6 +12,7 @@ from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
+from service.api.routes.media import add_media
 from service.api.routes.relations import add_relations
 from service.api.routes.runs import add_runs
 from service.questions.coverage import Coverage
@@ -25,6 +27,7 @@ def add_routes(
     explanations: Explanations,
     shipped: Iterable[ChronicleRecord],
     *,
+    media_folders: Sequence[Path],
     version: str,
 ) -> None:
     """Add the routes of one event log to those of an application.
@@ -33,6 +36,7 @@ def add_routes(
     ----------
     stream, explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
+    media_folders : whose videos may be sent.
     version : of the software, for the index.
     """
     coverage = Coverage(log)
@@ -41,5 +45,6 @@ def add_routes(
     add_cars(router, log)
     add_relations(router, explanations)
     add_runs(router, log, coverage)
+    add_media(router, log, media_folders)
     add_chronicles(router, log, tuple(shipped))
     add_index(router, log, version)
