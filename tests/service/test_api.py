@@ -180,14 +180,14 @@ def test_a_wrong_method_is_a_problem(client: Client) -> None:
     ("query", "parameter", "detail"),
     [
         ("limit=0", "limit", "limit: expected 1 to 1000, got '0'"),
-        ("limit=1e3", "limit", "limit: expected 1 to 1000, got '1e3'"),
+        ("limit=2e3", "limit", "limit: expected 1 to 1000, got '2e3'"),
         ("limit=²", "limit", "limit: expected 1 to 1000, got '²'"),
-        ("match=near", "match", "match: expected overlap or start or end or inside, got 'near'"),
-        ("order=end", "order", "order: expected start or -start, got 'end'"),
+        ("match=near", "match", "match: expected end or inside or overlap or start, got 'near'"),
+        ("order=end", "order", "order: expected -start or start, got 'end'"),
         (
             "status=maybe",
             "status",
-            "status: expected recognised or tentative or confirmed or retracted or doubtful, got 'maybe'",
+            "status: expected confirmed or doubtful or recognised or retracted or tentative, got ['maybe']",
         ),
         ("limit=1&limit=2", "limit", "limit: expected one value, got ['1', '2']"),
         ("&".join(["actor=car1"] * 51), "actor", "actor: expected at most 50 values, got 51"),
