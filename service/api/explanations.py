@@ -15,6 +15,7 @@ from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 from chronicles.explanation.json_form import to_json
 from service.errors import UnansweredError
 from service.machine import cores, look_seldom
+from service.questions.coverage import Coverage
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.relation_intervals import RelationQuestion, relation_intervals
 from service.store.log import EventLog, open_log
@@ -97,12 +98,17 @@ def _awaited(log: str, question: AbsenceQuestion) -> bytes:
 
 
 def _relations(log: str, question: RelationQuestion) -> bytes:
-    return msgspec.json.encode(relation_intervals(_opened(log), question))
+    return msgspec.json.encode(relation_intervals(_opened(log), question, _coverage(log)))
 
 
 @cache
 def _explainer(log: str) -> Explainer:
     return Explainer(_opened(log))
+
+
+@cache
+def _coverage(log: str) -> Coverage:
+    return Coverage(_opened(log))
 
 
 @cache

@@ -9,7 +9,7 @@ import csv
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
-from typing import Literal, TextIO, get_args
+from typing import Literal, TextIO
 
 import msgspec
 from msgspec.structs import asdict
@@ -20,7 +20,6 @@ from service.store.log import EventLog
 from service.times import format_media
 
 ExportFormat = Literal["jsonl", "csv", "vtt"]
-FORMATS: tuple[ExportFormat, ...] = get_args(ExportFormat)
 
 ROLE_PREFIX = "role."
 _SHORTEST_CUE_US = 1_000_000

@@ -10,6 +10,7 @@ from msgspec import Struct
 from sqlalchemy import func, select
 
 from service.questions.queries import EventFilter
+from service.records import RunRecord
 from service.store import schema
 from service.store.chunks import FRAMES
 from service.store.log import EventLog
@@ -18,8 +19,6 @@ Spans = tuple[tuple[int, int], ...]
 
 MAX_RUNS = 100
 """So many runs are told of beside a list; their number is not bounded, and a page is."""
-
-
 LOOK_EVERY_S = 1.0
 
 
@@ -60,12 +59,6 @@ def lost_views(log: EventLog, run_id: str) -> Spans | None:
     return tuple(zip_longest(losing_us[::2], losing_us[1::2], fillvalue=end_us))
 
 
-def looked_at(log: EventLog, run_id: str, source: str) -> LookedAt:
-    """Tell which time a run looked at."""
-    covered_us = log.covered_us(run_id)
-    return LookedAt(run_id, source, _without(*covered_us, lost_views(log, run_id) or ()) if covered_us else ())
-
-
 class Coverage:
     """Tells which time the runs of a log looked at; what is known of a run is kept until it has gone on.
 
@@ -91,8 +84,12 @@ class Coverage:
         ]
         return found if len(found) <= MAX_RUNS else None
 
+    def of_run(self, run: RunRecord) -> list[LookedAt]:
+        """Tell it of one run, which may have begun this moment."""
+        return [self.of_all().get(run.id) or LookedAt(run.id, run.source, ())]
+
     def of_all(self) -> dict[str, LookedAt]:
-        """Tell it of all runs, by their identifiers, in the order in which they came to the log."""
+        """Tell it of all runs, by their identifiers."""
         now_s = time.monotonic()
         if now_s >= self._looked_s + self._look_every_s:
             # Replaced at once, since several threads ask.
@@ -110,7 +107,11 @@ class Coverage:
 
     def _look(self, now: _State) -> LookedAt:
         state, told = self._known.get(now.id, (None, None))
-        return told if told is not None and state == now else looked_at(self._log, now.id, now.source)
+        if told is not None and state == now:
+            return told
+        covered_us = self._log.covered_us(now.id)
+        spans_us = _without(*covered_us, lost_views(self._log, now.id) or ()) if covered_us else ()
+        return LookedAt(now.id, now.source, spans_us)
 
 
 def _without(first_us: int, last_us: int, holes_us: Iterable[tuple[int, int]]) -> Spans:

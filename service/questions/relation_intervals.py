@@ -12,7 +12,7 @@ from chronicles.events import Event
 from dyknow.language.diagnostics import hinted
 from qsr.relations import RANK
 from service.errors import QueryError
-from service.questions.coverage import LookedAt, looked_at
+from service.questions.coverage import Coverage, LookedAt
 from service.questions.stored_events import Part, stored_events, unwatched_relations
 from service.records import RunRecord
 from service.store.log import EventLog
@@ -64,8 +64,12 @@ class RelationList(Struct, frozen=True):
     looked_at: list[LookedAt]
 
 
-def relation_intervals(log: EventLog, question: RelationQuestion) -> RelationList:
+def relation_intervals(log: EventLog, question: RelationQuestion, coverage: Coverage) -> RelationList:
     """List the relations that held in a window, the earliest first.
+
+    Parameters
+    ----------
+    coverage : of the same log.
 
     Raises
     ------
@@ -84,8 +88,7 @@ def relation_intervals(log: EventLog, question: RelationQuestion) -> RelationLis
     about, names = set(question.about), question.names or run.relations
     changes = (one for one in _changes(log, run, names, question.about, (from_us, to_us)) if about <= {*one.args})
     found = sorted(one for one in _laid_out(changes) if one.end_us is None or one.end_us > from_us)
-    watched = [looked_at(log, run.id, run.source)]
-    return RelationList(run.id, from_us, to_us, len(found), found[: question.limit], watched)
+    return RelationList(run.id, from_us, to_us, len(found), found[: question.limit], coverage.of_run(run))
 
 
 def _changes(

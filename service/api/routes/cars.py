@@ -12,7 +12,7 @@ from service.api.openapi import answers
 from service.api.routes.answering import json_answer
 from service.errors import QueryError
 from service.questions.car_tracks import car_columns
-from service.questions.coverage import looked_at
+from service.questions.coverage import Coverage
 from service.questions.identity import check_car, identities, links_of
 from service.records import RunRecord
 from service.store.log import EventLog
@@ -31,15 +31,19 @@ class _Window(_Stepwise):
     to: MediaTime = Field(description=f"End of the window, excluded, at most {MOST_US} us later.")
 
 
-def add_cars(router: APIRouter, log: EventLog) -> None:
-    """Add the routes about cars."""
+def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+    """Add the routes about cars.
+
+    Parameters
+    ----------
+    coverage : of the same log.
+    """
 
     @router.get("/api/v1/cars", name="cars", summary="List the cars of a run", responses=answers(CarList, 404, 422))
     def list_cars(asked: Annotated[OfRun, Query()]) -> Response:
         """Answer with the cars in the order of first sight, and how sure each is the same one."""
         record = log.run(asked.run)
-        times = [looked_at(log, record.id, record.source)]
-        return json_answer(CarList(record.id, identities(log, record.id), times))
+        return json_answer(CarList(record.id, identities(log, record.id), coverage.of_run(record)))
 
     @router.get(
         "/api/v1/cars/{car}/links",
@@ -77,4 +81,4 @@ def add_cars(router: APIRouter, log: EventLog) -> None:
     def _tracks(run: RunRecord, asked: _Stepwise | _Window, car: str | None = None) -> Response:
         states = log.states(run.id, car=car, from_us=asked.from_, to_us=asked.to)
         columns = car_columns(states, step_us=asked.step_us)
-        return json_answer(Tracks(run.id, columns, [looked_at(log, run.id, run.source)]))
+        return json_answer(Tracks(run.id, columns, coverage.of_run(run)))

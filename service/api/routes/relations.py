@@ -3,9 +3,10 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Query
-from pydantic import Field
+from pydantic import Field, WithJsonSchema
 from starlette.responses import Response
 
+from qsr.relations import RANK
 from service.api.asked import InWindow, MediaTime, OfRun
 from service.api.explanations import Explanations
 from service.api.openapi import answers
@@ -17,8 +18,11 @@ _DEFAULT_LIMIT = 1_000
 _MAX_LIMIT = 10 * MAX_LIMIT  # an interval is a tenth of an event
 
 
+_Name = Annotated[str, WithJsonSchema({"type": "string", "enum": list(RANK)})]
+
+
 class _About(OfRun):
-    name: list[str] = Field([], max_length=MAX_VALUES, description="A relation; all that the run watched, if left out.")
+    name: list[_Name] = Field([], max_length=MAX_VALUES, description="A relation; without it all that were watched.")
     a: str | None = Field(None, description="What takes part, in any place: a car, a road.")
     b: str | None = Field(None, description="What takes part besides.")
     limit: int = Field(_DEFAULT_LIMIT, ge=1, le=_MAX_LIMIT, description="Intervals at most, the earliest.")

@@ -13,7 +13,7 @@ from service.api.asked import NoParameters
 from service.api.bodies import RunDetail, RunList, RunSummary
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
-from service.questions.coverage import Coverage, looked_at, lost_views
+from service.questions.coverage import Coverage, lost_views
 from service.questions.queries import MAX_VALUES
 from service.records import RunStatus
 from service.runs.stored_streams import StoredStreams, streams_of
@@ -32,11 +32,11 @@ def add_runs(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     @router.get("/api/v1/runs", name="runs", summary="List runs", responses=answers(RunList, 422))
     def list_runs(asked: Annotated[_Asked, Query()]) -> Response:
         """Answer with the runs, in the order in which they first came to the log, and what time each looked at."""
-        times = coverage.of_all()
+        known = coverage.of_all()
         found = [
             replace(
                 convert(one, RunSummary, from_attributes=True),
-                looked_at_us=times[one.id].spans_us if one.id in times else (),  # it may have begun this moment
+                looked_at_us=known[one.id].spans_us if one.id in known else (),  # it may have begun this moment
             )
             for one in log.runs()
             if one.source in (asked.source or (one.source,)) and one.status in (asked.status or (one.status,))
@@ -53,7 +53,7 @@ def add_runs(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
                 detail,
                 # Where files lie is nobody's affair but the server's.
                 file=detail.file and replace(detail.file, path=Path(detail.file.path).name),
-                looked_at_us=looked_at(log, run, record.source).spans_us,
+                looked_at_us=coverage.of_run(record)[0].spans_us,
                 covered_us=log.covered_us(run),
                 lost_us=lost_views(log, run) or (),
                 cars=len(log.cars(run)),

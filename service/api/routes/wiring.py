@@ -42,7 +42,7 @@ def add_routes(
     coverage = Coverage(log)
     add_events(router, log, stream, coverage)
     add_explanations(router, explanations)
-    add_cars(router, log)
+    add_cars(router, log, coverage)
     add_relations(router, explanations)
     add_runs(router, log, coverage)
     add_media(router, log, media_folders)

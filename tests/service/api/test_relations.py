@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
+from service.questions.coverage import Coverage
 from service.questions.relation_intervals import RelationQuestion, relation_intervals
 from service.records import HypothesisRecord, RelationRecord
 from service.store.log import open_log
@@ -106,5 +107,5 @@ def test_intervals_are_what_a_walk_through_all_changes_gives(tmp_path: Path) -> 
             for one in sorted(log.relations("r1"), key=lambda one: one.t_us):
                 if one.t_us <= now_us:
                     held[one.args] = one.new == "true"
-            found = relation_intervals(log, question).items
+            found = relation_intervals(log, question, Coverage(log)).items
             assert {one.args for one in found} == {args for args, holds in held.items() if holds}, now_us
