@@ -1,6 +1,6 @@
 """Which parameters do routes about one run take? Models from which the framework reads requests, and writes OpenAPI.
 
-The hot routes about events have tables of their own, see `parameters`.
+Requests about events, of which there are most, are read by msgspec: see `parameters`.
 """
 
 from typing import Annotated, Self

@@ -24,7 +24,8 @@ Pairs = Sequence[tuple[str, str]]
 ROLE_PREFIX = "role."
 
 _TEXT: JsonObject = {"type": "string"}
-MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
+_MEDIA_FORMS = r"^([0-9]{1,15}|[0-9]{1,9}(\.[0-9]{1,9})?s|([0-9]{1,5}:)?[0-5]?[0-9]:[0-5][0-9](\.[0-9]{1,9})?)$"
+MEDIA_TIME: JsonObject = {"type": "string", "pattern": _MEDIA_FORMS, "examples": ["12500000", "12.5s", "01:23.5"]}
 _TIMES = ["12500000", "12.5s", "01:23.5", "2026-05-01T08:00:00Z"]
 _FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 _SURE = "How sure an event is at least; takes the place of the floors of chronicles."

@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 
 from service.api.app import create_app
 from service.api.bodies import ChronicleList, EventList, Index, Problem
+from service.api.parameters import MEDIA_TIME
 from service.errors import LogError
 from service.questions.queries import EventFilter, iterate_events
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import open_log
+from service.times import parse_media_us
 from tests.contracts.tables import table
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, read_all, write_log
@@ -365,3 +367,9 @@ def test_a_text_that_is_too_long_or_none_is_refused(client: Client) -> None:
     assert (answer.status_code, answer.json()["detail"]) == (422, "body: expected UTF-8 text, got byte 0xff")
     refused = client.get(path)
     assert (refused.status_code, refused.headers["allow"]) == (405, "POST")
+
+
+@given(text=st.from_regex(re.compile(MEDIA_TIME["pattern"], re.ASCII), fullmatch=True))
+@settings(max_examples=100, deadline=None)
+def test_every_time_that_is_described_is_read(text: str) -> None:
+    assert parse_media_us(text, parameter="from") >= 0
