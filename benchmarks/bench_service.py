@@ -1,7 +1,8 @@
 """How fast is the event log written and asked?
 
 Prints floors and ratios: rows inserted a second, a deep page against the first one, an overlap against a start query,
-and requests a second of `GET /api/v1/events` (100 events of a million) through the ASGI application.
+counts by index against counts of rows, an export, and requests a second of `GET /api/v1/events` (100 events of a
+million) through the ASGI application.
 
     python benchmarks/bench_service.py [EVENTS] [STATES]
 """
@@ -17,7 +18,9 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
+from service.export.events import ExportFormat, exported
 from service.questions.queries import MAX_LIMIT, EventFilter, find_events
+from service.questions.summaries import summarise
 from service.records import CarState, ChronicleRef, EventDraft, Place, RunRecord, SubEvent
 from service.store.log import EventLog, open_log
 from service.times import TimePoint
@@ -30,6 +33,8 @@ EVENT_GAP_US = 50_000
 TYPES = tuple(f"type{number}" for number in range(20))
 CONNECTIONS = 16
 REQUESTS = 1_500
+BINS = 500
+EXPORTED = 100_000
 
 
 def main() -> None:
@@ -113,6 +118,25 @@ def bench_pages(log: EventLog, events: int) -> None:
     print_median("one car", lambda: find_events(log, rare))
     print_median("role filled everywhere", lambda: find_events(log, EventFilter(roles=(("road", ("road1",)),))))
     print(f"deep page / page 1: {deep / first:.2f}   overlap / start: {overlap / start:.2f}")
+    bins = {"bin_us": max(1, end_us // BINS)}
+    one = print_median(f"counts of one type, {BINS} bins", lambda: count(log, EventFilter(types=TYPES[:1]), **bins), 5)
+    every = print_median(f"counts of all types, {BINS} bins", lambda: count(log, EventFilter(), **bins), 5)
+    # Grouping is what a filter beside types and window costs.
+    grouped = print_median("counts of all types, rows read", lambda: count(log, EventFilter(min_confidence=0.0)), 1)
+    print(f"rows read / by index: {grouped / every:.1f}   all types / one: {every / one:.1f}")
+    part = EventFilter(match="start", to=TimePoint(EXPORTED * EVENT_GAP_US, "media"))
+    forms: tuple[ExportFormat, ...] = ("jsonl", "csv")
+    for form in forms:
+        print_median(f"export of {min(EXPORTED, events):,} events, {form}", partial(exhaust, log, part, form), 1)
+
+
+def count(log: EventLog, wanted: EventFilter, **bins: int) -> None:
+    summarise(log, wanted, "type", **bins)
+
+
+def exhaust(log: EventLog, wanted: EventFilter, form: ExportFormat) -> None:
+    for _ in exported(log, wanted, form):
+        pass
 
 
 def deep_cursor(log: EventLog, events: int) -> str:

@@ -7,6 +7,7 @@ import re
 import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from pathlib import Path
 from socket import socket
 
 import anyio.to_thread
@@ -38,6 +39,7 @@ def create_app(
     *,
     shipped: Sequence[ChronicleRecord] | None = None,
     within_s: float = ANSWERED_WITHIN_S,
+    media_folders: Sequence[Path] = (),
 ) -> FastAPI:
     """Make the ASGI application that answers questions to an event log.
 
@@ -46,6 +48,7 @@ def create_app(
     log_url : as `open_log` takes it; the log is only read.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
     within_s : how long an explanation may take.
+    media_folders : whose videos may be sent.
 
     Raises
     ------
@@ -80,7 +83,8 @@ def create_app(
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
     app.state.event_stream = stream
-    add_routes(app.router, log, stream, Explanations(log.read_from.url, within_s), library, version=version)
+    explanations = Explanations(log.read_from.url, within_s)
+    add_routes(app.router, log, stream, explanations, library, media_folders=media_folders, version=version)
     add_docs(app)
     app.add_middleware(RequestFrame)
     register_problems(app)

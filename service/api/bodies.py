@@ -4,21 +4,48 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from service.questions.car_tracks import CarColumns
+from service.questions.coverage import LookedAt, Spans
 from service.questions.identity import CarIdentity, IdentityLink
-from service.records import ChronicleRecord, EventRecord
+from service.questions.summaries import By, Counted
+from service.records import (
+    CameraRecord,
+    ChronicleRecord,
+    ChronicleRef,
+    EventRecord,
+    InputFile,
+    InputKind,
+    RunStatus,
+    StartFrom,
+)
+from service.store.upkeep import Holding
 
 
 class EventList(Struct, frozen=True):
     """One page of events; `next_cursor` is null on the last page, `as_of_seq` the newest number in the log.
 
-    `notes` stand where nothing was found, and only if there are any: names that the log does not hold, and runs that
-    did not come to their end.
+    `looked_at` tells for each run that was asked about which media time it looked at: at others nobody watched. It is
+    null where there are more than a hundred, whose list tells it of all, and of an older state of the log. `count` is
+    there if it was asked for, and `notes` where nothing was found: names that the log does not hold, and runs that did
+    not come to their end.
     """
 
     items: list[EventRecord]
     next_cursor: str | None
     as_of_seq: int
+    looked_at: list[LookedAt] | None
+    count: int | None = None
     notes: list[str] = []
+
+
+class EventSummary(Struct, frozen=True):
+    """How many events there are by type, road, object or hour of the day; `looked_at` as in lists of events."""
+
+    by: By
+    bin_us: int | None
+    as_of_seq: int
+    items: list[Counted]
+    looked_at: list[LookedAt] | None
 
 
 class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):
@@ -48,10 +75,11 @@ class EventExplanation(Struct, frozen=True):
 
 
 class CarList(Struct, frozen=True):
-    """The cars of a run, in the order of first sight."""
+    """The cars of a run, in the order of first sight; `looked_at` says in which time there could be any."""
 
     run: str
     items: list[CarIdentity]
+    looked_at: list[LookedAt]
 
 
 class LinkList(Struct, frozen=True):
@@ -60,6 +88,56 @@ class LinkList(Struct, frozen=True):
     run: str
     car: str
     items: list[IdentityLink]
+
+
+class Tracks(Struct, frozen=True):
+    """Where cars were; `looked_at` says in which time there could be any."""
+
+    run: str
+    columns: CarColumns
+    looked_at: list[LookedAt]
+
+
+class RunSummary(Struct, frozen=True, kw_only=True):
+    """A run; `looked_at_us` is the media time that it looked at, without that in which its view was lost."""
+
+    id: str
+    source: str
+    status: RunStatus
+    reason: str
+    input_kind: InputKind
+    start_utc_us: int
+    start_from: StartFrom
+    site: str
+    detector: str
+    software: str
+    looked_at_us: Spans = ()
+
+
+class RunDetail(RunSummary, frozen=True, kw_only=True):
+    """What a run was made of, and what has come of it.
+
+    `covered_us` are the times of its first and last frame: how far it has come; `lost_us` says when its view was lost;
+    `holds` says of each kind how many rows there are. `path` of the file is its name alone.
+    """
+
+    file: InputFile | None
+    camera: CameraRecord | None
+    warnings: tuple[str, ...]
+    settings: dict[str, str]
+    relations: tuple[str, ...]
+    chronicles: tuple[ChronicleRef, ...]
+    monitors: tuple[ChronicleRef, ...]
+    covered_us: tuple[int, int] | None = None
+    lost_us: Spans = ()
+    cars: int = 0
+    holds: list[Holding] = []
+
+
+class RunList(Struct, frozen=True):
+    """All runs that were asked for, in the order in which they first came to the log."""
+
+    items: list[RunSummary]
 
 
 class Index(Struct, frozen=True):

@@ -15,8 +15,10 @@ from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 from chronicles.explanation.json_form import to_json
 from service.errors import UnansweredError
 from service.machine import cores, look_seldom
+from service.questions.coverage import Coverage
 from service.questions.explaining import AbsenceQuestion, Explainer
-from service.store.log import open_log
+from service.questions.relation_intervals import RelationQuestion, relation_intervals
+from service.store.log import EventLog, open_log
 
 ANSWERED_WITHIN_S = 10.0
 
@@ -64,6 +66,10 @@ class Explanations:
         """Say what a chronicle waits for; raises as `why_not`."""
         return await self._ask(_awaited, question)
 
+    async def relations(self, question: RelationQuestion) -> bytes:
+        """Say which relations held; raises as `relation_intervals`, and as `why`."""
+        return await self._ask(_relations, question)
+
     async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
         try:
             with fail_after(self._within_s):
@@ -91,7 +97,21 @@ def _awaited(log: str, question: AbsenceQuestion) -> bytes:
     return msgspec.json.encode(_explainer(log).awaited(question))
 
 
+def _relations(log: str, question: RelationQuestion) -> bytes:
+    return msgspec.json.encode(relation_intervals(_opened(log), question, _coverage(log)))
+
+
 @cache
 def _explainer(log: str) -> Explainer:
+    return Explainer(_opened(log))
+
+
+@cache
+def _coverage(log: str) -> Coverage:
+    return Coverage(_opened(log))
+
+
+@cache
+def _opened(log: str) -> EventLog:
     look_seldom()
-    return Explainer(open_log(log))
+    return open_log(log)

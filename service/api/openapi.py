@@ -10,15 +10,12 @@ import msgspec
 from fastapi import FastAPI
 
 from chronicles.explanation.json_form import schema as explanation_schema
-from service.api.bodies import CarList, ChronicleList, EventExplanation, EventList, Index, LinkList, Problem
+from service.api.bodies import Problem
 from service.api.problems import MEDIA_TYPE
-from service.questions.awaited import AwaitedList
-from service.records import EventRecord
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
-_BODIES = (EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem)
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _REF = "#/components/schemas/{name}"
@@ -55,11 +52,14 @@ _FINDINGS_SCHEMA: JsonObject = {
 
 def answers(body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json") -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
-    name = body if isinstance(body, str) else body.__name__
-    described: Answers = {200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}}
-    for status in (*errors, 500, 503):
-        described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
-    return described
+    schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
+    return {200: {"description": "OK", "content": {media_type: {"schema": schema}}}} | problems(*errors)
+
+
+def problems(*errors: int) -> Answers:
+    """Describe the errors that a route may give, besides those of any."""
+    described = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
+    return dict.fromkeys((*errors, 500, 503), described)
 
 
 def describe_bodies(app: FastAPI) -> None:
@@ -70,12 +70,14 @@ def describe_bodies(app: FastAPI) -> None:
         """Describe the interface, once, with the schemas of the structs sent."""
         if not app.openapi_schema:
             document = describe()
-            _, components = msgspec.json.schema_components(_BODIES, ref_template=_REF)
+            _, components = msgspec.json.schema_components([Problem], ref_template=_REF)
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
             document["components"] = {"schemas": {**components, EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}}
             for path in document["paths"].values():
                 for operation in path.values():
                     _drop_foreign_errors(operation["responses"])
+                    for content in operation["responses"]["200"].get("content", {}).values():
+                        document["components"]["schemas"] |= content.get("schema", {}).pop("$defs", {})
         return app.openapi_schema or document
 
     app.openapi = openapi  # type: ignore[method-assign]  # the framework's documented way to extend it

@@ -1,24 +1,49 @@
-"""Which cars are there, and by what is each the one that it is? Routes about cars."""
+"""Which cars are there, where were they, and by what is each the one that it is? Routes about cars."""
 
-from fastapi import APIRouter, Request
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from pydantic import Field
 from starlette.responses import Response
 
-from service.api.bodies import CarList, LinkList
+from service.api.asked import InWindow, MediaTime, OfRun
+from service.api.bodies import CarList, LinkList, Tracks
 from service.api.openapi import answers
-from service.api.routes.answering import json_answer, refuse_parameters
-from service.questions.identity import identities, links_of
+from service.api.routes.answering import json_answer
+from service.errors import QueryError
+from service.questions.car_tracks import car_columns
+from service.questions.coverage import Coverage
+from service.questions.identity import check_car, identities, links_of
+from service.records import RunRecord
 from service.store.log import EventLog
+from service.times import MAX_MEDIA_US
+
+MOST_US = 60_000_000
+"""Of all cars so much is told at once: some megabytes of a busy junction."""
 
 
-def add_cars(router: APIRouter, log: EventLog) -> None:
-    """Add the routes about cars."""
+class _Stepwise(InWindow):
+    step_us: int = Field(1, ge=1, le=MAX_MEDIA_US, description="The first state of a car in each step; all for 1.")
+
+
+class _Window(_Stepwise):
+    from_: MediaTime = Field(alias="from", description="Start of the window, media time.")
+    to: MediaTime = Field(description=f"End of the window, excluded, at most {MOST_US} us later.")
+
+
+def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+    """Add the routes about cars.
+
+    Parameters
+    ----------
+    coverage : of the same log.
+    """
 
     @router.get("/api/v1/cars", name="cars", summary="List the cars of a run", responses=answers(CarList, 404, 422))
-    def list_cars(request: Request, run: str | None = None) -> Response:
+    def list_cars(asked: Annotated[OfRun, Query()]) -> Response:
         """Answer with the cars in the order of first sight, and how sure each is the same one."""
-        refuse_parameters(request, but="run")
-        record = log.run(run)
-        return json_answer(CarList(record.id, identities(log, record.id)))
+        record = log.run(asked.run)
+        return json_answer(CarList(record.id, identities(log, record.id), coverage.of_run(record)))
 
     @router.get(
         "/api/v1/cars/{car}/links",
@@ -26,8 +51,34 @@ def add_cars(router: APIRouter, log: EventLog) -> None:
         summary="Say by what links a car is the one that it is",
         responses=answers(LinkList, 404, 422),
     )
-    def get_links(car: str, request: Request, run: str | None = None) -> Response:
+    def get_links(car: str, asked: Annotated[OfRun, Query()]) -> Response:
         """Answer with the identity chain of a car, oldest link first."""
-        refuse_parameters(request, but="run")
-        record = log.run(run)
+        record = log.run(asked.run)
         return json_answer(LinkList(record.id, car, links_of(log, record, car)))
+
+    @router.get(
+        "/api/v1/cars/{car}/trajectory",
+        name="trajectory",
+        summary="Say where a car was",
+        responses=answers(Tracks, 400, 404, 422),
+    )
+    def get_trajectory(car: str, asked: Annotated[_Stepwise, Query()]) -> Response:
+        """Answer with the states of a car over its life, or in a window."""
+        record = log.run(asked.run)
+        check_car(log, record, car)
+        return _tracks(record, asked, car)
+
+    @router.get(
+        "/api/v1/tracks", name="tracks", summary="Say where all cars were", responses=answers(Tracks, 400, 404, 422)
+    )
+    def get_tracks(asked: Annotated[_Window, Query()]) -> Response:
+        """Answer with the states of all cars in a window."""
+        if asked.to > asked.from_ + MOST_US:
+            expected = f"to: expected at most {MOST_US} us after 'from'"
+            raise QueryError(f"{expected}, got {asked.to - asked.from_} us", parameter="to")
+        return _tracks(log.run(asked.run), asked)
+
+    def _tracks(run: RunRecord, asked: _Stepwise | _Window, car: str | None = None) -> Response:
+        states = log.states(run.id, cars=(car,), from_us=asked.from_, to_us=asked.to)
+        columns = car_columns(states, step_us=asked.step_us)
+        return json_answer(Tracks(run.id, columns, coverage.of_run(run)))

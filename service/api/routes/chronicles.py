@@ -1,16 +1,18 @@
 """Which chronicles are there, and is a text one? Routes about chronicles and their texts."""
 
 from collections.abc import Iterable
+from typing import Annotated
 
 from anyio import to_thread
-from fastapi import APIRouter, HTTPException, Request
+from fastapi import APIRouter, HTTPException, Query, Request
 from msgspec.structs import asdict
 from starlette.responses import Response
 
 from dyknow.language.rendering import render_json
+from service.api.asked import NoParameters
 from service.api.bodies import ChronicleList, ChronicleUse
 from service.api.openapi import FINDINGS, answers
-from service.api.routes.answering import json_answer, refuse_parameters
+from service.api.routes.answering import json_answer
 from service.errors import QueryError
 from service.records import ChronicleRecord
 from service.store.log import EventLog
@@ -31,9 +33,8 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
     @router.get(
         "/api/v1/chronicles", name="chronicles", summary="List chronicles", responses=answers(ChronicleList, 422)
     )
-    def list_chronicles(request: Request) -> Response:
+    def list_chronicles(asked: Annotated[NoParameters, Query()]) -> Response:
         """List the shipped chronicles and those of the log's runs."""
-        refuse_parameters(request)
         return json_answer(ChronicleList(_merge_chronicles(log, library)))
 
     @router.post(

@@ -1,6 +1,7 @@
 """Which routes are there? All of them, each with what it needs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from fastapi import APIRouter
 
@@ -11,6 +12,10 @@ from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
+from service.api.routes.media import add_media
+from service.api.routes.relations import add_relations
+from service.api.routes.runs import add_runs
+from service.questions.coverage import Coverage
 from service.records import ChronicleRecord
 from service.store.log import EventLog
 
@@ -22,6 +27,7 @@ def add_routes(
     explanations: Explanations,
     shipped: Iterable[ChronicleRecord],
     *,
+    media_folders: Sequence[Path],
     version: str,
 ) -> None:
     """Add the routes of one event log to those of an application.
@@ -30,10 +36,15 @@ def add_routes(
     ----------
     stream, explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
+    media_folders : whose videos may be sent.
     version : of the software, for the index.
     """
-    add_events(router, log, stream)
+    coverage = Coverage(log)
+    add_events(router, log, stream, coverage)
     add_explanations(router, explanations)
-    add_cars(router, log)
+    add_cars(router, log, coverage)
+    add_relations(router, explanations)
+    add_runs(router, log, coverage)
+    add_media(router, log, media_folders)
     add_chronicles(router, log, tuple(shipped))
     add_index(router, log, version)

@@ -22,6 +22,10 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
     workers: Annotated[int, typer.Option(min=0, max=1, help="Processes that work off the jobs of the log.")] = 1,
     webhooks: Annotated[Path | None, typer.Option(help="File of webhooks, to which events are posted.")] = None,
+    media: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FOLDER", exists=True, file_okay=False, help="Folder whose videos may be sent."),
+    ] = None,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
     from service.api.app import Server, create_app
@@ -30,7 +34,7 @@ def serve(
     from service.runs.supervision import kept_working
     from service.store.databases.location import database_of, shown
 
-    app = create_app(log)
+    app = create_app(log, media_folders=media or ())
     can_write = database_of(log).can_write()
     declared = load_webhooks(webhooks) if webhooks else []
     if declared and not can_write:
