@@ -1,11 +1,13 @@
 """What do the answers of the HTTP interface look like? The structs that are sent, and that OpenAPI describes."""
 
-from typing import Any  # JSON values
+from typing import Annotated, Any  # JSON values
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
+from service.questions.explaining import MAX_NEAR_MISSES
 from service.questions.identity import CarIdentity, IdentityLink
 from service.records import ChronicleRecord, EventRecord
+from service.store.chronicle_texts import ChronicleText
 
 
 class EventList(Struct, frozen=True):
@@ -29,9 +31,44 @@ class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):
 
 
 class ChronicleList(Struct, frozen=True):
-    """All chronicles; one name may come in several versions."""
+    """All chronicles; one name may come in several versions. `texts` are the newest ones that the log holds."""
 
     items: list[ChronicleUse]
+    texts: list[ChronicleText]
+
+
+class TextVersions(Struct, frozen=True):
+    """The versions of a chronicle text, oldest first; one without a text says that it ended then."""
+
+    items: list[ChronicleText]
+
+
+class LaidOut(Struct, frozen=True):
+    """A chronicle text in the one layout."""
+
+    text: str
+
+
+class Window(Struct, kw_only=True, forbid_unknown_fields=True, rename={"from_": "from"}):
+    """Where chronicles are looked for: a run, which may be left out if the log holds one, and media times."""
+
+    run: str | None = None
+    from_: str | int | None = None
+    to: str | int | None = None
+
+
+class TrialRequest(Window, kw_only=True, forbid_unknown_fields=True):
+    """A text to try, and how many near misses of each of its chronicles are wanted."""
+
+    text: str
+    limit: Annotated[int, Meta(ge=1, le=MAX_NEAR_MISSES)] = 5
+
+
+class DifferenceRequest(Window, kw_only=True, forbid_unknown_fields=True):
+    """Two texts to compare."""
+
+    before: str
+    after: str
 
 
 class EventExplanation(Struct, frozen=True):
@@ -81,7 +118,7 @@ class ProblemDetail(Struct, frozen=True, omit_defaults=True):
 
 
 class Problem(Struct, frozen=True, omit_defaults=True):
-    """An error by RFC 9457; `type` is `about:blank` where the status says it all."""
+    """An error by RFC 9457; `type` is `about:blank` where the status says it all, `findings` are those of a text."""
 
     type: str
     title: str
@@ -90,3 +127,4 @@ class Problem(Struct, frozen=True, omit_defaults=True):
     instance: str
     request_id: str
     errors: list[ProblemDetail] = []
+    findings: list[dict[str, Any]] = []

@@ -64,6 +64,14 @@ class Explanations:
         """Say what a chronicle waits for; raises as `why_not`."""
         return await self._ask(_awaited, question)
 
+    async def trial(self, question: AbsenceQuestion, text: str) -> bytes:
+        """Try a text; raises as `why_not`."""
+        return await self._ask(_trial, (question, text))
+
+    async def difference(self, question: AbsenceQuestion, before: str, after: str) -> bytes:
+        """Compare two texts; raises as `why_not`."""
+        return await self._ask(_difference, (question, before, after))
+
     async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
         try:
             with fail_after(self._within_s):
@@ -89,6 +97,14 @@ def _why_not(log: str, question: AbsenceQuestion) -> bytes:
 
 def _awaited(log: str, question: AbsenceQuestion) -> bytes:
     return msgspec.json.encode(_explainer(log).awaited(question))
+
+
+def _trial(log: str, about: tuple[AbsenceQuestion, str]) -> bytes:
+    return msgspec.json.encode(_explainer(log).try_text(*about))
+
+
+def _difference(log: str, about: tuple[AbsenceQuestion, str, str]) -> bytes:
+    return msgspec.json.encode(_explainer(log).compare_texts(*about))
 
 
 @cache

@@ -10,15 +10,32 @@ import msgspec
 from fastapi import FastAPI
 
 from chronicles.explanation.json_form import schema as explanation_schema
-from service.api.bodies import CarList, ChronicleList, EventExplanation, EventList, Index, LinkList, Problem
+from service.api.bodies import (
+    CarList,
+    ChronicleList,
+    DifferenceRequest,
+    EventExplanation,
+    EventList,
+    Index,
+    LaidOut,
+    LinkList,
+    Problem,
+    TextVersions,
+    TrialRequest,
+)
 from service.api.problems import MEDIA_TYPE
 from service.questions.awaited import AwaitedList
+from service.questions.trials import Difference, Trial
 from service.records import EventRecord
+from service.store.chronicle_texts import ChronicleText
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
-_BODIES = (EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem)
+_BODIES = (
+    *(EventList, EventRecord, EventExplanation, AwaitedList, CarList, LinkList, Index, Problem),
+    *(ChronicleList, ChronicleText, TextVersions, LaidOut, TrialRequest, Trial, DifferenceRequest, Difference),
+)
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _REF = "#/components/schemas/{name}"
@@ -53,13 +70,21 @@ _FINDINGS_SCHEMA: JsonObject = {
 }
 
 
-def answers(body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json") -> Answers:
+def answers(
+    body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json", status: int = 200
+) -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
     name = body if isinstance(body, str) else body.__name__
-    described: Answers = {200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}}
-    for status in (*errors, 500, 503):
-        described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
+    described: Answers = {status: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}}
+    for error in (*errors, 500, 503):
+        described[error] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
     return described
+
+
+def takes(body: type[msgspec.Struct | str]) -> JsonObject:
+    """Describe what a route takes: a struct as JSON, or a text."""
+    kind, schema = ("text/plain", {"type": "string"}) if body is str else ("application/json", _ref(body.__name__))
+    return {"requestBody": {"required": True, "content": {kind: {"schema": schema}}}}
 
 
 def describe_bodies(app: FastAPI) -> None:

@@ -15,8 +15,21 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from chronicles.errors import ChronicleError
+from dyknow.language.diagnostics import Diagnostic
+from dyknow.language.rendering import render_json
 from service.api.bodies import Problem, ProblemDetail
-from service.errors import CrowdedError, CursorError, FilterError, LogError, NotInLogError, QueryError, UnansweredError
+from service.errors import (
+    CrowdedError,
+    CursorError,
+    FilterError,
+    InputError,
+    LogError,
+    NotInLogError,
+    QueryError,
+    TextRefusedError,
+    UnansweredError,
+    VersionError,
+)
 
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
@@ -34,6 +47,9 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
     CrowdedError: (503, "urn:dyknow:problem:too-many-streams"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
+    InputError: (409, "urn:dyknow:problem:cannot-explain"),
+    TextRefusedError: (422, "urn:dyknow:problem:bad-chronicle"),
+    VersionError: (412, "urn:dyknow:problem:other-version"),
 }
 
 
@@ -53,6 +69,7 @@ def problem(
     *,
     kind: str = "about:blank",
     errors: Sequence[ProblemDetail] = (),
+    findings: Sequence[Diagnostic] = (),
     headers: Mapping[str, str] | None = None,
 ) -> Response:
     """Build the answer for an error.
@@ -69,6 +86,7 @@ def problem(
         instance=request.url.path,
         request_id=request.scope.get(REQUEST_ID, ""),
         errors=list(errors),
+        findings=msgspec.json.decode(render_json(findings)),
     )
     named = {"X-Request-Id": body.request_id, **(headers or {})}
     return Response(msgspec.json.encode(body), status, named, MEDIA_TYPE)
@@ -104,7 +122,8 @@ async def _on_ours(request: Request, error: Exception) -> Response:
     status, kind = next(ANSWERS[one] for one in type(error).__mro__ if one in ANSWERS)
     details = [ProblemDetail(str(error), error.parameter)] if isinstance(error, QueryError) else []
     headers = {"Retry-After": "1"} if status == HTTPStatus.SERVICE_UNAVAILABLE else None
-    return problem(request, status, str(error), kind=kind, errors=details, headers=headers)
+    findings = error.findings if isinstance(error, TextRefusedError) else ()
+    return problem(request, status, str(error), kind=kind, errors=details, findings=findings, headers=headers)
 
 
 async def _on_bug(request: Request, error: Exception) -> Response:

@@ -3,21 +3,20 @@
 from collections.abc import Iterable
 
 from anyio import to_thread
-from fastapi import APIRouter, HTTPException, Request
+from fastapi import APIRouter, Request
 from msgspec.structs import asdict
 from starlette.responses import Response
 
 from dyknow.language.rendering import render_json
 from service.api.bodies import ChronicleList, ChronicleUse
-from service.api.openapi import FINDINGS, answers
-from service.api.routes.answering import json_answer, refuse_parameters
-from service.errors import QueryError
+from service.api.openapi import FINDINGS, answers, takes
+from service.api.routes.answering import json_answer, read_text, refuse_parameters
 from service.records import ChronicleRecord
+from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import EventLog
 from service.texts.chronicle_files import check_chronicles
 
 TEXT_NAME = "text"  # what findings call a text that came without a name
-MAX_TEXT_BYTES = 256_000
 
 
 def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRecord, ...]) -> None:
@@ -32,9 +31,10 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
         "/api/v1/chronicles", name="chronicles", summary="List chronicles", responses=answers(ChronicleList, 422)
     )
     def list_chronicles(request: Request) -> Response:
-        """List the shipped chronicles and those of the log's runs."""
+        """List the shipped chronicles, those of the log's runs, and the texts that the log holds."""
         refuse_parameters(request)
-        return json_answer(ChronicleList(_merge_chronicles(log, library)))
+        with ChronicleTexts(log.place.url) as texts:
+            return json_answer(ChronicleList(_merge_chronicles(log, library), texts.current()))
 
     @router.post(
         "/api/v1/chronicles/check",
@@ -42,7 +42,7 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
         summary="Check a chronicle text",
         description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
         responses=answers(FINDINGS, 413, 422),
-        openapi_extra={"requestBody": {"required": True, "content": {"text/plain": {"schema": {"type": "string"}}}}},
+        openapi_extra=takes(str),
     )
     async def check_text(request: Request) -> Response:
         """Find what is wrong or doubtful in a text."""
@@ -50,27 +50,6 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
         # Off the event loop, as everything that takes time.
         checked = await to_thread.run_sync(check_chronicles, [(TEXT_NAME, text)])
         return json_answer(f'{{"findings":{render_json(checked.findings)}}}'.encode())
-
-
-async def read_text(request: Request) -> str:
-    """Read the body of a request as a text.
-
-    Raises
-    ------
-    HTTPException
-        If it is too large: 413.
-    QueryError
-        If it is not UTF-8.
-    """
-    body = bytearray()
-    async for part in request.stream():
-        body += part
-        if len(body) > MAX_TEXT_BYTES:
-            raise HTTPException(413, f"body: expected at most {MAX_TEXT_BYTES} bytes, got more")
-    try:
-        return body.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise QueryError(f"body: expected UTF-8 text, got byte {body[error.start]:#04x}", parameter="body") from error
 
 
 def _merge_chronicles(log: EventLog, library: Iterable[ChronicleRecord]) -> list[ChronicleUse]:

@@ -7,6 +7,7 @@ from fastapi import APIRouter
 from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
 from service.api.routes.cars import add_cars
+from service.api.routes.chronicle_texts import add_chronicle_texts
 from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
@@ -36,4 +37,5 @@ def add_routes(
     add_explanations(router, explanations)
     add_cars(router, log)
     add_chronicles(router, log, tuple(shipped))
+    add_chronicle_texts(router, log, explanations)
     add_index(router, log, version)
