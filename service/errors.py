@@ -74,6 +74,10 @@ class TextRefusedError(ServiceError):
         self.findings = findings
 
 
+class TakenError(ServiceError):
+    """A name that something else has already, or a thing that something else still needs."""
+
+
 class VersionError(ServiceError):
     """A change of something that somebody else has changed since it was read."""
 

@@ -46,6 +46,11 @@ class Job(Struct, frozen=True):
     cancel_requested: bool = False
     message: str = ""
 
+    @property
+    def run(self) -> str | None:
+        """The run that it became, once it has finished."""
+        return self.message.removeprefix("run ") if self.state == "finished" else None
+
 
 class Jobs:
     """The jobs of one log; close it after use.
