@@ -1,6 +1,6 @@
 """What do the answers of the HTTP interface look like? The structs that are sent, and that OpenAPI describes."""
 
-from typing import Annotated, Any  # JSON values
+from typing import Annotated, Any, Literal  # Any: JSON values
 
 from msgspec import Meta, Struct
 
@@ -8,6 +8,11 @@ from service.questions.explaining import MAX_NEAR_MISSES
 from service.questions.identity import CarIdentity, IdentityLink
 from service.records import ChronicleRecord, EventRecord
 from service.store.chronicle_texts import ChronicleText
+from service.store.jobs import JobState
+from service.store.sources import Source
+
+SOURCE_NAME = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+_ONLY = r"(?!\n)"  # behind `$`, which in Python stands before a last newline too
 
 
 class EventList(Struct, frozen=True):
@@ -108,6 +113,62 @@ class Index(Struct, frozen=True):
     default_limit: int
     max_limit: int
     links: dict[str, str]
+
+
+class SourceList(Struct, frozen=True):
+    """The sources of the log, by name."""
+
+    items: list[Source]
+
+
+class SourceRequest(Struct, forbid_unknown_fields=True):
+    """A file in its place, by its whole path, and the name of the source that it is to be."""
+
+    name: Annotated[str, Meta(pattern=SOURCE_NAME + _ONLY)]
+    file: str
+
+
+class RunOrder(Struct, kw_only=True, forbid_unknown_fields=True):
+    """What is to be processed, and how; the rest is as for `dyknow process`.
+
+    Attributes
+    ----------
+    source : its name.
+    chronicles : names of chronicle texts of the log; none means the library.
+    detector : `auto`, `motion`, `motion:thermal`, `motion:both` or `onnx:NAME`.
+    rate_hz : frames looked at in a second; `full` for all.
+    site : the whole path of a site file.
+    start_utc : RFC 3339.
+    """
+
+    source: str
+    chronicles: list[str] = []
+    detector: (
+        Annotated[str, Meta(pattern=r"^(auto|motion|motion:thermal|motion:both|onnx:[A-Za-z0-9_-]+)$" + _ONLY)] | None
+    ) = None
+    rate_hz: Annotated[float, Meta(gt=0)] | Literal["full"] | None = None
+    site: str | None = None
+    start_utc: str | None = None
+    min_confidence: Annotated[float, Meta(ge=0, le=1)] | None = None
+    final: bool = False
+
+
+class JobStatus(Struct, frozen=True):
+    """A job; `run` is what it became once it has finished, `message` how far it is or what went wrong."""
+
+    id: str
+    state: JobState
+    input: str
+    run: str | None
+    attempts: int
+    cancel_requested: bool
+    message: str
+
+
+class JobList(Struct, frozen=True):
+    """The jobs of the log, in their order."""
+
+    items: list[JobStatus]
 
 
 class ProblemDetail(Struct, frozen=True, omit_defaults=True):

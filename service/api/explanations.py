@@ -72,6 +72,10 @@ class Explanations:
         """Compare two texts; raises as `why_not`."""
         return await self._ask(_difference, (question, before, after))
 
+    async def unfit(self, path: str) -> str:
+        """Say why a file is no video, or nothing: FFmpeg may crash or take long at what somebody made up."""
+        return await self._ask(_unfit, path)
+
     async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
         try:
             with fail_after(self._within_s):
@@ -105,6 +109,12 @@ def _trial(log: str, about: tuple[AbsenceQuestion, str]) -> bytes:
 
 def _difference(log: str, about: tuple[AbsenceQuestion, str, str]) -> bytes:
     return msgspec.json.encode(_explainer(log).compare_texts(*about))
+
+
+def _unfit(_: str, path: str) -> str:
+    from vision.video.decoding import unfit
+
+    return unfit(path)
 
 
 @cache

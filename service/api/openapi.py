@@ -17,9 +17,14 @@ from service.api.bodies import (
     EventExplanation,
     EventList,
     Index,
+    JobList,
+    JobStatus,
     LaidOut,
     LinkList,
     Problem,
+    RunOrder,
+    SourceList,
+    SourceRequest,
     TextVersions,
     TrialRequest,
 )
@@ -28,6 +33,7 @@ from service.questions.awaited import AwaitedList
 from service.questions.trials import Difference, Trial
 from service.records import EventRecord
 from service.store.chronicle_texts import ChronicleText
+from service.store.sources import Source
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
@@ -35,6 +41,7 @@ Answers = dict[int | str, JsonObject]
 _BODIES = (
     *(EventList, EventRecord, EventExplanation, AwaitedList, CarList, LinkList, Index, Problem),
     *(ChronicleList, ChronicleText, TextVersions, LaidOut, TrialRequest, Trial, DifferenceRequest, Difference),
+    *(Source, SourceList, SourceRequest, RunOrder, JobStatus, JobList),
 )
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
@@ -81,10 +88,15 @@ def answers(
     return described
 
 
-def takes(body: type[msgspec.Struct | str]) -> JsonObject:
-    """Describe what a route takes: a struct as JSON, or a text."""
-    kind, schema = ("text/plain", {"type": "string"}) if body is str else ("application/json", _ref(body.__name__))
-    return {"requestBody": {"required": True, "content": {kind: {"schema": schema}}}}
+_TEXT_BODY = {"text/plain": {"schema": {"type": "string"}}}
+_BYTES_BODY: JsonObject = {"application/octet-stream": {"schema": {}}}
+
+
+def takes(body: type[msgspec.Struct | str | bytes]) -> JsonObject:
+    """Describe what a route takes: a struct as JSON, a text, or bytes."""
+    as_json = {"application/json": {"schema": _ref(body.__name__)}}
+    content = _TEXT_BODY if body is str else _BYTES_BODY if body is bytes else as_json
+    return {"requestBody": {"required": True, "content": content}}
 
 
 def describe_bodies(app: FastAPI) -> None:

@@ -26,6 +26,7 @@ from service.errors import (
     LogError,
     NotInLogError,
     QueryError,
+    TakenError,
     TextRefusedError,
     UnansweredError,
     VersionError,
@@ -47,7 +48,8 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
     CrowdedError: (503, "urn:dyknow:problem:too-many-streams"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
-    InputError: (409, "urn:dyknow:problem:cannot-explain"),
+    InputError: (409, "urn:dyknow:problem:unusable-input"),
+    TakenError: (409, "urn:dyknow:problem:taken"),
     TextRefusedError: (422, "urn:dyknow:problem:bad-chronicle"),
     VersionError: (412, "urn:dyknow:problem:other-version"),
 }

@@ -282,13 +282,22 @@ def test_openapi_describes_every_route_and_body(client: Client) -> None:
         "/api/v1/events/{event_id}/why", "/api/v1/chronicles/{name}/why-not", "/api/v1/chronicles/check",
         "/api/v1/cars", "/api/v1/cars/{car}/links", "/api/v1/events/stream", "/api/v1/chronicles/{name}/partial",
         "/api/v1/chronicles/{name}", "/api/v1/chronicles/{name}/versions", "/api/v1/chronicles/format",
-        "/api/v1/chronicles/try", "/api/v1/chronicles/diff",
+        "/api/v1/chronicles/try", "/api/v1/chronicles/diff", "/api/v1/sources", "/api/v1/sources/{name}",
+        "/api/v1/sources/{name}/video", "/api/v1/runs", "/api/v1/jobs", "/api/v1/jobs/{job}",
+        "/api/v1/jobs/{job}/cancel", "/api/v1/jobs/{job}/retry",
     }  # fmt: skip
     named = set(re.findall(r'"#/components/schemas/(\w+)"', client.get("/openapi.json").text))
     assert named <= set(document["components"]["schemas"])
+    changing = {
+        **{name: {"post"} for name in ("check", "format", "try", "diff", "cancel", "retry", "runs")},
+        "sources": {"get", "post"},
+        "video": {"put"},
+        "chronicles/{name}": {"get", "put", "delete"},
+        "sources/{name}": {"get", "delete"},
+    }
     for path, operations in document["paths"].items():
-        posted, changed = path.endswith(("/check", "/format", "/try", "/diff")), path.endswith("/chronicles/{name}")
-        assert set(operations) == ({"post"} if posted else {"get", "put", "delete"} if changed else {"get"}), path
+        ends = [one for one in changing if path.endswith(f"/{one}")]
+        assert set(operations) == (changing[ends[0]] if ends else {"get"}), path
 
 
 def test_openapi_bodies_have_the_keys_that_are_sent(client: Client) -> None:

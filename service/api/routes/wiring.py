@@ -12,6 +12,9 @@ from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
+from service.api.routes.jobs import add_jobs
+from service.api.routes.sources import add_sources
+from service.api.source_files import SourceFolders
 from service.records import ChronicleRecord
 from service.store.log import EventLog
 
@@ -23,6 +26,7 @@ def add_routes(
     explanations: Explanations,
     shipped: Iterable[ChronicleRecord],
     *,
+    folders: SourceFolders,
     version: str,
 ) -> None:
     """Add the routes of one event log to those of an application.
@@ -31,6 +35,7 @@ def add_routes(
     ----------
     stream, explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
+    folders : where sources may lie.
     version : of the software, for the index.
     """
     add_events(router, log, stream)
@@ -38,4 +43,6 @@ def add_routes(
     add_cars(router, log)
     add_chronicles(router, log, tuple(shipped))
     add_chronicle_texts(router, log, explanations)
+    add_sources(router, log, folders, explanations)
+    add_jobs(router, log, folders)
     add_index(router, log, version)
