@@ -1,31 +1,53 @@
 """What do the answers of the HTTP interface look like? The structs that are sent, and that OpenAPI describes."""
 
-from typing import Annotated, Any, Literal  # Any: JSON values
+from typing import Any  # JSON values
 
-from msgspec import Meta, Struct
+from msgspec import Struct
 
-from service.questions.explaining import MAX_NEAR_MISSES
+from service.questions.coverage import LookedAt, Spans
 from service.questions.identity import CarIdentity, IdentityLink
-from service.records import ChronicleRecord, EventRecord
+from service.questions.summaries import By, Counted
+from service.records import (
+    CameraRecord,
+    ChronicleRecord,
+    ChronicleRef,
+    EventRecord,
+    InputFile,
+    InputKind,
+    RunStatus,
+    StartFrom,
+)
 from service.store.chronicle_texts import ChronicleText
 from service.store.jobs import JobState
 from service.store.sources import Source
-
-SOURCE_NAME = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
-_ONLY = r"(?!\n)"  # behind `$`, which in Python stands before a last newline too
+from service.store.upkeep import Holding
 
 
 class EventList(Struct, frozen=True):
     """One page of events; `next_cursor` is null on the last page, `as_of_seq` the newest number in the log.
 
-    `notes` stand where nothing was found, and only if there are any: names that the log does not hold, and runs that
-    did not come to their end.
+    `looked_at` tells for each run that was asked about which media time it looked at: at others nobody watched. It is
+    null where there are more than a hundred, whose list tells it of all, and of an older state of the log. `count` is
+    there if it was asked for, and `notes` where nothing was found: names that the log does not hold, and runs that did
+    not come to their end.
     """
 
     items: list[EventRecord]
     next_cursor: str | None
     as_of_seq: int
+    looked_at: list[LookedAt] | None
+    count: int | None = None
     notes: list[str] = []
+
+
+class EventSummary(Struct, frozen=True):
+    """How many events there are by type, road, object or hour of the day; `looked_at` as in lists of events."""
+
+    by: By
+    bin_us: int | None
+    as_of_seq: int
+    items: list[Counted]
+    looked_at: list[LookedAt] | None
 
 
 class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):
@@ -54,103 +76,10 @@ class LaidOut(Struct, frozen=True):
     text: str
 
 
-class Window(Struct, kw_only=True, forbid_unknown_fields=True, rename={"from_": "from"}):
-    """Where chronicles are looked for: a run, which may be left out if the log holds one, and media times."""
-
-    run: str | None = None
-    from_: str | int | None = None
-    to: str | int | None = None
-
-
-class TrialRequest(Window, kw_only=True, forbid_unknown_fields=True):
-    """A text to try, and how many near misses of each of its chronicles are wanted."""
-
-    text: str
-    limit: Annotated[int, Meta(ge=1, le=MAX_NEAR_MISSES)] = 5
-
-
-class DifferenceRequest(Window, kw_only=True, forbid_unknown_fields=True):
-    """Two texts to compare."""
-
-    before: str
-    after: str
-
-
-class EventExplanation(Struct, frozen=True):
-    """Why an event was recognised; `explanation` is an `Explanation` of kind `why`, `identities` goes by role.
-
-    `weakest` names the event that makes it no surer; empty where all are sure.
-    """
-
-    event: str
-    confidence: float
-    weakest: str
-    explanation: dict[str, Any]
-    identities: dict[str, list[IdentityLink]]
-
-
-class CarList(Struct, frozen=True):
-    """The cars of a run, in the order of first sight."""
-
-    run: str
-    items: list[CarIdentity]
-
-
-class LinkList(Struct, frozen=True):
-    """The links by which a car was the car it was, oldest first."""
-
-    run: str
-    car: str
-    items: list[IdentityLink]
-
-
-class Index(Struct, frozen=True):
-    """Where to go from here."""
-
-    name: str
-    version: str
-    as_of_seq: int
-    default_limit: int
-    max_limit: int
-    links: dict[str, str]
-
-
 class SourceList(Struct, frozen=True):
     """The sources of the log, by name."""
 
     items: list[Source]
-
-
-class SourceRequest(Struct, forbid_unknown_fields=True):
-    """A file in its place, by its whole path, and the name of the source that it is to be."""
-
-    name: Annotated[str, Meta(pattern=SOURCE_NAME + _ONLY)]
-    file: str
-
-
-class RunOrder(Struct, kw_only=True, forbid_unknown_fields=True):
-    """What is to be processed, and how; the rest is as for `dyknow process`.
-
-    Attributes
-    ----------
-    source : its name.
-    chronicles : names of chronicle texts of the log; none means the library.
-    detector : `auto`, `motion`, `motion:thermal`, `motion:both` or `onnx:NAME`.
-    rate_hz : frames looked at in a second; `full` for all.
-    site : the whole path of a site file.
-    start_utc : RFC 3339.
-    """
-
-    source: str
-    chronicles: list[str] = []
-    detector: (
-        Annotated[str, Meta(pattern=r"^(auto|motion|motion:thermal|motion:both|onnx:[A-Za-z0-9_-]+)$" + _ONLY)] | None
-    ) = None
-    rate_hz: Annotated[float, Meta(gt=0)] | Literal["full"] | None = None
-    site: str | None = None
-    start_utc: str | None = None
-    min_confidence: Annotated[float, Meta(ge=0, le=1)] | None = None
-    final: bool = False
 
 
 class JobStatus(Struct, frozen=True):
@@ -169,6 +98,88 @@ class JobList(Struct, frozen=True):
     """The jobs of the log, in their order."""
 
     items: list[JobStatus]
+
+
+class EventExplanation(Struct, frozen=True):
+    """Why an event was recognised; `explanation` is an `Explanation` of kind `why`, `identities` goes by role.
+
+    `weakest` names the event that makes it no surer; empty where all are sure.
+    """
+
+    event: str
+    confidence: float
+    weakest: str
+    explanation: dict[str, Any]
+    identities: dict[str, list[IdentityLink]]
+
+
+class CarList(Struct, frozen=True):
+    """The cars of a run, in the order of first sight; `looked_at` says in which time there could be any."""
+
+    run: str
+    items: list[CarIdentity]
+    looked_at: list[LookedAt]
+
+
+class LinkList(Struct, frozen=True):
+    """The links by which a car was the car it was, oldest first."""
+
+    run: str
+    car: str
+    items: list[IdentityLink]
+
+
+class RunSummary(Struct, frozen=True, kw_only=True):
+    """A run; `looked_at_us` is the media time that it looked at, without that in which its view was lost."""
+
+    id: str
+    source: str
+    status: RunStatus
+    reason: str
+    input_kind: InputKind
+    start_utc_us: int
+    start_from: StartFrom
+    site: str
+    detector: str
+    software: str
+    looked_at_us: Spans = ()
+
+
+class RunDetail(RunSummary, frozen=True, kw_only=True):
+    """What a run was made of, and what has come of it.
+
+    `covered_us` are the times of its first and last frame: how far it has come; `lost_us` says when its view was lost;
+    `holds` says of each kind how many rows there are. `path` of the file is its name alone.
+    """
+
+    file: InputFile | None
+    camera: CameraRecord | None
+    warnings: tuple[str, ...]
+    settings: dict[str, str]
+    relations: tuple[str, ...]
+    chronicles: tuple[ChronicleRef, ...]
+    monitors: tuple[ChronicleRef, ...]
+    covered_us: tuple[int, int] | None = None
+    lost_us: Spans = ()
+    cars: int = 0
+    holds: list[Holding] = []
+
+
+class RunList(Struct, frozen=True):
+    """All runs that were asked for, in the order in which they first came to the log."""
+
+    items: list[RunSummary]
+
+
+class Index(Struct, frozen=True):
+    """Where to go from here."""
+
+    name: str
+    version: str
+    as_of_seq: int
+    default_limit: int
+    max_limit: int
+    links: dict[str, str]
 
 
 class ProblemDetail(Struct, frozen=True, omit_defaults=True):

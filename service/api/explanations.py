@@ -16,7 +16,8 @@ from chronicles.explanation.json_form import to_json
 from service.errors import UnansweredError
 from service.machine import cores, look_seldom
 from service.questions.explaining import AbsenceQuestion, Explainer
-from service.store.log import open_log
+from service.questions.relation_intervals import RelationQuestion, relation_intervals
+from service.store.log import EventLog, open_log
 
 ANSWERED_WITHIN_S = 10.0
 
@@ -64,12 +65,16 @@ class Explanations:
         """Say what a chronicle waits for; raises as `why_not`."""
         return await self._ask(_awaited, question)
 
+    async def relations(self, question: RelationQuestion) -> bytes:
+        """Say which relations held; raises as `relation_intervals`, and as `why`."""
+        return await self._ask(_relations, question)
+
     async def trial(self, question: AbsenceQuestion, text: str) -> bytes:
-        """Try a text; raises as `why_not`."""
+        """Try a text; raises as `why`."""
         return await self._ask(_trial, (question, text))
 
     async def difference(self, question: AbsenceQuestion, before: str, after: str) -> bytes:
-        """Compare two texts; raises as `why_not`."""
+        """Compare two texts; raises as `why`."""
         return await self._ask(_difference, (question, before, after))
 
     async def unfit(self, path: str) -> str:
@@ -103,6 +108,10 @@ def _awaited(log: str, question: AbsenceQuestion) -> bytes:
     return msgspec.json.encode(_explainer(log).awaited(question))
 
 
+def _relations(log: str, question: RelationQuestion) -> bytes:
+    return msgspec.json.encode(relation_intervals(_opened(log), question))
+
+
 def _trial(log: str, about: tuple[AbsenceQuestion, str]) -> bytes:
     return msgspec.json.encode(_explainer(log).try_text(*about))
 
@@ -119,5 +128,10 @@ def _unfit(_: str, path: str) -> str:
 
 @cache
 def _explainer(log: str) -> Explainer:
+    return Explainer(_opened(log))
+
+
+@cache
+def _opened(log: str) -> EventLog:
     look_seldom()
-    return Explainer(open_log(log))
+    return open_log(log)

@@ -10,41 +10,15 @@ import msgspec
 from fastapi import FastAPI
 
 from chronicles.explanation.json_form import schema as explanation_schema
-from service.api.bodies import (
-    CarList,
-    ChronicleList,
-    DifferenceRequest,
-    EventExplanation,
-    EventList,
-    Index,
-    JobList,
-    JobStatus,
-    LaidOut,
-    LinkList,
-    Problem,
-    RunOrder,
-    SourceList,
-    SourceRequest,
-    TextVersions,
-    TrialRequest,
-)
+from service.api.bodies import Problem
 from service.api.problems import MEDIA_TYPE
-from service.questions.awaited import AwaitedList
-from service.questions.trials import Difference, Trial
-from service.records import EventRecord
-from service.store.chronicle_texts import ChronicleText
-from service.store.sources import Source
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
-_BODIES = (
-    *(EventList, EventRecord, EventExplanation, AwaitedList, CarList, LinkList, Index, Problem),
-    *(ChronicleList, ChronicleText, TextVersions, LaidOut, TrialRequest, Trial, DifferenceRequest, Difference),
-    *(Source, SourceList, SourceRequest, RunOrder, JobStatus, JobList),
-)
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
+_FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, which we never send
 _REF = "#/components/schemas/{name}"
 
 _POSITION = {"type": "object", "properties": {"line": {"type": "integer"}, "character": {"type": "integer"}}}
@@ -76,27 +50,19 @@ _FINDINGS_SCHEMA: JsonObject = {
     },
 }
 
+TEXT_BODY = {"requestBody": {"required": True, "content": {"text/plain": {"schema": {"type": "string"}}}}}
+VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": {"schema": {}}}}}
+
 
 def answers(
     body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json", status: int = 200
 ) -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
-    name = body if isinstance(body, str) else body.__name__
-    described: Answers = {status: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}}
+    schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
+    described: Answers = {status: {"description": "OK", "content": {media_type: {"schema": schema}}}}
     for error in (*errors, 500, 503):
         described[error] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
     return described
-
-
-_TEXT_BODY = {"text/plain": {"schema": {"type": "string"}}}
-_BYTES_BODY: JsonObject = {"application/octet-stream": {"schema": {}}}
-
-
-def takes(body: type[msgspec.Struct | str | bytes]) -> JsonObject:
-    """Describe what a route takes: a struct as JSON, a text, or bytes."""
-    as_json = {"application/json": {"schema": _ref(body.__name__)}}
-    content = _TEXT_BODY if body is str else _BYTES_BODY if body is bytes else as_json
-    return {"requestBody": {"required": True, "content": content}}
 
 
 def describe_bodies(app: FastAPI) -> None:
@@ -107,12 +73,17 @@ def describe_bodies(app: FastAPI) -> None:
         """Describe the interface, once, with the schemas of the structs sent."""
         if not app.openapi_schema:
             document = describe()
-            _, components = msgspec.json.schema_components(_BODIES, ref_template=_REF)
+            _, components = msgspec.json.schema_components([Problem], ref_template=_REF)
+            own = {name: one for name, one in document["components"]["schemas"].items() if name not in _FOREIGN}
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
-            document["components"] = {"schemas": {**components, EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}}
+            components |= {EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}
+            document["components"] = {"schemas": {**own, **components}}
             for path in document["paths"].values():
                 for operation in path.values():
                     _drop_foreign_errors(operation["responses"])
+                    for answer in operation["responses"].values():
+                        for content in answer.get("content", {}).values():
+                            document["components"]["schemas"] |= content["schema"].pop("$defs", {})
         return app.openapi_schema or document
 
     app.openapi = openapi  # type: ignore[method-assign]  # the framework's documented way to extend it

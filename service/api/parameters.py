@@ -1,30 +1,31 @@
-"""Which parameters do `GET /api/v1/events`, `.../events/stream` and `.../why-not` take, and what do they mean?
+"""Which parameters do `GET /api/v1/events` and its siblings take, and what do they mean?
 
 One table each says it for both sides: requests are read by it, and OpenAPI shows it. (Declaring them in the route's
 signature instead makes the framework spend more time on them than the database needs for the answer.)
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar, get_args  # Any: JSON schemas
+from typing import Any, Literal, TypeVar, get_args  # Any: JSON schemas
 
 from msgspec import Struct
 
 from service.errors import QueryError
-from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
-from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, MAX_ROLES, EventFilter, Match, Order
+from service.export.events import FORMATS, ExportFormat
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
+from service.questions.summaries import BY, MAX_KEYS, By
 from service.records import EventStatus
-from service.times import TimePoint, parse_media_us, parse_time
+from service.times import MAX_MEDIA_US, TimePoint, parse_time
 
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]
 Table = Mapping[str, "Parameter"]
+Count = Literal["none", "exact"]
 _Word = TypeVar("_Word", bound=str)
 
 ROLE_PREFIX = "role."
-DEFAULT_NEAR_MISSES = 5
 
 _TEXT: JsonObject = {"type": "string"}
-_MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
+MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
 _TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5", "2026-05-01T08:00:00Z"]}
 _TIME_FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 
@@ -35,6 +36,7 @@ class EventQuestion(Struct, frozen=True):
     wanted: EventFilter
     limit: int
     cursor: str | None
+    is_counted: bool
 
 
 class Parameter(Struct, frozen=True):
@@ -49,11 +51,15 @@ def _number(default: int, most: int) -> JsonObject:
     return {"type": "integer", "minimum": 1, "maximum": most, "default": default}
 
 
+def _whole(least: int) -> JsonObject:
+    return {"type": "integer", "minimum": least, "maximum": MAX_MEDIA_US}
+
+
 def _words(kind: object) -> list[str]:
     return list(get_args(kind))
 
 
-EVENT_PARAMETERS: Table = {
+_FILTERS: Table = {
     "type": Parameter("Event type.", _TEXT, is_repeatable=True),
     "from": Parameter(f"Start of the window: {_TIME_FORMS}.", _TIME),
     "to": Parameter(f"End of the window, excluded: {_TIME_FORMS}.", _TIME),
@@ -67,23 +73,34 @@ EVENT_PARAMETERS: Table = {
         "How sure an event is at least; takes the place of the floors of chronicles.",
         {"type": "number", "minimum": 0, "maximum": 1},
     ),
-    "order": Parameter("Earliest or latest start first.", _TEXT | {"enum": _words(Order), "default": "start"}),
+    "datetime": Parameter("The window as START/END, of which one may be `..`; takes the place of from and to.", _TEXT),
+    "min_duration_us": Parameter("How long an event lasts at least.", _whole(0)),
+    "max_duration_us": Parameter("How long an event lasts at most.", _whole(0)),
+    "chronicle": Parameter("Name of the chronicle that the event is of.", _TEXT, is_repeatable=True),
+    "as_of": Parameter("Ask the log as it was when this was its newest sequence number.", _whole(0)),
+}
+_ORDER = Parameter("Earliest or latest start first.", _TEXT | {"enum": _words(Order), "default": "start"})
+EVENT_PARAMETERS: Table = {
+    **_FILTERS,
+    "order": _ORDER,
     "limit": Parameter("Events on a page.", _number(DEFAULT_LIMIT, MAX_LIMIT)),
     "cursor": Parameter("`next_cursor` of the page before, with the same filters.", _TEXT),
+    "count": Parameter("Whether to count all.", _TEXT | {"enum": _words(Count), "default": "none"}),
+}
+SUMMARY_PARAMETERS: Table = {
+    **_FILTERS,
+    "by": Parameter("What to count by.", _TEXT | {"enum": _words(By), "default": "type"}),
+    "bin_us": Parameter("Size of the bins of media time; none if left out.", _whole(1)),
+    "limit": Parameter("Keys at most, those with the most events.", _number(DEFAULT_LIMIT, MAX_KEYS)),
+}
+EXPORT_PARAMETERS: Table = {
+    **_FILTERS,
+    "order": _ORDER,
+    "format": Parameter("The form of the file.", _TEXT | {"enum": _words(ExportFormat), "default": "jsonl"}),
 }
 _STREAMED = ("type", "actor", "road", "source", "run", "status", "min_confidence")
 STREAM_PARAMETERS: Table = {name: EVENT_PARAMETERS[name] for name in _STREAMED} | {
     "last_event_id": Parameter("The sequence number after which to begin; the header `Last-Event-ID` wins.", _TEXT)
-}
-ABSENCE_PARAMETERS: Table = {
-    "from": Parameter("Start of the window, media time.", _MEDIA_TIME),
-    "to": Parameter("End of the window, excluded, media time.", _MEDIA_TIME),
-    "run": Parameter("Identifier of a run; may be left out if the log holds one.", _TEXT),
-    "limit": Parameter("Instances at most.", _number(DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES)),
-}
-AWAITED_PARAMETERS: Table = {
-    "at": Parameter("When, media time; the end of the run, if left out.", _MEDIA_TIME),
-    **{name: ABSENCE_PARAMETERS[name] for name in ("from", "run", "limit")},
 }
 
 
@@ -106,9 +123,23 @@ def read_question(pairs: Pairs) -> EventQuestion:
     >>> question.wanted.types, question.wanted.roles, question.limit
     (('overtake',), (('overtaker', ('car7',)),), 5)
     """
-    values, roles = _sort_out(pairs, EVENT_PARAMETERS, one_each=False)
+    values, roles = _sort_out(pairs, EVENT_PARAMETERS)
     limit = _limit(values, DEFAULT_LIMIT, MAX_LIMIT)
-    return EventQuestion(_filter(values, roles), limit, values.get("cursor", [None])[0])
+    is_counted = _one_word(values, "count", get_args(Count), "none") == "exact"
+    return EventQuestion(_filter(values, roles), limit, values.get("cursor", [None])[0], is_counted)
+
+
+def read_summary_question(pairs: Pairs) -> tuple[EventFilter, By, int | None, int]:
+    """Read which events are counted, by what, in bins of which size, and for how many keys; raises as above."""
+    values, roles = _sort_out(pairs, SUMMARY_PARAMETERS)
+    by, bin_us = _one_word(values, "by", BY, "type"), _whole_number(values, "bin_us", 1)
+    return _filter(values, roles), by, bin_us, _limit(values, DEFAULT_LIMIT, MAX_KEYS)
+
+
+def read_export_question(pairs: Pairs) -> tuple[EventFilter, ExportFormat]:
+    """Read which events are wanted in which form; raises as above."""
+    values, roles = _sort_out(pairs, EXPORT_PARAMETERS)
+    return _filter(values, roles), _one_word(values, "format", FORMATS, "jsonl")
 
 
 def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[EventFilter, int | None]:
@@ -123,7 +154,7 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     QueryError
         As `read_question`, and if the number is none.
     """
-    values, roles = _sort_out(pairs, STREAM_PARAMETERS, one_each=False)
+    values, roles = _sort_out(pairs, STREAM_PARAMETERS)
     text = values.get("last_event_id", [None])[0] if last_event_id is None else last_event_id
     if text is not None and not (text.isascii() and text.isdigit() and len(text) <= 18):
         expected = "last_event_id: expected a sequence number of this log"
@@ -131,47 +162,8 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     return _filter(values, roles), None if text is None else int(text)
 
 
-def read_absence_question(chronicle: str, pairs: Pairs, table: Table = ABSENCE_PARAMETERS) -> AbsenceQuestion:
-    """Read the parameters of a request for near misses, or for what is awaited.
-
-    Raises
-    ------
-    QueryError
-        If a name is unknown or comes twice, or a value is malformed.
-
-    Examples
-    --------
-    >>> question = read_absence_question("overtake", [("role.overtaker", "car7"), ("from", "5s")])
-    >>> question.roles, question.start_us, question.limit
-    ({'overtaker': 'car7'}, 5000000, 5)
-    """
-    values, roles = _sort_out(pairs, table, one_each=True)
-    if len(roles) > MAX_ROLES:
-        raise QueryError(f"role: expected at most {MAX_ROLES} roles, got {len(roles)}", parameter="role")
-    times_us = {one: parse_media_us(values[one][0], parameter=one) for one in ("from", "to", "at") if one in values}
-    return AbsenceQuestion(
-        chronicle=chronicle,
-        run=values.get("run", [None])[0],
-        roles={name: actors[0] for name, actors in roles.items()},
-        start_us=times_us.get("from"),
-        end_us=times_us.get("to", times_us.get("at")),
-        limit=_limit(values, DEFAULT_NEAR_MISSES, MAX_NEAR_MISSES),
-    )
-
-
 def describe_event_parameters(table: Table = EVENT_PARAMETERS) -> list[JsonObject]:
     """Describe the parameters of events, or of a stream of them, for OpenAPI."""
-    role: JsonObject = {"type": "array", "items": _TEXT}
-    return _described(table, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives.")
-
-
-def describe_absence_parameters(table: Table = ABSENCE_PARAMETERS, *, name: str) -> list[JsonObject]:
-    """Describe the parameters of near misses; `name` is the part of the path that names the chronicle."""
-    path: JsonObject = {"name": name, "in": "path", "required": True, "schema": _TEXT}
-    return [path, *_described(table, _TEXT, "The object that fills a role, as in `role.overtaker=car7`.")]
-
-
-def _described(table: Table, role: JsonObject, description: str) -> list[JsonObject]:
     described: list[JsonObject] = [
         {
             "name": name,
@@ -182,17 +174,29 @@ def _described(table: Table, role: JsonObject, description: str) -> list[JsonObj
         }
         for name, one in table.items()
     ]
+    role: JsonObject = {"type": "array", "items": _TEXT}
+    return [*described, describe_roles(role, "as in `role.overtaker=car7`. Repeat for alternatives.")]
+
+
+def describe_roles(role: JsonObject = _TEXT, more: str = "as in `role.overtaker=car7`.") -> JsonObject:
+    """Describe the parameters `role.NAME` for OpenAPI."""
     # Exploded, an object's members become parameters of their own: role.overtaker=car7&role.overtaken=car3.
     roles = {"type": "object", "patternProperties": {r"^role\..+$": role}, "additionalProperties": False}
-    named = {"name": "roles", "in": "query", "required": False, "description": description}
-    return [*described, {**named, "style": "form", "explode": True, "schema": roles}]
+    described = {
+        "name": "roles",
+        "in": "query",
+        "required": False,
+        "description": f"An object that fills a role, {more}",
+    }
+    return {**described, "style": "form", "explode": True, "schema": roles}
 
 
 def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> EventFilter:
+    from_, to = _window(values) if "datetime" in values else (_time(values, "from"), _time(values, "to"))
     return EventFilter(
         types=_all(values, "type"),
-        from_=_time(values, "from"),
-        to=_time(values, "to"),
+        from_=from_,
+        to=to,
         match=_one_word(values, "match", get_args(Match), "overlap"),
         actors=_all(values, "actor"),
         roles=tuple((name, tuple(actors)) for name, actors in sorted(roles.items())),
@@ -201,12 +205,16 @@ def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> 
         runs=_all(values, "run"),
         statuses=tuple(_check_word("status", text, get_args(EventStatus)) for text in values.get("status", ())),
         min_confidence=_share(values, "min_confidence"),
+        min_duration_us=_whole_number(values, "min_duration_us", 0),
+        max_duration_us=_whole_number(values, "max_duration_us", 0),
+        chronicles=_all(values, "chronicle"),
+        as_of=_whole_number(values, "as_of", 0),
         order=_one_word(values, "order", get_args(Order), "start"),
     )
 
 
-def _sort_out(pairs: Pairs, table: Table, *, one_each: bool) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Collect values by parameter, and actors by role; with `one_each`, a role takes one actor."""
+def _sort_out(pairs: Pairs, table: Table) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Collect values by parameter, and actors by role."""
     values: dict[str, list[str]] = {}
     roles: dict[str, list[str]] = {}
     for name, value in pairs:
@@ -217,7 +225,6 @@ def _sort_out(pairs: Pairs, table: Table, *, one_each: bool) -> tuple[dict[str, 
         else:
             raise QueryError(f"query: expected {', '.join(table)} or role.NAME, got {name!r}", parameter=name)
     single = {name: given for name, given in values.items() if not table[name].is_repeatable}
-    single |= {f"{ROLE_PREFIX}{name}": given for name, given in roles.items() if one_each}
     for name, given in single.items():
         if len(given) > 1:
             raise QueryError(f"{name}: expected one value, got {given!r}", parameter=name)
@@ -230,6 +237,26 @@ def _all(values: Mapping[str, list[str]], name: str) -> tuple[str, ...]:
 
 def _time(values: Mapping[str, list[str]], name: str) -> TimePoint | None:
     return parse_time(values[name][0], parameter=name) if name in values else None
+
+
+def _window(values: Mapping[str, list[str]]) -> tuple[TimePoint | None, TimePoint | None]:
+    """Read START/END, as OGC API names a window."""
+    text = values["datetime"][0]
+    ends = text.split("/")
+    if len(ends) != 2 or {"from", "to"} & values.keys():
+        expected = "datetime: expected START/END without from and to, such as 10s/.."
+        raise QueryError(f"{expected}, got {text!r}", parameter="datetime")
+    start, end = (None if one in ("..", "") else parse_time(one, parameter="datetime") for one in ends)
+    return start, end
+
+
+def _whole_number(values: Mapping[str, list[str]], name: str, least: int, most: int = MAX_MEDIA_US) -> int | None:
+    if name not in values:
+        return None
+    text = values[name][0]
+    if not (text.isascii() and text.isdigit() and len(text) <= 16 and least <= int(text) <= most):
+        raise QueryError(f"{name}: expected {least} to {most}, got {text!r}", parameter=name)
+    return int(text)
 
 
 def _share(values: Mapping[str, list[str]], name: str) -> float | None:
@@ -253,7 +280,5 @@ def _check_word(name: str, text: str, words: tuple[_Word, ...]) -> _Word:
 
 
 def _limit(values: Mapping[str, list[str]], default: int, most: int) -> int:
-    text = values.get("limit", [str(default)])[0]
-    if not (text.isascii() and text.isdigit() and len(text) <= 6 and 1 <= int(text) <= most):
-        raise QueryError(f"limit: expected 1 to {most}, got {text!r}", parameter="limit")
-    return int(text)
+    limit = _whole_number(values, "limit", 1, most)
+    return default if limit is None else limit

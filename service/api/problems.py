@@ -103,7 +103,10 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
 
 def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework's own error records
     parameter = ".".join(str(part) for part in error["loc"][1:2])
-    wanted = error["msg"].removeprefix("Input should be ")
+    if error["type"] == "missing":
+        return ProblemDetail(f"{parameter}: expected a value, got none", parameter)
+    is_unknown = error["type"] == "extra_forbidden"
+    wanted = "no such parameter" if is_unknown else error["msg"].removeprefix("Input should be ")
     return ProblemDetail(f"{parameter}: expected {wanted}, got {error.get('input')!r}", parameter)
 
 

@@ -46,7 +46,7 @@ class SourceFolders:
 
     def path_of(self, source: Source) -> Path:
         """Say where the file of a source is."""
-        return (self.uploads or Path()) / source.file
+        return ((self.uploads or Path()) / source.file).absolute()
 
     def permitted(self, text: str, parameter: str = "file") -> Path:
         """Check a path that a client names; links are followed first.

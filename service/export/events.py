@@ -5,14 +5,19 @@ can filter and count by it; lists stay JSON inside their cell. Everything stream
 """
 
 import csv
-from collections.abc import Iterable, Sequence
-from typing import TextIO
+import io
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Literal, TextIO, get_args
 
 import msgspec
 from msgspec.structs import asdict
 
-from service.questions.queries import decode_event
+from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records import EventRecord
+from service.store.log import EventLog
+
+ExportFormat = Literal["jsonl", "csv"]
+FORMATS: tuple[ExportFormat, ...] = get_args(ExportFormat)
 
 ROLE_PREFIX = "role."
 COLUMNS = (
@@ -30,8 +35,8 @@ def write_events_jsonl(texts: Iterable[str], out: TextIO) -> int:
     return count
 
 
-def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextIO) -> int:
-    """Write events, given as JSON text, as CSV with a header; return how many.
+def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextIO, *, with_header: bool = True) -> int:
+    """Write events, given as JSON text, as CSV; return how many.
 
     Parameters
     ----------
@@ -39,12 +44,36 @@ def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextI
     out : a text file opened with `newline=""`.
     """
     table = csv.writer(out, lineterminator="\n")
-    table.writerow([*COLUMNS, *(ROLE_PREFIX + name for name in role_names)])
+    if with_header:
+        table.writerow([*COLUMNS, *(ROLE_PREFIX + name for name in role_names)])
     count = 0
     for event in map(decode_event, texts):
         table.writerow([*_cells(event), *(event.roles.get(name, "") for name in role_names)])
         count += 1
     return count
+
+
+def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator[str]:
+    """Write the events of a filter, some at once; between two of these nothing is held of the log.
+
+    Raises
+    ------
+    QueryError, FilterError
+        As `iterate_pages`, at once.
+    """
+    pages = iterate_pages(log, wanted)
+    return _jsonl(pages) if form == "jsonl" else _csv(pages, find_role_names(log, wanted))
+
+
+def _jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:
+    return ("".join(f"{text}\n" for text in page) for page in pages)
+
+
+def _csv(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[str]:
+    for number, page in enumerate(pages):
+        out = io.StringIO(newline="")
+        write_events_csv(page, role_names, out, with_header=number == 0)
+        yield out.getvalue()
 
 
 def _cells(event: EventRecord) -> list[object]:

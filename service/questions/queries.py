@@ -6,23 +6,23 @@ by counting rows, so page 10,000 costs what page 1 costs, and rows that arrive m
 
 Intervals are half-open. Events that overlap a window are found by an index range scan: an event that reaches into
 the window cannot start earlier than the longest duration of its type before it.
-
-Questions are put together as text: SQLAlchemy's expressions take longer to build than SQLite takes for the answer.
 """
 
 import base64
 import hashlib
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import Connection, CursorResult
+from msgspec.structs import replace
+from sqlalchemy import Connection
 
 from service.errors import CursorError, FilterError, QueryError
+from service.questions.sql_text import Sql, all_of, number_of, one_of, rows_of, value_of, values_of
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog
 from service.store.schema import HIDDEN_STATUSES
@@ -40,9 +40,6 @@ _RARE_ROWS = 2_000
 _NUMBERS_AT_ONCE = 200  # a tenth of a megabyte, which each client that does not read keeps a few times
 _CURSOR = struct.Struct(">qq8s")
 
-_Sql = tuple[str, tuple[object, ...]]
-"""A piece of SQL, and a value for each of its question marks."""
-
 
 class EventFilter(Struct, frozen=True, kw_only=True):
     """What to ask for; an empty field does not restrict.
@@ -57,6 +54,9 @@ class EventFilter(Struct, frozen=True, kw_only=True):
     roles : role names with the objects that may fill them.
     min_confidence : the least; it takes the place of the floors of chronicles, so doubtful events that are as sure are
         found too.
+    chronicles : names of those that the events are of; a chronicle may emit several types.
+    as_of : asks the log as it was when this was its newest sequence number; of a run that was repeated since, nothing
+        of then is left.
     order : by start, earliest (`start`) or latest (`-start`) first.
     """
 
@@ -71,6 +71,10 @@ class EventFilter(Struct, frozen=True, kw_only=True):
     runs: tuple[str, ...] = ()
     statuses: tuple[EventStatus, ...] = ()
     min_confidence: float | None = None
+    min_duration_us: int | None = None
+    max_duration_us: int | None = None
+    chronicles: tuple[str, ...] = ()
+    as_of: int | None = None
     order: Order = "start"
 
     def named(self) -> dict[str, tuple[str, ...]]:
@@ -81,6 +85,7 @@ class EventFilter(Struct, frozen=True, kw_only=True):
             "road": self.roads,
             "source": self.sources,
             "run": self.runs,
+            "chronicle": self.chronicles,
             "role": tuple(name for name, _ in self.roles),
         } | {f"role.{name}": actors for name, actors in self.roles}
 
@@ -92,7 +97,7 @@ class EventPage(Struct, frozen=True):
     ----------
     items : events as JSON text, each as it was stored; `decode_event` reads one.
     next_cursor : where the next page begins; None on the last page.
-    as_of_seq : the newest sequence number of the log when the page was read.
+    as_of_seq : the newest sequence number of the log when the page was read, or the one that was asked for.
     """
 
     items: tuple[str, ...]
@@ -115,15 +120,16 @@ def find_events(
     QueryError
         If the limit is out of range, or there are too many roles or values of a field.
     FilterError, CursorError
-        If the window is empty; if the cursor is damaged or belongs to another filter.
+        If the window is empty, or the log has not come to `as_of`; if the cursor is damaged or belongs to another
+        filter.
     """
     check_filter(wanted)
     if not 1 <= limit <= MAX_LIMIT:
         raise QueryError(f"limit: expected 1 to {MAX_LIMIT}, got {limit!r}", parameter="limit")
     after = _decode_cursor(cursor, wanted) if cursor is not None else None
     with log.connect() as connection:
-        as_of_seq = _last_seq(connection)
-        items = _read_page(connection, _plan(connection, wanted), limit=limit + 1, after=after)
+        as_of_seq = as_of(connection, wanted)
+        items = _read_page(connection, plan_of(connection, wanted), limit=limit + 1, after=after)
     next_cursor = _encode_cursor(_key(items[limit - 1]), wanted) if len(items) > limit else None
     return EventPage(tuple(items[:limit]), next_cursor, as_of_seq)
 
@@ -138,6 +144,32 @@ def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = No
     """
     check_filter(wanted)
     return _iterate(log, wanted, limit)
+
+
+def iterate_pages(log: EventLog, wanted: EventFilter) -> Iterator[tuple[str, ...]]:
+    """Stream all events of a filter as JSON text, some at once; between two of these nothing is held of the log.
+
+    So who takes them may be as slow as can be. They are those of one state of the log; of a run that is repeated
+    meanwhile the rest is missing.
+
+    Raises
+    ------
+    QueryError, FilterError
+        As `find_events`, at once.
+    """
+    first = find_events(log, wanted, limit=MAX_LIMIT)
+
+    def pages() -> Iterator[tuple[str, ...]]:
+        page, then = first, replace(wanted, as_of=first.as_of_seq)
+        # The cursor of the first page is of another filter: the key alone is the same.
+        cursor = _encode_cursor(_key(page.items[-1]), then) if page.next_cursor else None
+        yield page.items
+        while cursor is not None:
+            page = find_events(log, then, limit=MAX_LIMIT, cursor=cursor)
+            cursor = page.next_cursor
+            yield page.items
+
+    return pages()
 
 
 class EventRows(Struct, frozen=True):
@@ -165,33 +197,33 @@ def find_rows(log: EventLog, wanted: EventFilter, after_seq: int) -> EventRows:
     with log.connect() as connection:
         as_of_seq = _last_seq(connection)
         until_seq = min(after_seq + _NUMBERS_AT_ONCE, as_of_seq)
-        asked = [*_one_of("events.type", wanted.types), *_of_row(connection, wanted, ("doubtful",))]
+        asked = [*one_of("events.type", wanted.types), *_of_row(connection, wanted, ("doubtful",))]
         asked += [_has_role(conditions) for conditions in _role_conditions(wanted)]
-        text, values = _all_of(asked or [_ANY])
+        text, values = all_of(asked or [_ANY])
         # An inner query with a limit is answered by itself, by the key.
         walked = f"SELECT * FROM events WHERE seq > ? AND seq <= ? LIMIT {_NUMBERS_AT_ONCE}"
         query = f"SELECT seq, status, body FROM ({walked}) AS events WHERE {text} ORDER BY seq"
-        rows = _rows(connection, query, after_seq, until_seq, *values)
+        rows = rows_of(connection, query, after_seq, until_seq, *values)
         return EventRows(tuple((row.seq, row.status, row.body) for row in rows), until_seq, as_of_seq)
 
 
 def find_event(log: EventLog, event_id: str) -> str | None:
     """Find one event by its identifier; None if there is none."""
     with log.connect() as connection:
-        body: str | None = _value(connection, "SELECT body FROM events WHERE id = ?", event_id)
+        body: str | None = value_of(connection, "SELECT body FROM events WHERE id = ?", event_id)
     return body
 
 
 def find_role_names(log: EventLog, wanted: EventFilter) -> list[str]:
     """List the role names that events of a filter may have, in alphabetical order."""
-    asked = [*_one_of("type", wanted.types)]
+    asked = [*one_of("type", wanted.types)]
     if wanted.runs:
-        text, values = _all_of(_one_of("id", wanted.runs))
+        text, values = all_of(one_of("id", wanted.runs))
         asked.append((f"run_no IN (SELECT run_no FROM runs WHERE {text})", values))
-    text, values = _all_of(asked or [_ANY])
+    text, values = all_of(asked or [_ANY])
     with log.connect() as connection:
         query = f"SELECT DISTINCT role FROM role_names WHERE {text}"
-        return sorted(_values(connection, query, *values))
+        return sorted(values_of(connection, query, *values))
 
 
 def find_last_seq(log: EventLog) -> int:
@@ -226,7 +258,7 @@ def _iterate(log: EventLog, wanted: EventFilter, limit: int | None) -> Iterator[
     left = limit
     after = None
     with log.connect() as connection:
-        plan = _plan(connection, wanted)
+        plan = plan_of(connection, wanted)
         while left is None or left > 0:
             size = MAX_LIMIT if left is None else min(MAX_LIMIT, left)
             items = _read_page(connection, plan, limit=size, after=after)
@@ -238,7 +270,7 @@ def _iterate(log: EventLog, wanted: EventFilter, limit: int | None) -> Iterator[
 
 
 @dataclass(frozen=True, slots=True)
-class _Plan:
+class Plan:
     """A filter as SQL: a range of starts that an index can walk, and what to test on each row.
 
     Attributes
@@ -250,16 +282,29 @@ class _Plan:
     is_descending: bool
     lower_us: int | None
     upper_us: int | None
-    conditions: tuple[_Sql, ...]
+    conditions: tuple[Sql, ...]
 
 
-def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
-    conditions = _of_row(connection, wanted, HIDDEN_STATUSES)
+def plan_of(connection: Connection, wanted: EventFilter, *, by_index: bool = False) -> Plan:
+    """Turn a filter into SQL.
+
+    Parameters
+    ----------
+    by_index : what is hidden or has a newer state is looked up first, so that an index alone can tell of all others.
+    """
+    conditions = _of_row(connection, wanted, () if by_index else HIDDEN_STATUSES)
     if wanted.statuses and set(wanted.statuses) <= set(HIDDEN_STATUSES):
         conditions.append(_IS_HIDDEN)
-    conditions.append(_IS_NEWEST)
+    if by_index:
+        conditions.append(_IS_SHOWN)
+    elif wanted.as_of is None:
+        conditions.append(_IS_NEWEST)
+    else:
+        revises = _REVISES[connection.dialect.name]
+        later = f"events.id IN (SELECT {revises} FROM events AS later WHERE later.seq > ?)"
+        conditions.append((f"events.seq <= ? AND ({_IS_NEWEST[0]} OR {later})", (wanted.as_of, wanted.as_of)))
     conditions += [_takes_part(connection, one) for one in _role_conditions(wanted)]
-    return _Plan(
+    return Plan(
         types=tuple(sorted(set(wanted.types))),
         is_descending=wanted.order == "-start",
         lower_us=_lower_us(connection, wanted),
@@ -268,55 +313,49 @@ def _plan(connection: Connection, wanted: EventFilter) -> _Plan:
     )
 
 
-def _of_row(connection: Connection, wanted: EventFilter, hidden: tuple[str, ...]) -> list[_Sql]:
+def _of_row(connection: Connection, wanted: EventFilter, hidden: tuple[str, ...]) -> list[Sql]:
     """Say what is asked of the row of an event by itself, but for its type and its time."""
-    conditions = [*_one_of("events.road", wanted.roads), *_one_of("events.source", wanted.sources)]
+    conditions = [*one_of("events.road", wanted.roads), *one_of("events.source", wanted.sources)]
     if wanted.min_confidence is not None:
         hidden = tuple(one for one in hidden if one != "doubtful")
         conditions.append(("events.confidence >= ?", (wanted.min_confidence,)))
-    conditions += _one_of("events.status", wanted.statuses) or _one_of("NOT events.status", hidden)
+    conditions += one_of("events.status", wanted.statuses) or one_of("NOT events.status", hidden)
+    duration = "events.end_us - events.start_us"
+    if wanted.min_duration_us is not None:
+        conditions.append((f"{duration} >= ?", (wanted.min_duration_us,)))
+    if wanted.max_duration_us is not None:
+        conditions.append((f"{duration} <= ?", (wanted.max_duration_us,)))
+    conditions += one_of(_CHRONICLE[connection.dialect.name], wanted.chronicles)
     if wanted.runs:
-        text, values = _all_of(_one_of("id", wanted.runs))
-        numbers = _values(connection, f"SELECT run_no FROM runs WHERE {text}", *values)
-        conditions += _one_of("events.run_no", tuple(numbers) or (-1,))
+        text, values = all_of(one_of("id", wanted.runs))
+        numbers = values_of(connection, f"SELECT run_no FROM runs WHERE {text}", *values)
+        conditions += one_of("events.run_no", tuple(numbers) or (-1,))
     return conditions
 
 
-def _role_conditions(wanted: EventFilter) -> Iterator[list[_Sql]]:
+def _role_conditions(wanted: EventFilter) -> Iterator[list[Sql]]:
     """Say which role rows an event must have, one of each."""
     if wanted.actors:
-        yield _one_of("event_roles.actor", wanted.actors)
+        yield one_of("event_roles.actor", wanted.actors)
     for role, actors in wanted.roles:
-        yield [*_one_of("event_roles.actor", actors), *_one_of("event_roles.role", (role,))]
+        yield [*one_of("event_roles.actor", actors), *one_of("event_roles.role", (role,))]
 
 
-def _one_of(column: str, values: tuple[object, ...]) -> list[_Sql]:
-    if not values:
-        return []
-    distinct = tuple(dict.fromkeys(values))
-    return [(f"{column} IN ({', '.join('?' * len(distinct))})", distinct)]
-
-
-def _all_of(conditions: Iterable[_Sql]) -> _Sql:
-    texts, values = zip(*conditions, strict=True)
-    return " AND ".join(texts), tuple(chain.from_iterable(values))
-
-
-def _takes_part(connection: Connection, conditions: list[_Sql]) -> _Sql:
+def _takes_part(connection: Connection, conditions: list[Sql]) -> Sql:
     """Ask for events with a role row like this, in the cheaper of two forms.
 
     Few rows (a car): look up their events and sort those. Many rows (a road in a role): walk the events in order and
     probe each. Databases without statistics cannot tell these apart, so the rows are counted, up to a bound.
     """
-    text, values = _all_of(conditions)
+    text, values = all_of(conditions)
     some = f"SELECT seq FROM event_roles WHERE {text} LIMIT {_RARE_ROWS + 1}"
-    if _number(connection, f"SELECT count(*) FROM ({some}) AS found", *values) <= _RARE_ROWS:
+    if number_of(connection, f"SELECT count(*) FROM ({some}) AS found", *values) <= _RARE_ROWS:
         return f"events.seq IN (SELECT seq FROM event_roles WHERE {text})", values
     return _has_role(conditions)
 
 
-def _has_role(conditions: list[_Sql]) -> _Sql:
-    text, values = _all_of(conditions)
+def _has_role(conditions: list[Sql]) -> Sql:
+    text, values = all_of(conditions)
     return f"EXISTS (SELECT 1 FROM event_roles WHERE event_roles.seq = events.seq AND {text})", values
 
 
@@ -326,7 +365,7 @@ def _lower_us(connection: Connection, wanted: EventFilter) -> int | None:
         return None
     bound_us = wanted.from_.us
     if wanted.from_.clock == "utc":
-        bound_us -= _number(connection, "SELECT max(start_utc_us) FROM runs")
+        bound_us -= number_of(connection, "SELECT max(start_utc_us) FROM runs")
     if wanted.match in ("overlap", "end"):
         bound_us -= _longest_us(connection, wanted.types)
     return bound_us
@@ -338,10 +377,10 @@ def _upper_us(connection: Connection, wanted: EventFilter) -> int | None:
         return None
     if wanted.to.clock == "media":
         return wanted.to.us
-    return wanted.to.us - _number(connection, "SELECT min(start_utc_us) FROM runs")
+    return wanted.to.us - number_of(connection, "SELECT min(start_utc_us) FROM runs")
 
 
-def _window(wanted: EventFilter) -> Iterator[_Sql]:
+def _window(wanted: EventFilter) -> Iterator[Sql]:
     """Say exactly what the window asks for, beyond the bounds of the start in media time."""
     if wanted.from_ is not None:
         from_us, is_utc = wanted.from_.us, wanted.from_.clock == "utc"
@@ -367,10 +406,10 @@ def _interval(*, is_utc: bool) -> tuple[str, str]:
     return ("start_utc_us", "start_utc_us + (end_us - start_us)") if is_utc else ("start_us", "end_us")
 
 
-def _read_page(connection: Connection, plan: _Plan, *, limit: int, after: tuple[int, int] | None) -> list[str]:
+def _read_page(connection: Connection, plan: Plan, *, limit: int, after: tuple[int, int] | None) -> list[str]:
     """Read the next events after a key, in the order of the plan."""
-    of_one_type = _one_of("type", plan.types) if len(plan.types) == 1 else []
-    text, values = _all_of([*of_one_type, *_key_range(plan, after), *plan.conditions])
+    of_one_type = one_of("type", plan.types) if len(plan.types) == 1 else []
+    text, values = all_of([*of_one_type, *key_range(plan, after), *plan.conditions])
     order = "start_us DESC, seq DESC" if plan.is_descending else "start_us, seq"
     page = f"SELECT start_us, seq, body FROM events WHERE {text}"
     if len(plan.types) > 1:
@@ -381,11 +420,11 @@ def _read_page(connection: Connection, plan: _Plan, *, limit: int, after: tuple[
     # One row, since the driver gives up the interpreter lock at each. JSON has no line ends but between its parts.
     joined = _JOINED[connection.dialect.name]
     lines = f"SELECT {joined} FROM ({page} ORDER BY {order} LIMIT {limit}) AS page"
-    bodies: str | None = _value(connection, lines, *values)
+    bodies: str | None = value_of(connection, lines, *values)
     return bodies.split("\n") if bodies else []
 
 
-def _key_range(plan: _Plan, after: tuple[int, int] | None) -> Iterator[_Sql]:
+def key_range(plan: Plan, after: tuple[int, int] | None) -> Iterator[Sql]:
     """Bound the key once on each side: given two lower bounds, SQLite may walk from the worse one."""
     if plan.lower_us is not None and (after is None or plan.is_descending or after[0] < plan.lower_us):
         yield "start_us >= ?", (plan.lower_us,)
@@ -396,38 +435,35 @@ def _key_range(plan: _Plan, after: tuple[int, int] | None) -> Iterator[_Sql]:
 
 
 _JOINED = {"sqlite": "group_concat(body, char(10))", "postgresql": "string_agg(body, chr(10))"}
-_ANY: _Sql = ("1 = 1", ())
-_IS_NEWEST: _Sql = ("NOT EXISTS (SELECT 1 FROM revisions WHERE revised = events.id)", ())
+_CHRONICLE = {
+    "sqlite": "json_extract(events.body, '$.chronicle.name')",
+    "postgresql": "(events.body::json #>> '{chronicle,name}')",
+}
+_REVISES = {"sqlite": "json_extract(later.body, '$.revises')", "postgresql": "(later.body::json ->> 'revises')"}
+_ANY: Sql = ("1 = 1", ())
+_IS_NEWEST: Sql = ("NOT EXISTS (SELECT 1 FROM revisions WHERE revised = events.id)", ())
+_IS_LEFT_OUT = f"status IN {HIDDEN_STATUSES!r} OR id IN (SELECT revised FROM revisions)"
+_IS_SHOWN: Sql = (f"events.seq NOT IN (SELECT seq FROM events WHERE {_IS_LEFT_OUT})", ())
 # The condition of an index, which is taken only where a query has it word for word.
-_IS_HIDDEN: _Sql = (f"events.status IN {HIDDEN_STATUSES!r}", ())
+_IS_HIDDEN: Sql = (f"events.status IN {HIDDEN_STATUSES!r}", ())
+
+
+def as_of(connection: Connection, wanted: EventFilter) -> int:
+    """Say as of which sequence number a filter is answered; raises `FilterError` if the log has not come to it."""
+    last_seq = _last_seq(connection)
+    if wanted.as_of is not None and wanted.as_of > last_seq:
+        message = f"as_of: expected one up to {last_seq}, the newest of this log, got {wanted.as_of}"
+        raise FilterError(message, parameter="as_of")
+    return last_seq if wanted.as_of is None else wanted.as_of
 
 
 def _last_seq(connection: Connection) -> int:
-    return _number(connection, "SELECT value FROM meta WHERE key = 'last_seq'")
+    return number_of(connection, "SELECT value FROM meta WHERE key = 'last_seq'")
 
 
 def _longest_us(connection: Connection, types: tuple[str, ...]) -> int:
-    text, values = _all_of(_one_of("type", types) or [_ANY])
-    return _number(connection, f"SELECT max(longest_us) FROM durations WHERE {text}", *values)
-
-
-# Any: whatever the one column of the one row holds.
-def _value(connection: Connection, query: str, *values: object) -> Any:
-    return next(iter(_values(connection, query, *values)), None)
-
-
-def _values(connection: Connection, query: str, *values: object) -> Iterable[Any]:
-    return _rows(connection, query, *values).scalars()
-
-
-def _rows(connection: Connection, query: str, *values: object) -> CursorResult[Any]:
-    if connection.dialect.name != "sqlite":
-        query = query.replace("?", "%s")
-    return connection.exec_driver_sql(query, values)
-
-
-def _number(connection: Connection, query: str, *values: object) -> int:
-    return int(_value(connection, query, *values) or 0)
+    text, values = all_of(one_of("type", types) or [_ANY])
+    return number_of(connection, f"SELECT max(longest_us) FROM durations WHERE {text}", *values)
 
 
 class _Key(Struct):

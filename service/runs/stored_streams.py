@@ -1,16 +1,19 @@
 """What ran in a run, and what did each stream carry? The report of the pipeline's node, kept with the run."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
+from msgspec import Struct
 from msgspec.structs import asdict
 
 from dyknow.streams.stream_report import StreamReport
 from service.errors import NotInLogError
-from service.records import ProcessRecord, StreamInput, StreamRecord
-from service.runs.pipeline import Pipeline
-from service.store.log import open_log
+from service.records import ProcessRecord, RunRecord, StreamInput, StreamRecord
+from service.store.log import EventLog
+
+if TYPE_CHECKING:  # what only asks for reports needs none of the engines
+    from service.runs.pipeline import Pipeline
 
 
 class RanStream(StreamRecord, frozen=True, kw_only=True):
@@ -24,9 +27,8 @@ class RanStream(StreamRecord, frozen=True, kw_only=True):
     busy_us: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class StoredStreams:
-    """Hold the report of a run, inputs before what reads them."""
+class StoredStreams(Struct, frozen=True):
+    """The report of a run, inputs before what reads them."""
 
     run: str
     streams: tuple[RanStream, ...]
@@ -36,12 +38,12 @@ class StoredStreams:
 _SAME = tuple({one.name for one in fields(StreamReport)} & set(StreamRecord.__struct_fields__) - {"inputs"})
 
 
-def stream_records(pipeline: Pipeline) -> tuple[StreamRecord, ...]:
+def stream_records(pipeline: "Pipeline") -> tuple[StreamRecord, ...]:
     """Describe every process of a pipeline, for the log."""
     return tuple(_record(report, pipeline) for report in pipeline.node.report())
 
 
-def _record(report: StreamReport, pipeline: Pipeline) -> StreamRecord:
+def _record(report: StreamReport, pipeline: "Pipeline") -> StreamRecord:
     said: dict[str, Any] = {name: getattr(report, name) for name in _SAME}  # Any: fields of several types
     said["dropped"] = dict(sorted(report.dropped.items()))
     return StreamRecord(
@@ -52,32 +54,26 @@ def _record(report: StreamReport, pipeline: Pipeline) -> StreamRecord:
     )
 
 
-def stream_costs(pipeline: Pipeline) -> dict[str, int]:
+def stream_costs(pipeline: "Pipeline") -> dict[str, int]:
     """Give the microseconds that each process of a pipeline took, by label, for the log."""
     return {report.label: report.busy_ns // 1_000 for report in pipeline.node.report()}
 
 
-def read_streams(url: str, *, run: str | None = None) -> StoredStreams:
+def streams_of(log: EventLog, run: RunRecord) -> StoredStreams:
     """Read the report of a run.
-
-    Parameters
-    ----------
-    run : which run; may be left out when there is only one.
 
     Raises
     ------
-    LogError
-        If the log cannot be read, does not hold the run, or holds no report of it.
+    NotInLogError
+        If the log holds no report of it.
     """
-    with open_log(url) as log:
-        record = log.run(run)
-        streams, costs = log.streams(record.id), log.costs(record.id)
+    streams, costs = log.streams(run.id), log.costs(run.id)
     if not streams:
         raise NotInLogError(
-            f"run {record.id!r}: expected a report of its streams, got none with status {record.status!r}; "
+            f"run {run.id!r}: expected a report of its streams, got none with status {run.status!r}; "
             "it is written when a run ends, so process the input again"
         )
-    return StoredStreams(record.id, tuple(RanStream(**asdict(one), busy_us=costs.get(one.label)) for one in streams))
+    return StoredStreams(run.id, tuple(RanStream(**asdict(one), busy_us=costs.get(one.label)) for one in streams))
 
 
 def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:

@@ -8,13 +8,13 @@ camera did not know where it looked, a run should tell no event.
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, zip_longest
 from pathlib import Path
 
 import numpy as np
 
 from dyknow.language.diagnostics import near
 from service.errors import TruthError
+from service.questions.coverage import lost_views
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.questions.stored_events import chronicles_of
 from service.records import CarState, RunRecord
@@ -221,7 +221,7 @@ def find_lost_views(url: str, *, run: str | None = None) -> LostViews | None:
     """
     with open_log(url) as log:
         run_id = log.run(run).id
-        losses_us = _losses(log, run_id)
+        losses_us = lost_views(log, run_id)
         if losses_us is None:
             return None
         events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(run_id,)))]
@@ -231,15 +231,3 @@ def find_lost_views(url: str, *, run: str | None = None) -> LostViews | None:
         if any(event.start_us < to_us and event.end_us > from_us for from_us, to_us in losses_us)
     )
     return LostViews(losses_us, told, len(events))
-
-
-def _losses(log: EventLog, run_id: str) -> tuple[tuple[int, int], ...] | None:
-    """Read when the view was lost: from a row without a map to the next one with a map, or to the end of the run."""
-    views = list(log.views(run_id))
-    if not views:
-        return None
-    # Where it changes between lost and known: a loss, its end, the next loss ...
-    edges_us = [next(same).t_us for _, same in groupby(views, lambda view: bool(view.pixel_from_ground))]
-    losing_us = edges_us[1:] if views[0].pixel_from_ground else edges_us
-    _, end_us = log.covered_us(run_id) or (0, views[-1].t_us)
-    return tuple(zip_longest(losing_us[::2], losing_us[1::2], fillvalue=end_us))

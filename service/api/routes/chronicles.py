@@ -1,22 +1,49 @@
 """Which chronicles are there, and is a text one? Routes about chronicles and their texts."""
 
 from collections.abc import Iterable
+from typing import Annotated
 
-from anyio import to_thread
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Depends, HTTPException, Query, Request
 from msgspec.structs import asdict
 from starlette.responses import Response
 
 from dyknow.language.rendering import render_json
+from service.api.asked import NoParameters
 from service.api.bodies import ChronicleList, ChronicleUse
-from service.api.openapi import FINDINGS, answers, takes
-from service.api.routes.answering import json_answer, read_text, refuse_parameters
+from service.api.openapi import FINDINGS, TEXT_BODY, answers
+from service.api.routes.answering import json_answer
+from service.errors import QueryError
 from service.records import ChronicleRecord
 from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import EventLog
 from service.texts.chronicle_files import check_chronicles
 
 TEXT_NAME = "text"  # what findings call a text that came without a name
+MAX_TEXT_BYTES = 256_000
+
+
+async def read_text(request: Request) -> str:
+    """Read the body of a request as a text.
+
+    Raises
+    ------
+    HTTPException
+        If it is too large: 413.
+    QueryError
+        If it is not UTF-8.
+    """
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > MAX_TEXT_BYTES:
+            raise HTTPException(413, f"body: expected at most {MAX_TEXT_BYTES} bytes, got more")
+    try:
+        return body.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise QueryError(f"body: expected UTF-8 text, got byte {body[error.start]:#04x}", parameter="body") from error
+
+
+SentText = Annotated[str, Depends(read_text)]
 
 
 def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRecord, ...]) -> None:
@@ -30,9 +57,8 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
     @router.get(
         "/api/v1/chronicles", name="chronicles", summary="List chronicles", responses=answers(ChronicleList, 422)
     )
-    def list_chronicles(request: Request) -> Response:
+    def list_chronicles(asked: Annotated[NoParameters, Query()]) -> Response:
         """List the shipped chronicles, those of the log's runs, and the texts that the log holds."""
-        refuse_parameters(request)
         with ChronicleTexts(log.place.url) as texts:
             return json_answer(ChronicleList(_merge_chronicles(log, library), texts.current()))
 
@@ -42,13 +68,11 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
         summary="Check a chronicle text",
         description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
         responses=answers(FINDINGS, 413, 422),
-        openapi_extra=takes(str),
+        openapi_extra=TEXT_BODY,
     )
-    async def check_text(request: Request) -> Response:
+    def check_text(text: SentText) -> Response:
         """Find what is wrong or doubtful in a text."""
-        text = await read_text(request)
-        # Off the event loop, as everything that takes time.
-        checked = await to_thread.run_sync(check_chronicles, [(TEXT_NAME, text)])
+        checked = check_chronicles([(TEXT_NAME, text)])
         return json_answer(f'{{"findings":{render_json(checked.findings)}}}'.encode())
 
 

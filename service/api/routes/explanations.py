@@ -1,13 +1,16 @@
 """Why was it recognised, why not, and what is awaited? Routes that are answered by processes of their own."""
 
-from fastapi import APIRouter, HTTPException, Request
+from typing import Annotated
+
+from fastapi import APIRouter, HTTPException, Query
 from starlette.responses import Response
 
+from service.api.asked import Absence, Awaited, NoParameters
 from service.api.bodies import EventExplanation
 from service.api.explanations import Explanations
 from service.api.openapi import EXPLANATION, answers
-from service.api.parameters import AWAITED_PARAMETERS, describe_absence_parameters, read_absence_question
-from service.api.routes.answering import json_answer, refuse_parameters
+from service.api.parameters import describe_roles
+from service.api.routes.answering import json_answer
 from service.questions.awaited import AwaitedList
 
 
@@ -20,9 +23,8 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
         summary="Say why an event was recognised",
         responses=answers(EventExplanation, 404, 409, 422),
     )
-    async def get_why(event_id: str, request: Request) -> Response:
+    async def get_why(event_id: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
-        refuse_parameters(request)
         found = await explanations.why(event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
@@ -34,12 +36,11 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
         summary="Say why a chronicle was not recognised",
         description="The instances that came closest, the nearest first.",
         responses=answers(EXPLANATION, 400, 404, 409, 422),
-        openapi_extra={"parameters": describe_absence_parameters(name="name")},
+        openapi_extra={"parameters": [describe_roles()]},
     )
-    async def get_why_not(name: str, request: Request) -> Response:
+    async def get_why_not(name: str, asked: Annotated[Absence, Query()]) -> Response:
         """Explain the absence of a chronicle by its near misses."""
-        question = read_absence_question(name, request.query_params.multi_items())
-        return json_answer(await explanations.why_not(question))
+        return json_answer(await explanations.why_not(asked.about(name, asked.from_, asked.to)))
 
     @router.get(
         "/api/v1/chronicles/{name}/partial",
@@ -47,9 +48,8 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
         summary="Say what instances of a chronicle wait for",
         description="What was under way at a time: what is missing, until when, and what became of instances before.",
         responses=answers(AwaitedList, 400, 404, 409, 422),
-        openapi_extra={"parameters": describe_absence_parameters(AWAITED_PARAMETERS, name="name")},
+        openapi_extra={"parameters": [describe_roles()]},
     )
-    async def get_partial(name: str, request: Request) -> Response:
+    async def get_partial(name: str, asked: Annotated[Awaited, Query()]) -> Response:
         """Answer with the instances under way, and those that ended in the window."""
-        question = read_absence_question(name, request.query_params.multi_items(), AWAITED_PARAMETERS)
-        return json_answer(await explanations.awaited(question))
+        return json_answer(await explanations.awaited(asked.about(name, asked.from_, asked.at)))

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
+from service.api.asked import take_none
 from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
 from service.api.routes.cars import add_cars
@@ -13,8 +14,11 @@ from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
 from service.api.routes.jobs import add_jobs
+from service.api.routes.relations import add_relations
+from service.api.routes.runs import add_runs
 from service.api.routes.sources import add_sources
 from service.api.source_files import SourceFolders
+from service.questions.coverage import Coverage
 from service.records import ChronicleRecord
 from service.store.log import EventLog
 
@@ -38,11 +42,16 @@ def add_routes(
     folders : where sources may lie.
     version : of the software, for the index.
     """
-    add_events(router, log, stream)
+    coverage = Coverage(log)
+    add_events(router, log, stream, coverage)
     add_explanations(router, explanations)
     add_cars(router, log)
+    add_relations(router, explanations)
+    add_runs(router, log, coverage)
     add_chronicles(router, log, tuple(shipped))
-    add_chronicle_texts(router, log, explanations)
-    add_sources(router, log, folders, explanations)
-    add_jobs(router, log, folders)
+    plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
+    add_chronicle_texts(plain, log, explanations)
+    add_sources(plain, log, folders, explanations)
+    add_jobs(plain, log, folders)
+    router.routes.extend(plain.routes)
     add_index(router, log, version)

@@ -38,9 +38,11 @@ def streams(
         _draw(graph, declared.processes, has_run=False)
         _print_declared(declared, as_json=as_json)
     else:
-        from service.runs.stored_streams import read_streams
+        from service.runs.stored_streams import streams_of
+        from service.store.log import open_log
 
-        stored = read_streams(log, run=run)
+        with open_log(log) as opened:
+            stored = streams_of(opened, opened.run(run))
         _draw(graph, stored.streams, has_run=True)
         _print_stored(stored, as_json=as_json)
 

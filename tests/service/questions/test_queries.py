@@ -21,6 +21,7 @@ from service.questions.queries import (
     find_role_names,
     find_rows,
     iterate_events,
+    iterate_pages,
 )
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog, open_log
@@ -43,6 +44,7 @@ def log(new_log: NewLog) -> Iterator[EventLog]:
 
 def slow_filter(events: list[EventRecord], wanted: EventFilter) -> list[EventRecord]:
     """Test every event by the words of the documentation, and sort."""
+    events = [event for event in events if wanted.as_of is None or event.seq <= wanted.as_of]
     revised = {event.revises for event in events}
     found = [event for event in events if event.id not in revised and _is_wanted(event, wanted)]
     return sorted(found, key=lambda event: (event.start_us, event.seq), reverse=wanted.order == "-start")
@@ -83,13 +85,15 @@ def _is_wanted(event: EventRecord, wanted: EventFilter) -> bool:
         (wanted.runs, event.run),
         (wanted.statuses or ("recognised", "tentative", "confirmed"), event.status),
         (wanted.roads, event.place.road if event.place else ""),
+        (wanted.chronicles, event.chronicle.name),
         *((actors, event.roles.get(role, "")) for role, actors in wanted.roles),
     ]
     if not all(value in allowed for allowed, value in fields if allowed):
         return False
     if wanted.actors and not set(wanted.actors) & set(event.roles.values()):
         return False
-    return _lies_right(event, wanted)
+    most_us = event.end_us - event.start_us if wanted.max_duration_us is None else wanted.max_duration_us
+    return (wanted.min_duration_us or 0) <= event.end_us - event.start_us <= most_us and _lies_right(event, wanted)
 
 
 def _lies_right(event: EventRecord, wanted: EventFilter) -> bool:
@@ -135,6 +139,10 @@ def _random_filter(rng: random.Random) -> EventFilter:
         sources=some(["demo.mp4", "late.mp4"]),
         runs=some(["r1", "r2", "r9"]),
         statuses=tuple(rng.sample(statuses, 1)) if rng.random() < 0.2 else (),
+        min_duration_us=rng.randint(0, 2) * SECOND_US if rng.random() < 0.2 else None,
+        max_duration_us=rng.randint(1, 7) * SECOND_US if rng.random() < 0.2 else None,
+        chronicles=rng.choice([("overtake",), ("nothing",)]) if rng.random() < 0.2 else (),
+        as_of=rng.randrange(400) if rng.random() < 0.3 else None,
         order=rng.choice(orders),
     )
 
@@ -194,6 +202,24 @@ def test_a_long_event_is_found_by_the_middle_of_it(tmp_path: Path) -> None:
 
 def test_a_limit_stops_the_stream(log: EventLog) -> None:
     assert list(iterate_events(log, EventFilter(), limit=7)) == list(iterate_events(log, EventFilter()))[:7]
+
+
+@pytest.mark.parametrize("count", [0, 1, 999, 1000, 1001, 2500])
+def test_pages_that_are_taken_slowly_are_of_one_state_of_the_log(tmp_path: Path, count: int) -> None:
+    url = write_log(tmp_path / "a.db", [overtake(number) for number in range(count)])
+    with open_log(url) as log:
+        pages = iterate_pages(log, EventFilter())
+        taken = [*next(pages)]
+        write_log(url, [overtake(number) for number in range(7)], record=run("r2"))
+        taken += [text for page in pages for text in page]
+        assert [decode_event(text).id for text in taken] == [f"r1-{number}" for number in range(1, count + 1)]
+
+
+def test_a_page_of_then_is_the_same_whatever_came_after_it(log: EventLog) -> None:
+    then = [find_events(log, EventFilter(as_of=seq), limit=50).items for seq in range(0, 250, 40)]
+    assert len(set(then)) == len(then)
+    with pytest.raises(FilterError, match="as_of: expected one up to 400, the newest of this log, got 401"):
+        find_events(log, EventFilter(as_of=401))
 
 
 def test_an_event_is_found_by_its_identifier(log: EventLog) -> None:

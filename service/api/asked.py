@@ -1,0 +1,84 @@
+"""Which parameters do routes about one run take? Models from which the framework reads requests, and writes OpenAPI.
+
+The hot routes about events have tables of their own, see `parameters`.
+"""
+
+from typing import Annotated
+
+from fastapi import Query
+from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema
+
+from service.api.parameters import MEDIA_TIME, ROLE_PREFIX
+from service.errors import QueryError
+from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
+from service.times import parse_media_us
+
+DEFAULT_NEAR_MISSES = 5
+
+
+def _media_us(value: object, given: ValidationInfo) -> int:
+    assert given.field_name
+    return parse_media_us(str(value), parameter=given.field_name.rstrip("_"))
+
+
+MediaTime = Annotated[int, BeforeValidator(_media_us), WithJsonSchema(MEDIA_TIME)]
+
+
+class NoParameters(BaseModel, extra="forbid"):
+    """Nothing: a parameter that restricts nothing was meant to, so it is refused."""
+
+
+def take_none(asked: Annotated[NoParameters, Query()]) -> None:
+    """Take no parameters: what routes depend on that take none."""
+
+
+class OfRun(NoParameters):
+    """Which run is asked about."""
+
+    run: str | None = Field(None, description="Identifier of a run; may be left out if the log holds one.")
+
+
+class InWindow(OfRun):
+    """Which run is asked about, and which time of it."""
+
+    from_: MediaTime | None = Field(None, alias="from", description="Start of the window, media time.")
+    to: MediaTime | None = Field(None, description="End of the window, excluded, media time.")
+
+
+class _OfRoles(OfRun, extra="allow"):
+    """Which run is asked about, and what fills some roles there: `role.NAME`, whose names nobody knows beforehand."""
+
+    __pydantic_extra__: dict[str, str]
+    limit: int = Field(DEFAULT_NEAR_MISSES, ge=1, le=MAX_NEAR_MISSES, description="Instances at most.")
+
+    def about(self, chronicle: str, start_us: int | None, end_us: int | None) -> AbsenceQuestion:
+        """Ask about a chronicle in a window.
+
+        Raises
+        ------
+        QueryError
+            If there is another parameter than roles.
+        """
+        roles = self.__pydantic_extra__
+        for name in roles:
+            if not name.startswith(ROLE_PREFIX) or name == ROLE_PREFIX:
+                raise QueryError(f"{name}: expected a parameter of this path or role.NAME, got it", parameter=name)
+        return AbsenceQuestion(
+            chronicle=chronicle,
+            run=self.run,
+            roles={name.removeprefix(ROLE_PREFIX): actor for name, actor in roles.items()},
+            start_us=start_us,
+            end_us=end_us,
+            limit=self.limit,
+        )
+
+
+class Absence(_OfRoles, InWindow, extra="allow"):
+    """Which near misses of a chronicle are asked about."""
+
+
+class Awaited(_OfRoles):
+    """What a chronicle waited for at a time, and what ended since another one."""
+
+    at: MediaTime | None = Field(None, description="When, media time; the end of the run, if left out.")
+    from_: MediaTime | None = Field(None, alias="from", description="Since when, media time.")

@@ -1,0 +1,63 @@
+"""Which relations held from when to when? Answered by processes, since what was not watched is computed."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from pydantic import Field
+from starlette.responses import Response
+
+from service.api.asked import InWindow, MediaTime, OfRun
+from service.api.explanations import Explanations
+from service.api.openapi import answers
+from service.api.routes.answering import json_answer
+from service.questions.queries import MAX_LIMIT, MAX_VALUES
+from service.questions.relation_intervals import RelationList, RelationQuestion
+
+_DEFAULT_LIMIT = 1_000
+_MAX_LIMIT = 10 * MAX_LIMIT  # an interval is a tenth of an event
+
+
+class _About(OfRun):
+    name: list[str] = Field([], max_length=MAX_VALUES, description="A relation; all that the run watched, if left out.")
+    a: str | None = Field(None, description="What takes part, in any place: a car, a road.")
+    b: str | None = Field(None, description="What takes part besides.")
+    limit: int = Field(_DEFAULT_LIMIT, ge=1, le=_MAX_LIMIT, description="Intervals at most, the earliest.")
+
+
+class _InWindow(_About, InWindow):
+    pass
+
+
+class _AtTime(_About):
+    t_us: MediaTime = Field(description="When, media time.")
+
+
+def add_relations(router: APIRouter, explanations: Explanations) -> None:
+    """Add the routes about relations."""
+
+    @router.get(
+        "/api/v1/relations",
+        name="relations",
+        summary="List relations that held in a window",
+        responses=answers(RelationList, 400, 404, 422),
+    )
+    async def list_relations(asked: Annotated[_InWindow, Query()]) -> Response:
+        """Answer with intervals, the earliest first; of relations that were not watched too, if they are named."""
+        return json_answer(await explanations.relations(_question(asked, asked.from_, asked.to)))
+
+    @router.get(
+        "/api/v1/relations/at",
+        name="relations_at",
+        summary="List relations that held at a time",
+        responses=answers(RelationList, 404, 422),
+    )
+    async def list_relations_at(asked: Annotated[_AtTime, Query()]) -> Response:
+        """Answer with the intervals in which a time lies."""
+        return json_answer(await explanations.relations(_question(asked, asked.t_us, asked.t_us + 1)))
+
+
+def _question(asked: _About, from_us: int | None, to_us: int | None) -> RelationQuestion:
+    about = tuple(one for one in (asked.a, asked.b) if one is not None)
+    return RelationQuestion(
+        run=asked.run, names=tuple(asked.name), about=about, from_us=from_us, to_us=to_us, limit=asked.limit
+    )

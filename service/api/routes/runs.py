@@ -1,0 +1,72 @@
+"""Which runs does the log hold, and what is known of each? Routes about runs."""
+
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from msgspec import convert
+from msgspec.structs import replace
+from pydantic import Field
+from starlette.responses import Response
+
+from service.api.asked import NoParameters
+from service.api.bodies import RunDetail, RunList, RunSummary
+from service.api.openapi import answers
+from service.api.routes.answering import json_answer
+from service.questions.coverage import Coverage, looked_at, lost_views
+from service.questions.queries import MAX_VALUES
+from service.records import RunStatus
+from service.runs.stored_streams import StoredStreams, streams_of
+from service.store.log import EventLog
+from service.store.upkeep import holdings
+
+
+class _Asked(NoParameters):
+    source: list[str] = Field([], max_length=MAX_VALUES, description="Name of the input.")
+    status: list[RunStatus] = Field([], max_length=MAX_VALUES, description="How far the run has come.")
+
+
+def add_runs(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+    """Add the routes about runs."""
+
+    @router.get("/api/v1/runs", name="runs", summary="List runs", responses=answers(RunList, 422))
+    def list_runs(asked: Annotated[_Asked, Query()]) -> Response:
+        """Answer with the runs, in the order in which they first came to the log, and what time each looked at."""
+        times = coverage.of_all()
+        found = [
+            replace(
+                convert(one, RunSummary, from_attributes=True),
+                looked_at_us=times[one.id].spans_us if one.id in times else (),  # it may have begun this moment
+            )
+            for one in log.runs()
+            if one.source in (asked.source or (one.source,)) and one.status in (asked.status or (one.status,))
+        ]
+        return json_answer(RunList(found))
+
+    @router.get("/api/v1/runs/{run}", name="run", summary="Get one run", responses=answers(RunDetail, 404, 422))
+    def get_run(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
+        """Answer with what a run was made of, how far it has come, what it holds, and when it saw nothing."""
+        record = log.run(run)
+        detail = convert(record, RunDetail, from_attributes=True)
+        return json_answer(
+            replace(
+                detail,
+                # Where files lie is nobody's affair but the server's.
+                file=detail.file and replace(detail.file, path=Path(detail.file.path).name),
+                looked_at_us=looked_at(log, run, record.source).spans_us,
+                covered_us=log.covered_us(run),
+                lost_us=lost_views(log, run) or (),
+                cars=len(log.cars(run)),
+                holds=holdings(log, run),
+            )
+        )
+
+    @router.get(
+        "/api/v1/runs/{run}/streams",
+        name="streams",
+        summary="Say what ran in a run",
+        responses=answers(StoredStreams, 404, 422),
+    )
+    def get_streams(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
+        """Answer with the processes of a run, what their streams carried, and what each cost."""
+        return json_answer(streams_of(log, log.run(run)))
