@@ -21,8 +21,9 @@ class TextWindow(InWindow):
 
     def question(self) -> AbsenceQuestion:
         """Ask about the window, and no chronicle yet."""
-        asked_us = {"start_us": self.from_, "end_us": self.to}
-        return AbsenceQuestion(chronicle="", run=self.run, roles={}, limit=self.limit, **asked_us)
+        return AbsenceQuestion(
+            chronicle="", run=self.run, roles={}, start_us=self.from_, end_us=self.to, limit=self.limit
+        )
 
 
 class TrialOrder(TextWindow):

@@ -12,14 +12,13 @@ import tempfile
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import HTTPException
 from starlette.requests import ClientDisconnect
 
-from service.errors import CrowdedError, QueryError
+from service.errors import CrowdedError, QueryError, TakenError
 from service.store.sources import Source, Sources
 
 UPLOAD_GB = 20.0
@@ -108,10 +107,11 @@ class Uploads:
         expected = _read_digest(content_digest)
         if not self._limiter.available_tokens:
             raise CrowdedError(f"uploads: expected fewer than {MOST_UPLOADS} at once, got one more; ask again later")
-        # FFmpeg looks at how a name ends, so that the file has the same end as long as it has no name.
-        handle, path = tempfile.mkstemp(prefix=".upload-", suffix=Path(name).suffix, dir=self._folder)
-        try:
-            async with self._limiter:
+        async with self._limiter:
+            self._check_free(name)
+            # FFmpeg looks at how a name ends, so that the file has the same end as long as it has no name.
+            handle, path = tempfile.mkstemp(prefix=".upload-", suffix=Path(name).suffix, dir=self._folder)
+            try:
                 digest, size = await _write(handle, parts)
                 if expected not in (None, digest):
                     came = base64.b64encode(digest).decode()
@@ -119,15 +119,24 @@ class Uploads:
                     raise QueryError(message, parameter="Content-Digest")
                 if reason := await self._unfit(path):
                     raise HTTPException(415, f"body: expected a video, got {reason.replace(path, name)}")
-            source = Source(name, name, digest.hex(), size, time.time_ns() // 1_000)
-            await to_thread.run_sync(self._place, source, path)
-            return source
-        finally:
-            Path(path).unlink(missing_ok=True)
+                source = Source(name, name, digest.hex(), size, time.time_ns() // 1_000)
+                await to_thread.run_sync(self._add, source, path)
+                return source
+            finally:
+                Path(path).unlink(missing_ok=True)
 
-    def _place(self, source: Source, path: str) -> None:
+    def _check_free(self, name: str) -> None:
+        """Refuse the name of a file in the folder, which may be a source of another log."""
+        if (self._folder / name).exists():
+            raise TakenError(f"source: expected a new name, got {name!r}, which is taken")
+
+    def _add(self, source: Source, path: str) -> None:
+        def place() -> None:
+            self._check_free(source.name)
+            os.replace(path, self._folder / source.file)
+
         with self._opened() as sources:
-            sources.add(source, partial(os.replace, path, self._folder / source.file))
+            sources.add(source, place)
 
 
 async def _write(handle: int, parts: AsyncIterator[bytes]) -> tuple[bytes, int]:

@@ -297,7 +297,7 @@ class Explainer:
         """Bound what a question about a window looks at: the lives of all cars that instances in it may be about."""
         if question.start_us is None or question.end_us is None:
             return None
-        span_us = max(reach_us(chronicles, name) for name in names) + _AROUND_US
+        span_us = max((reach_us(chronicles, name) for name in names), default=0) + _AROUND_US
         start_us, end_us = question.start_us - span_us, question.end_us + span_us
         alive = [one for one in self._log.cars(run.id) if one.first_us < end_us and one.last_us >= start_us]
         first_us, last_us = start_us - _LONG_US, end_us + _LONG_US

@@ -82,6 +82,20 @@ def test_a_name_is_taken_once(client: Client, folders: SourceFolders, video: Pat
     assert uploaded(folders) == ["a"]
 
 
+def test_a_file_of_another_log_is_not_replaced(client: Client, folders: SourceFolders, video: Path) -> None:
+    other = folders.path_of(Source("a", "a", "", 0, 0))
+    other.write_text("of another log")
+    assert put(client, "a", video.read_bytes())[0] == 409
+    assert (other.read_text(), uploaded(folders), client.get(SOURCES).json()["items"]) == ("of another log", ["a"], [])
+
+
+def test_a_name_of_a_file_in_its_place_is_taken(client: Client, folders: SourceFolders, video: Path) -> None:
+    (allowed,) = folders.allowed
+    (allowed / "v.mp4").write_bytes(video.read_bytes())
+    assert client.request("POST", SOURCES, json={"name": "a", "file": f"{allowed}/v.mp4"}).status_code == 201
+    assert (put(client, "a", video.read_bytes())[0], uploaded(folders)) == (409, [])
+
+
 @pytest.mark.parametrize(
     ("name", "body", "status", "detail"),
     [

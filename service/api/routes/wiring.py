@@ -53,5 +53,5 @@ def add_routes(
     add_chronicle_texts(plain, log, explanations)
     add_sources(plain, log, folders, explanations)
     add_jobs(plain, log, folders)
-    router.routes.extend(plain.routes)
+    router.routes.extend(plain.routes)  # `include_router` would hide them from the index
     add_index(router, log, version)
