@@ -7,6 +7,7 @@ import re
 import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from pathlib import Path
 from socket import socket
 
 import anyio.to_thread
@@ -39,6 +40,7 @@ def create_app(
     shipped: Sequence[ChronicleRecord] | None = None,
     within_s: float = ANSWERED_WITHIN_S,
     folders: SourceFolders = NO_FOLDERS,
+    media_folders: Sequence[Path] = (),
 ) -> FastAPI:
     """Make the ASGI application that answers questions to an event log.
 
@@ -48,6 +50,7 @@ def create_app(
     shipped : the chronicles to list beside those of the log's runs; None for the library.
     within_s : how long an explanation may take.
     folders : where what clients have processed may lie.
+    media_folders : whose videos may be sent.
 
     Raises
     ------
@@ -83,7 +86,16 @@ def create_app(
     library = load_chronicle_files(()).records if shipped is None else shipped
     app.state.event_stream = stream
     explanations = Explanations(log.read_from.url, within_s)
-    add_routes(app.router, log, stream, explanations, library, folders=folders, version=version)
+    add_routes(
+        app.router,
+        log,
+        stream,
+        explanations,
+        library,
+        folders=folders,
+        media_folders=media_folders,
+        version=version,
+    )
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)

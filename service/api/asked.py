@@ -3,13 +3,13 @@
 The hot routes about events have tables of their own, see `parameters`.
 """
 
-from typing import Annotated
+from typing import Annotated, Self
 
 from fastapi import Query
-from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 
 from service.api.parameters import MEDIA_TIME, ROLE_PREFIX
-from service.errors import QueryError
+from service.errors import FilterError, QueryError
 from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
 from service.times import parse_media_us
 
@@ -43,6 +43,14 @@ class InWindow(OfRun):
 
     from_: MediaTime | None = Field(None, alias="from", description="Start of the window, media time.")
     to: MediaTime | None = Field(None, description="End of the window, excluded, media time.")
+
+    @model_validator(mode="after")
+    def _check_window(self) -> Self:
+        if self.from_ is not None and self.to is not None and self.from_ >= self.to:
+            raise FilterError(
+                f"from: expected a time before 'to' ({self.to} us), got {self.from_} us", parameter="from"
+            )
+        return self
 
 
 class _OfRoles(OfRun, extra="allow"):

@@ -4,6 +4,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from service.questions.car_tracks import CarColumns
 from service.questions.coverage import LookedAt, Spans
 from service.questions.identity import CarIdentity, IdentityLink
 from service.questions.summaries import By, Counted
@@ -127,6 +128,14 @@ class LinkList(Struct, frozen=True):
     run: str
     car: str
     items: list[IdentityLink]
+
+
+class Tracks(Struct, frozen=True):
+    """Where cars were; `looked_at` says in which time there could be any."""
+
+    run: str
+    columns: CarColumns
+    looked_at: list[LookedAt]
 
 
 class RunSummary(Struct, frozen=True, kw_only=True):

@@ -59,10 +59,13 @@ def answers(
 ) -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
     schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
-    described: Answers = {status: {"description": "OK", "content": {media_type: {"schema": schema}}}}
-    for error in (*errors, 500, 503):
-        described[error] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
-    return described
+    return {status: {"description": "OK", "content": {media_type: {"schema": schema}}}} | problems(*errors)
+
+
+def problems(*errors: int) -> Answers:
+    """Describe the errors that a route may give, besides those of any."""
+    described = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
+    return dict.fromkeys((*errors, 500, 503), described)
 
 
 def describe_bodies(app: FastAPI) -> None:
@@ -83,7 +86,7 @@ def describe_bodies(app: FastAPI) -> None:
                     _drop_foreign_errors(operation["responses"])
                     for answer in operation["responses"].values():
                         for content in answer.get("content", {}).values():
-                            document["components"]["schemas"] |= content["schema"].pop("$defs", {})
+                            document["components"]["schemas"] |= content.get("schema", {}).pop("$defs", {})
         return app.openapi_schema or document
 
     app.openapi = openapi  # type: ignore[method-assign]  # the framework's documented way to extend it

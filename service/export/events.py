@@ -1,12 +1,14 @@
 """How are events written to files?
 
 JSONL is the log's own form, one event a line. CSV has a column for each role (`role.overtaker`), so that a spreadsheet
-can filter and count by it; lists stay JSON inside their cell. Everything streams: memory does not grow with the log.
+can filter and count by it; lists stay JSON inside their cell. WebVTT gives chapters to a player. Everything streams:
+memory does not grow with the log.
 """
 
 import csv
 import io
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
 from typing import Literal, TextIO, get_args
 
 import msgspec
@@ -15,11 +17,13 @@ from msgspec.structs import asdict
 from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records import EventRecord
 from service.store.log import EventLog
+from service.times import format_media
 
-ExportFormat = Literal["jsonl", "csv"]
+ExportFormat = Literal["jsonl", "csv", "vtt"]
 FORMATS: tuple[ExportFormat, ...] = get_args(ExportFormat)
 
 ROLE_PREFIX = "role."
+_SHORTEST_CUE_US = 1_000_000
 COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
     "confidence", "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
@@ -62,7 +66,13 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
         As `iterate_pages`, at once.
     """
     pages = iterate_pages(log, wanted)
-    return _jsonl(pages) if form == "jsonl" else _csv(pages, find_role_names(log, wanted))
+    match form:
+        case "jsonl":
+            return _jsonl(pages)
+        case "csv":
+            return _csv(pages, find_role_names(log, wanted))
+        case "vtt":
+            return _vtt(pages, {run.id: run.file.first_pts_us or 0 for run in log.runs() if run.file})
 
 
 def _jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:
@@ -74,6 +84,21 @@ def _csv(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[
         out = io.StringIO(newline="")
         write_events_csv(page, role_names, out, with_header=number == 0)
         yield out.getvalue()
+
+
+def _vtt(pages: Iterable[Iterable[str]], first_pts_us: Mapping[str, int]) -> Iterator[str]:
+    """Write cues in the times of the video, for which a run says where its media time begins."""
+    yield "WEBVTT\n"
+    for page in pages:
+        yield "".join(_cue(event, first_pts_us.get(event.run, 0)) for event in map(decode_event, page))
+
+
+def _cue(event: EventRecord, zero_us: int) -> str:
+    # A cue without duration is never shown.
+    times_us = zero_us + event.start_us, zero_us + max(event.end_us, event.start_us + _SHORTEST_CUE_US)
+    start, end = (text if text.count(":") == 1 else text.zfill(12) for text in map(format_media, times_us))
+    said = ", ".join(f"{role} {actor}" for role, actor in event.roles.items())
+    return f"\n{start} --> {end}\n{escape(f'{event.type}: {said}', quote=False)}\n"
 
 
 def _cells(event: EventRecord) -> list[object]:

@@ -11,7 +11,7 @@ from msgspec import Struct
 from chronicles.events import Event
 from dyknow.language.diagnostics import hinted
 from qsr.relations import RANK
-from service.errors import FilterError, QueryError
+from service.errors import QueryError
 from service.questions.coverage import LookedAt, looked_at
 from service.questions.stored_events import Part, stored_events, unwatched_relations
 from service.records import RunRecord
@@ -70,7 +70,7 @@ def relation_intervals(log: EventLog, question: RelationQuestion) -> RelationLis
     Raises
     ------
     QueryError
-        If there is no such relation, or the window is empty.
+        If there is no such relation.
     LogError
         If there is no such run, or it did not watch a relation that cannot be computed any more.
     """
@@ -81,8 +81,6 @@ def relation_intervals(log: EventLog, question: RelationQuestion) -> RelationLis
     first_us, last_us = log.covered_us(run.id) or (0, 0)
     from_us = first_us if question.from_us is None else question.from_us
     to_us = last_us + 1 if question.to_us is None else question.to_us
-    if from_us >= to_us:
-        raise FilterError(f"from: expected a time before 'to' ({to_us} us), got {from_us} us", parameter="from")
     about, names = set(question.about), question.names or run.relations
     changes = (one for one in _changes(log, run, names, question.about, (from_us, to_us)) if about <= {*one.args})
     found = sorted(one for one in _laid_out(changes) if one.end_us is None or one.end_us > from_us)

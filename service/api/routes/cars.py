@@ -1,17 +1,34 @@
-"""Which cars are there, and by what is each the one that it is? Routes about cars."""
+"""Which cars are there, where were they, and by what is each the one that it is? Routes about cars."""
 
 from typing import Annotated
 
 from fastapi import APIRouter, Query
+from pydantic import Field
 from starlette.responses import Response
 
-from service.api.asked import OfRun
-from service.api.bodies import CarList, LinkList
+from service.api.asked import InWindow, MediaTime, OfRun
+from service.api.bodies import CarList, LinkList, Tracks
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
+from service.errors import QueryError
+from service.questions.car_tracks import car_columns
 from service.questions.coverage import looked_at
-from service.questions.identity import identities, links_of
+from service.questions.identity import check_car, identities, links_of
+from service.records import RunRecord
 from service.store.log import EventLog
+from service.times import MAX_MEDIA_US
+
+MOST_US = 60_000_000
+"""Of all cars so much is told at once: some megabytes of a busy junction."""
+
+
+class _Stepwise(InWindow):
+    step_us: int = Field(1, ge=1, le=MAX_MEDIA_US, description="The first state of a car in each step; all for 1.")
+
+
+class _Window(_Stepwise):
+    from_: MediaTime = Field(alias="from", description="Start of the window, media time.")
+    to: MediaTime = Field(description=f"End of the window, excluded, at most {MOST_US} us later.")
 
 
 def add_cars(router: APIRouter, log: EventLog) -> None:
@@ -34,3 +51,30 @@ def add_cars(router: APIRouter, log: EventLog) -> None:
         """Answer with the identity chain of a car, oldest link first."""
         record = log.run(asked.run)
         return json_answer(LinkList(record.id, car, links_of(log, record, car)))
+
+    @router.get(
+        "/api/v1/cars/{car}/trajectory",
+        name="trajectory",
+        summary="Say where a car was",
+        responses=answers(Tracks, 400, 404, 422),
+    )
+    def get_trajectory(car: str, asked: Annotated[_Stepwise, Query()]) -> Response:
+        """Answer with the states of a car over its life, or in a window."""
+        record = log.run(asked.run)
+        check_car(log, record, car)
+        return _tracks(record, asked, car)
+
+    @router.get(
+        "/api/v1/tracks", name="tracks", summary="Say where all cars were", responses=answers(Tracks, 400, 404, 422)
+    )
+    def get_tracks(asked: Annotated[_Window, Query()]) -> Response:
+        """Answer with the states of all cars in a window."""
+        if asked.to > asked.from_ + MOST_US:
+            expected = f"to: expected at most {MOST_US} us after 'from'"
+            raise QueryError(f"{expected}, got {asked.to - asked.from_} us", parameter="to")
+        return _tracks(log.run(asked.run), asked)
+
+    def _tracks(run: RunRecord, asked: _Stepwise | _Window, car: str | None = None) -> Response:
+        states = log.states(run.id, car=car, from_us=asked.from_, to_us=asked.to)
+        columns = car_columns(states, step_us=asked.step_us)
+        return json_answer(Tracks(run.id, columns, [looked_at(log, run.id, run.source)]))

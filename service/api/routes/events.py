@@ -12,29 +12,28 @@ from service.api.asked import NoParameters
 from service.api.bodies import EventList, EventSummary
 from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.event_stream import EventStream
-from service.api.openapi import answers
+from service.api.openapi import answers, problems
 from service.api.parameters import (
-    EXPORT_PARAMETERS,
-    STREAM_PARAMETERS,
-    SUMMARY_PARAMETERS,
+    EventQuery,
+    ExportQuery,
     Pairs,
-    describe_event_parameters,
-    read_export_question,
-    read_question,
+    StreamQuery,
+    SummaryQuery,
+    describe_query,
+    read_query,
     read_stream_question,
-    read_summary_question,
 )
 from service.api.routes.answering import json_answer
 from service.export.events import exported
-from service.questions.coverage import Coverage
+from service.questions.coverage import Coverage, LookedAt
 from service.questions.notes import name_notes, run_notes
-from service.questions.queries import EventPage, find_event, find_events
+from service.questions.queries import EventFilter, EventPage, find_event, find_events
 from service.questions.summaries import count_events, summarise
 from service.records import EventRecord
 from service.store.log import EventLog
 
-_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv"}
-_EXPORTED = answers("", 400, 422) | {
+_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt"}
+_EXPORTED = problems(400, 422) | {
     200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
 }
 
@@ -47,25 +46,28 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
     stream, coverage : of the same log.
     """
 
+    def looked_at(wanted: EventFilter) -> list[LookedAt] | None:
+        return coverage.of(wanted) if wanted.as_of is None else None
+
     @router.get(
         "/api/v1/events",
         name="events",
         summary="List events",
         description="Repeated parameters are alternatives; different parameters must all hold.",
         responses=answers(EventList, 400, 422),
-        openapi_extra={"parameters": describe_event_parameters()},
+        openapi_extra={"parameters": describe_query(EventQuery)},
     )
     def list_events(request: Request) -> Response:
         """Answer with one page of the events that were asked for."""
         pairs = request.query_params.multi_items()
-        question = read_question(pairs)
-        page = find_events(log, question.wanted, limit=question.limit, cursor=question.cursor)
-        is_now = question.wanted.as_of is None  # what is told of then does not change
-        told: dict[str, object] = {"looked_at": coverage.of(question.wanted) if is_now else None}
-        if question.is_counted:
-            told["count"] = count_events(log, question.wanted)
-        if is_now and not page.items and question.cursor is None:
-            notes = (*name_notes([log], question.wanted), *run_notes([log], question.wanted))
+        asked, wanted = read_query(pairs, EventQuery)
+        page = find_events(log, wanted, limit=asked.limit, cursor=asked.cursor)
+        told: dict[str, object] = {"looked_at": looked_at(wanted)}
+        if asked.count == "exact":
+            told["count"] = count_events(log, wanted)
+        # What is told of an older state does not change.
+        if not page.items and asked.cursor is None and wanted.as_of is None:
+            notes = (*name_notes([log], wanted), *run_notes([log], wanted))
             told |= {"notes": notes} if notes else {}
         return _event_page(page, request.url.path, pairs, told)
 
@@ -75,7 +77,7 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         summary="Stream events as they are written",
         description="Server-sent events: `id` is the sequence number, `event` the status, `data` the event.",
         responses=answers(EventRecord, 422, media_type=EVENT_STREAM),
-        openapi_extra={"parameters": describe_event_parameters(STREAM_PARAMETERS)},
+        openapi_extra={"parameters": describe_query(StreamQuery)},
     )
     async def stream_events(request: Request) -> Response:
         """Answer with the events behind a sequence number, and go on with those that are written from then on."""
@@ -87,14 +89,14 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         name="summary",
         summary="Count events",
         responses=answers(EventSummary, 400, 422),
-        openapi_extra={"parameters": describe_event_parameters(SUMMARY_PARAMETERS)},
+        openapi_extra={"parameters": describe_query(SummaryQuery)},
     )
     def summarise_events(request: Request) -> Response:
         """Answer with counts by type, road, object or hour, the highest first, and bins of media time."""
-        wanted, by, bin_us, limit = read_summary_question(request.query_params.multi_items())
-        as_of_seq, items = summarise(log, wanted, by, bin_us=bin_us, limit=limit)
-        looked_at = coverage.of(wanted) if wanted.as_of is None else None
-        return json_answer(EventSummary(by, bin_us, as_of_seq, items, looked_at))
+        asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
+        bin_us = asked.bin_us or None
+        as_of_seq, items = summarise(log, wanted, asked.by, bin_us=bin_us, limit=asked.limit)
+        return json_answer(EventSummary(asked.by, bin_us, as_of_seq, items, looked_at(wanted)))
 
     @router.get(
         "/api/v1/events/export",
@@ -102,13 +104,14 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         summary="Export events as a file",
         description="All events of the filters, in one state of the log.",
         responses=_EXPORTED,
-        openapi_extra={"parameters": describe_event_parameters(EXPORT_PARAMETERS)},
+        openapi_extra={"parameters": describe_query(ExportQuery)},
     )
     def export_events(request: Request) -> Response:
         """Answer with a file that is made while it is sent."""
-        wanted, form = read_export_question(request.query_params.multi_items())
-        headers = {"Content-Disposition": f'attachment; filename="events.{form}"'}
-        return StreamingResponse(exported(log, wanted, form), headers=headers, media_type=_MEDIA_TYPES[form])
+        asked, wanted = read_query(request.query_params.multi_items(), ExportQuery)
+        headers = {"Content-Disposition": f'attachment; filename="events.{asked.format}"'}
+        blocks = exported(log, wanted, asked.format)
+        return StreamingResponse(blocks, headers=headers, media_type=_MEDIA_TYPES[asked.format])
 
     @router.get(
         "/api/v1/events/{event_id}", name="event", summary="Get one event", responses=answers(EventRecord, 404, 422)

@@ -1,6 +1,7 @@
 """Which routes are there? All of them, each with what it needs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from fastapi import APIRouter, Depends
 
@@ -14,6 +15,7 @@ from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
 from service.api.routes.jobs import add_jobs
+from service.api.routes.media import add_media
 from service.api.routes.relations import add_relations
 from service.api.routes.runs import add_runs
 from service.api.routes.sources import add_sources
@@ -31,6 +33,7 @@ def add_routes(
     shipped: Iterable[ChronicleRecord],
     *,
     folders: SourceFolders,
+    media_folders: Sequence[Path],
     version: str,
 ) -> None:
     """Add the routes of one event log to those of an application.
@@ -40,6 +43,7 @@ def add_routes(
     stream, explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
     folders : where sources may lie.
+    media_folders : whose videos may be sent.
     version : of the software, for the index.
     """
     coverage = Coverage(log)
@@ -48,6 +52,7 @@ def add_routes(
     add_cars(router, log)
     add_relations(router, explanations)
     add_runs(router, log, coverage)
+    add_media(router, log, media_folders)
     add_chronicles(router, log, tuple(shipped))
     plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
     add_chronicle_texts(plain, log, explanations)

@@ -27,6 +27,10 @@ def serve(
     allow_folder: Annotated[
         list[Path] | None, typer.Option(help="Folder whose files clients may have processed; repeat for several.")
     ] = None,
+    media: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FOLDER", exists=True, file_okay=False, help="Folder whose videos may be sent."),
+    ] = None,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
     from service.api.app import Server, create_app
@@ -39,7 +43,9 @@ def serve(
     for folder in (*([uploads] if uploads else []), *(allow_folder or ())):
         if not folder.is_dir():
             raise InputError(f"{folder}: expected a folder, got none")
-    app = create_app(log, folders=SourceFolders(uploads, upload_gb, tuple(allow_folder or ())))
+    app = create_app(
+        log, folders=SourceFolders(uploads, upload_gb, tuple(allow_folder or ())), media_folders=media or ()
+    )
     can_write = database_of(log).can_write()
     declared = load_webhooks(webhooks) if webhooks else []
     if declared and not can_write:
