@@ -114,13 +114,20 @@ async def _on_http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     method, path = request.method, request.url.path
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
-        allowed = (error.headers or {}).get("Allow", "GET").replace("GET", "GET, HEAD")
+        allowed = _allowed(request)
         detail = f"{path}: expected method {allowed.replace(', ', ' or ')}, got {method!r}"
         return problem(request, 405, detail, headers={"Allow": allowed})
     if error.status_code == HTTPStatus.NOT_FOUND and error.detail == HTTPStatus.NOT_FOUND.phrase:
         detail = f"{path}: expected a path of this interface (see /api/v1), got an unknown one"
         return problem(request, 404, detail)
     return problem(request, error.status_code, str(error.detail), headers=error.headers)
+
+
+def _allowed(request: Request) -> str:
+    """Name the methods of a path; the framework would tell those of the first of its routes."""
+    path = request.scope["route"].path
+    names = {name for one in request.app.router.routes if one.path == path for name in one.methods}
+    return ", ".join(sorted(names | ({"HEAD"} if "GET" in names else set())))
 
 
 async def _on_ours(request: Request, error: Exception) -> Response:

@@ -180,6 +180,22 @@ def test_a_wrong_method_is_a_problem(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
+    ("path", "allowed"),
+    [
+        ("sources", "GET, HEAD, POST"),
+        ("sources/a", "DELETE, GET, HEAD"),
+        ("chronicles/near", "DELETE, GET, HEAD, PUT"),
+        ("chronicles/check", "POST"),
+        ("chronicles/try", "POST"),
+        ("jobs/0/cancel", "POST"),
+    ],
+)
+def test_all_methods_of_a_path_are_told(client: Client, path: str, allowed: str) -> None:
+    answer = client.request("PATCH", f"/api/v1/{path}")
+    assert (answer.status_code, answer.headers["allow"]) == (405, allowed)
+
+
+@pytest.mark.parametrize(
     ("query", "parameter", "detail"),
     [
         ("limit=0", "limit", "limit: expected 1 to 1000, got '0'"),

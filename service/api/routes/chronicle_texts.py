@@ -36,7 +36,6 @@ _TEXT = "/chronicles/{name}"
 
 def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanations) -> None:
     """Add the routes that store texts, and those that lay out and try them."""
-    _add_stored(router, partial(ChronicleTexts, log.place.url))
     laid_out, tried, compared = answers(LaidOut, 413, 422), answers(Trial, 400, 404, 409, 422), answers(Difference)
 
     @router.post("/chronicles/format", name="format", responses=laid_out, openapi_extra=TEXT_BODY)
@@ -59,6 +58,8 @@ def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanat
         for name, text in (("before", order.before), ("after", order.after)):
             await to_thread.run_sync(_check, name, text)
         return json_answer(await explanations.difference(order.question(), order.before, order.after))
+
+    _add_stored(router, partial(ChronicleTexts, log.place.url))  # last, as `{name}` fits the paths above too
 
 
 def _add_stored(router: APIRouter, opened: "partial[ChronicleTexts]") -> None:
