@@ -36,7 +36,7 @@ _TEXT = "/chronicles/{name}"
 
 def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanations) -> None:
     """Add the routes that store texts, and those that lay out and try them."""
-    laid_out, tried, compared = answers(LaidOut, 413, 422), answers(Trial, 400, 404, 409, 422), answers(Difference)
+    laid_out, tried, compared = answers(LaidOut, 413, 422), answers(Trial, 400, 404, 409, 413, 422), answers(Difference)
 
     @router.post("/chronicles/format", name="format", responses=laid_out, openapi_extra=TEXT_BODY)
     def lay_out(text: SentText) -> Response:

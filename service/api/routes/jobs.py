@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from starlette.responses import Response
 
 from service.api.bodies import JobList, JobStatus
-from service.api.openapi import answers
+from service.api.openapi import answers, problems
 from service.api.orders import RunOrder
 from service.api.routes.answering import json_answer
 from service.api.source_files import SourceFolders
@@ -37,7 +37,7 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
     """
     accepted = answers(JobStatus, 404, 409, 422, status=202)
 
-    @router.post("/runs", name="runs", status_code=202, responses=accepted)
+    @router.post("/runs", name="runs", status_code=202, responses=accepted | problems(400, 413))
     def begin_run(order: RunOrder) -> Response:
         """Add a run to the jobs, which a worker processes. The same request is the same job, whenever it comes."""
         wanted = _request(order, log.place.url, folders)
