@@ -23,7 +23,8 @@ from chronicles.chronicle_set import ChronicleSet
 from data_gen.track_scene import make_track_scene
 from service.runs import activation
 from service.runs.activation import Activation
-from service.runs.processing import Progress, RunRequest, process
+from service.runs.processing import Progress, process
+from service.runs.requests import RunRequest
 from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles

@@ -1,5 +1,12 @@
 """What can go wrong in `service`, as one exception family."""
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dyknow.language.diagnostics import Diagnostic
+
 
 class ServiceError(Exception):
     """Base of every error that `service` raises: where, what was expected, what came."""
@@ -52,6 +59,23 @@ class FilterError(QueryError):
 
 class CursorError(QueryError):
     """A page cursor that is not one of ours, or belongs to other filters."""
+
+
+class TextRefusedError(ServiceError):
+    """A text with errors.
+
+    Attributes
+    ----------
+    findings : all that was found in it.
+    """
+
+    def __init__(self, message: str, findings: "Sequence[Diagnostic]" = ()) -> None:
+        super().__init__(message)
+        self.findings = findings
+
+
+class TakenError(ServiceError):
+    """A name that something else has already, or a thing that something else still needs."""
 
 
 class VersionError(ServiceError):

@@ -23,6 +23,7 @@ from service.api.explanations import ANSWERED_WITHIN_S, Explanations
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
 from service.api.routes.wiring import add_routes
+from service.api.source_files import NO_FOLDERS, SourceFolders
 from service.records import ChronicleRecord, software_version
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
@@ -39,15 +40,17 @@ def create_app(
     *,
     shipped: Sequence[ChronicleRecord] | None = None,
     within_s: float = ANSWERED_WITHIN_S,
+    folders: SourceFolders = NO_FOLDERS,
     media_folders: Sequence[Path] = (),
 ) -> FastAPI:
     """Make the ASGI application that answers questions to an event log.
 
     Parameters
     ----------
-    log_url : as `open_log` takes it; the log is only read.
+    log_url : as `open_log` takes it.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
     within_s : how long an explanation may take.
+    folders : where what clients have processed may lie.
     media_folders : whose videos may be sent.
 
     Raises
@@ -84,7 +87,16 @@ def create_app(
     library = load_chronicle_files(()).records if shipped is None else shipped
     app.state.event_stream = stream
     explanations = Explanations(log.read_from.url, within_s)
-    add_routes(app.router, log, stream, explanations, library, media_folders=media_folders, version=version)
+    add_routes(
+        app.router,
+        log,
+        stream,
+        explanations,
+        library,
+        folders=folders,
+        media_folders=media_folders,
+        version=version,
+    )
     add_docs(app)
     app.add_middleware(RequestFrame)
     register_problems(app)

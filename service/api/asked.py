@@ -5,6 +5,7 @@ Requests about events, of which there are most, are read by msgspec: see `parame
 
 from typing import Annotated, Self
 
+from fastapi import Query
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 
 from service.api.parameters import MEDIA_TIME, ROLE_PREFIX
@@ -15,9 +16,9 @@ from service.times import parse_media_us
 DEFAULT_NEAR_MISSES = 5
 
 
-def _media_us(value: str, given: ValidationInfo) -> int:
+def _media_us(value: object, given: ValidationInfo) -> int:
     assert given.field_name
-    return parse_media_us(value, parameter=given.field_name.rstrip("_"))
+    return parse_media_us(str(value), parameter=given.field_name.rstrip("_"))
 
 
 MediaTime = Annotated[int, BeforeValidator(_media_us), WithJsonSchema(MEDIA_TIME)]
@@ -25,6 +26,10 @@ MediaTime = Annotated[int, BeforeValidator(_media_us), WithJsonSchema(MEDIA_TIME
 
 class NoParameters(BaseModel, extra="forbid"):
     """Nothing: a parameter that restricts nothing was meant to, so it is refused."""
+
+
+def take_none(asked: Annotated[NoParameters, Query()]) -> None:
+    """Take no parameters: what routes depend on that take none."""
 
 
 class OfRun(NoParameters):

@@ -18,6 +18,9 @@ from service.records import (
     RunStatus,
     StartFrom,
 )
+from service.store.chronicle_texts import ChronicleText
+from service.store.jobs import JobState
+from service.store.sources import Source
 from service.store.upkeep import Holding
 
 
@@ -56,9 +59,46 @@ class ChronicleUse(ChronicleRecord, frozen=True, kw_only=True):
 
 
 class ChronicleList(Struct, frozen=True):
-    """All chronicles; one name may come in several versions."""
+    """All chronicles; one name may come in several versions. `texts` are the newest ones that the log holds."""
 
     items: list[ChronicleUse]
+    texts: list[ChronicleText]
+
+
+class TextVersions(Struct, frozen=True):
+    """The versions of a chronicle text, oldest first; one without a text says that it ended then."""
+
+    items: list[ChronicleText]
+
+
+class LaidOut(Struct, frozen=True):
+    """A chronicle text in the one layout."""
+
+    text: str
+
+
+class SourceList(Struct, frozen=True):
+    """The sources of the log, by name."""
+
+    items: list[Source]
+
+
+class JobStatus(Struct, frozen=True):
+    """A job; `run` is what it became once it has finished, `message` how far it is or what went wrong."""
+
+    id: str
+    state: JobState
+    input: str
+    run: str | None
+    attempts: int
+    cancel_requested: bool
+    message: str
+
+
+class JobList(Struct, frozen=True):
+    """The jobs of the log, in their order."""
+
+    items: list[JobStatus]
 
 
 class EventExplanation(Struct, frozen=True):
@@ -159,7 +199,7 @@ class ProblemDetail(Struct, frozen=True, omit_defaults=True):
 
 
 class Problem(Struct, frozen=True, omit_defaults=True):
-    """An error by RFC 9457; `type` is `about:blank` where the status says it all."""
+    """An error by RFC 9457; `type` is `about:blank` where the status says it all, `findings` are those of a text."""
 
     type: str
     title: str
@@ -168,3 +208,4 @@ class Problem(Struct, frozen=True, omit_defaults=True):
     instance: str
     request_id: str
     errors: list[ProblemDetail] = []
+    findings: list[dict[str, Any]] = []

@@ -70,6 +70,18 @@ class Explanations:
         """Say which relations held; raises as `relation_intervals`, and as `why`."""
         return await self._ask(_relations, question)
 
+    async def trial(self, question: AbsenceQuestion, text: str) -> bytes:
+        """Try a text; raises as `why`."""
+        return await self._ask(_trial, (question, text))
+
+    async def difference(self, question: AbsenceQuestion, before: str, after: str) -> bytes:
+        """Compare two texts; raises as `why`."""
+        return await self._ask(_difference, (question, before, after))
+
+    async def unfit(self, path: str) -> str:
+        """Say why a file is no video, or nothing: FFmpeg may crash or take long at what somebody made up."""
+        return await self._ask(_unfit, path)
+
     async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
         try:
             with fail_after(self._within_s):
@@ -99,6 +111,20 @@ def _awaited(log: str, question: AbsenceQuestion) -> bytes:
 
 def _relations(log: str, question: RelationQuestion) -> bytes:
     return msgspec.json.encode(relation_intervals(_opened(log), question, _coverage(log)))
+
+
+def _trial(log: str, about: tuple[AbsenceQuestion, str]) -> bytes:
+    return msgspec.json.encode(_explainer(log).try_text(*about))
+
+
+def _difference(log: str, about: tuple[AbsenceQuestion, str, str]) -> bytes:
+    return msgspec.json.encode(_explainer(log).compare_texts(*about))
+
+
+def _unfit(_: str, path: str) -> str:
+    from vision.video.decoding import unfit
+
+    return unfit(path)
 
 
 @cache

@@ -18,6 +18,7 @@ Answers = dict[int | str, JsonObject]
 
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
+_FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, which we never send
 _REF = "#/components/schemas/{name}"
 
 _POSITION = {"type": "object", "properties": {"line": {"type": "integer"}, "character": {"type": "integer"}}}
@@ -49,11 +50,16 @@ _FINDINGS_SCHEMA: JsonObject = {
     },
 }
 
+TEXT_BODY = {"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}}
+VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": {"schema": {}}}}}
 
-def answers(body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json") -> Answers:
+
+def answers(
+    body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json", status: int = 200
+) -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
     schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
-    return {200: {"description": "OK", "content": {media_type: {"schema": schema}}}} | problems(*errors)
+    return {status: {"description": "OK", "content": {media_type: {"schema": schema}}}} | problems(*errors)
 
 
 def problems(*errors: int) -> Answers:
@@ -71,13 +77,16 @@ def describe_bodies(app: FastAPI) -> None:
         if not app.openapi_schema:
             document = describe()
             _, components = msgspec.json.schema_components([Problem], ref_template=_REF)
+            own = {name: one for name, one in document["components"]["schemas"].items() if name not in _FOREIGN}
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
-            document["components"] = {"schemas": {**components, EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}}
+            components |= {EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}
+            document["components"] = {"schemas": {**own, **components}}
             for path in document["paths"].values():
                 for operation in path.values():
                     _drop_foreign_errors(operation["responses"])
-                    for content in operation["responses"]["200"].get("content", {}).values():
-                        document["components"]["schemas"] |= content.get("schema", {}).pop("$defs", {})
+                    for answer in operation["responses"].values():
+                        for content in answer.get("content", {}).values():
+                            document["components"]["schemas"] |= content.get("schema", {}).pop("$defs", {})
         return app.openapi_schema or document
 
     app.openapi = openapi  # type: ignore[method-assign]  # the framework's documented way to extend it

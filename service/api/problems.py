@@ -15,8 +15,22 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from chronicles.errors import ChronicleError
+from dyknow.language.diagnostics import Diagnostic
+from dyknow.language.rendering import render_json
 from service.api.bodies import Problem, ProblemDetail
-from service.errors import CrowdedError, CursorError, FilterError, LogError, NotInLogError, QueryError, UnansweredError
+from service.errors import (
+    CrowdedError,
+    CursorError,
+    FilterError,
+    InputError,
+    LogError,
+    NotInLogError,
+    QueryError,
+    TakenError,
+    TextRefusedError,
+    UnansweredError,
+    VersionError,
+)
 
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
@@ -34,6 +48,10 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
     CrowdedError: (503, "urn:dyknow:problem:too-many-streams"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
+    InputError: (409, "urn:dyknow:problem:unusable-input"),
+    TakenError: (409, "urn:dyknow:problem:taken"),
+    TextRefusedError: (422, "urn:dyknow:problem:bad-chronicle"),
+    VersionError: (412, "urn:dyknow:problem:other-version"),
 }
 
 
@@ -53,6 +71,7 @@ def problem(
     *,
     kind: str = "about:blank",
     errors: Sequence[ProblemDetail] = (),
+    findings: Sequence[Diagnostic] = (),
     headers: Mapping[str, str] | None = None,
 ) -> Response:
     """Build the answer for an error.
@@ -69,6 +88,7 @@ def problem(
         instance=request.url.path,
         request_id=request.scope.get(REQUEST_ID, ""),
         errors=list(errors),
+        findings=msgspec.json.decode(render_json(findings)),
     )
     named = {"X-Request-Id": body.request_id, **(headers or {})}
     return Response(msgspec.json.encode(body), status, named, MEDIA_TYPE)
@@ -94,7 +114,7 @@ async def _on_http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     method, path = request.method, request.url.path
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
-        allowed = (error.headers or {}).get("Allow", "GET").replace("GET", "GET, HEAD")
+        allowed = _allowed(request)
         detail = f"{path}: expected method {allowed.replace(', ', ' or ')}, got {method!r}"
         return problem(request, 405, detail, headers={"Allow": allowed})
     if error.status_code == HTTPStatus.NOT_FOUND and error.detail == HTTPStatus.NOT_FOUND.phrase:
@@ -103,11 +123,19 @@ async def _on_http(request: Request, error: Exception) -> Response:
     return problem(request, error.status_code, str(error.detail), headers=error.headers)
 
 
+def _allowed(request: Request) -> str:
+    """Name the methods of a path; the framework would tell those of the first of its routes."""
+    path = request.scope["route"].path
+    names = {name for one in request.app.router.routes if one.path == path for name in one.methods}
+    return ", ".join(sorted(names | ({"HEAD"} if "GET" in names else set())))
+
+
 async def _on_ours(request: Request, error: Exception) -> Response:
     status, kind = next(ANSWERS[one] for one in type(error).__mro__ if one in ANSWERS)
     details = [ProblemDetail(str(error), error.parameter)] if isinstance(error, QueryError) else []
     headers = {"Retry-After": "1"} if status == HTTPStatus.SERVICE_UNAVAILABLE else None
-    return problem(request, status, str(error), kind=kind, errors=details, headers=headers)
+    findings = error.findings if isinstance(error, TextRefusedError) else ()
+    return problem(request, status, str(error), kind=kind, errors=details, findings=findings, headers=headers)
 
 
 async def _on_bug(request: Request, error: Exception) -> Response:

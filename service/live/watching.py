@@ -17,7 +17,8 @@ from service.errors import ServiceError
 from service.live.keeping import left_behind, mark_processed, remove_old
 from service.live.live_source import LiveSource
 from service.live.receiver import Connection, Receiver, Tell
-from service.runs.processing import Progress, RunRequest, RunSummary, load_texts, process
+from service.runs.processing import Progress, RunSummary, load_texts, process
+from service.runs.requests import RunRequest
 from vision.errors import VideoError, VisionError
 
 

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any  # JSON values
+from typing import TYPE_CHECKING, Any  # Any: JSON values
 
 from msgspec.structs import asdict
 
@@ -27,7 +27,7 @@ from service.errors import FilterError, NotInLogError, QueryError
 from service.questions.awaited import AwaitedList, awaited_instances
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
-from service.questions.queries import decode_event, find_event
+from service.questions.queries import MAX_LIMIT, decode_event, find_event
 from service.questions.stored_events import (
     Part,
     StoredEvents,
@@ -37,9 +37,13 @@ from service.questions.stored_events import (
     stored_events,
     unwatched_relations,
 )
+from service.questions.trials import Difference, Trial, difference
 from service.records import EventRecord, RunRecord, SourceText
 from service.store.log import EventLog
 from service.times import format_media
+
+if TYPE_CHECKING:
+    from service.texts.chronicle_files import LoadedChronicles
 
 Json = dict[str, Any]  # Any: a JSON object
 
@@ -181,21 +185,79 @@ class Explainer:
         LogError, InputError, ChronicleError
             If what the chronicle looks at was not watched and cannot be computed, or a text cannot be used.
         """
-        # What reads files, searches, and measures cars again loads a third of a second; who asks why needs none of it.
-        from chronicles.explanation.why_not import why_not
-        from service.questions.thresholds import with_settings
+        # What reads files takes a while to load; who asks why needs none of it.
         from service.texts.chronicle_files import load_chronicle_files
 
         run = self._log.run(question.run)
         chronicles = load_chronicle_files(chronicle_files).merged if chronicle_files else self._chronicles(run)
         name = _asked_chronicle(question.chronicle, run, chronicles)
-        _check(question, run, chronicles, name)
-        part = self._part(question, run, chronicles, name)
+        stored = self._looked_at(question, run, chronicles, [name], site_file)
+        self._check_occur(question, run, stored, is_part=None not in (question.start_us, question.end_us))
+        return self._why_not(question, run, chronicles, name, stored)
+
+    def try_text(self, question: AbsenceQuestion, text: str) -> Trial:
+        """Say what a text would recognise in a run, and how near it came to more.
+
+        Parameters
+        ----------
+        question : about no chronicle and no roles: its window, and how many near misses of each chronicle are wanted.
+
+        Raises
+        ------
+        QueryError, FilterError, NotInLogError, LogError, InputError, ChronicleError
+            As `explain_absence`.
+        """
+        run = self._log.run(question.run)
+        loaded, names, stored, events = self._recognised(question, run, text)
+        missed = {name: to_json(self._why_not(question, run, loaded.merged, name, stored)) for name in names}
+        return Trial(run.id, len(events), events[:MAX_LIMIT], missed, loaded.doubts)
+
+    def compare_texts(self, question: AbsenceQuestion, before: str, after: str) -> Difference:
+        """Say what two texts recognise differently in a run; parameters and errors as those of `try_text`."""
+        run = self._log.run(question.run)
+        return difference(run.id, *(self._recognised(question, run, text)[-1] for text in (before, after)))
+
+    def _recognised(
+        self, question: AbsenceQuestion, run: RunRecord, text: str
+    ) -> tuple["LoadedChronicles", tuple[str, ...], StoredEvents, list[EventRecord]]:
+        """Recognise the chronicles that a text declares in the window of a question."""
+        from chronicles.recogniser import recognise
+        from service.monitoring.monitor_messages import messages_of_run
+        from service.questions.recognised_events import recognised_events
+        from service.texts.chronicle_files import chronicle_names, load_chronicle_texts
+
+        loaded = load_chronicle_texts([("text", text)], messages=messages_of_run(run))
+        names = chronicle_names("text", text) or ()
+        stored = self._looked_at(question, run, loaded.merged, names)
+        found = recognise(loaded.merged.feeding(names), stored.events, until_us=stored.until_us)
+        within = [one for one in found if one.chronicle in names and _is_within(question, one)]
+        return loaded, names, stored, [one.event for one in recognised_events(within, run, self._log)]
+
+    def _looked_at(
+        self,
+        question: AbsenceQuestion,
+        run: RunRecord,
+        chronicles: ChronicleSet,
+        names: Sequence[str],
+        site_file: Path | None = None,
+    ) -> StoredEvents:
+        """Read what a question about some chronicles looks at, once it is found to be one."""
+        for name in names:
+            _check(question, run, chronicles, name)
+        part = self._part(question, chronicles, names, run)
         window_us = (None, None) if part is None else (part.from_us, part.to_us)
         computed = unwatched_relations(self._log, run, relations_of(chronicles), site_file, window_us).changes
         stored = stored_events(self._log, run.id, part=part, computed=computed)
         self._check_covered(question, run)
-        self._check_occur(question, run, stored, is_part=part is not None)
+        return stored
+
+    def _why_not(
+        self, question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str, stored: StoredEvents
+    ) -> WhyNot:
+        # What searches, and measures cars again, loads a third of a second.
+        from chronicles.explanation.why_not import why_not
+        from service.questions.thresholds import with_settings
+
         found = why_not(
             chronicles,
             name,
@@ -222,18 +284,20 @@ class Explainer:
         window = replace(question, start_us=since_us, end_us=at_us + 1)
         _check(window, run, chronicles, name)
         self._check_covered(window, run)
-        stored = stored_events(self._log, run.id, part=self._part(window, run, chronicles, name))
+        stored = stored_events(self._log, run.id, part=self._part(window, chronicles, [name], run))
         self._check_occur(window, run, stored, is_part=True)
         found = awaited_instances(chronicles, name, stored.events, since_us=since_us, at_us=at_us)
         asked = question.roles.items()  # who fills a role may not be known yet
         wanted = [one for one in found if all(one.roles.get(role, value) == value for role, value in asked)]
         return AwaitedList(run.id, name, since_us, at_us, len(wanted), wanted[: question.limit])
 
-    def _part(self, question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, name: str) -> Part | None:
+    def _part(
+        self, question: AbsenceQuestion, chronicles: ChronicleSet, names: Sequence[str], run: RunRecord
+    ) -> Part | None:
         """Bound what a question about a window looks at: the lives of all cars that instances in it may be about."""
         if question.start_us is None or question.end_us is None:
             return None
-        span_us = reach_us(chronicles, name) + _AROUND_US
+        span_us = max((reach_us(chronicles, name) for name in names), default=0) + _AROUND_US
         start_us, end_us = question.start_us - span_us, question.end_us + span_us
         alive = [one for one in self._log.cars(run.id) if one.first_us < end_us and one.last_us >= start_us]
         first_us, last_us = start_us - _LONG_US, end_us + _LONG_US
@@ -243,7 +307,7 @@ class Explainer:
         from_us = min([start_us, *(one.first_us for one in rest)])
         to_us = max([end_us, *(one.last_us + _AROUND_US for one in rest)])
         return Part(
-            names=looked_at(chronicles, name),
+            names=frozenset().union(*(looked_at(chronicles, name) for name in names)),
             from_us=from_us,
             to_us=to_us,
             about=[one.car for one in long],
@@ -278,6 +342,12 @@ class Explainer:
         if run.texts not in self._compiled:  # those of a live run may change
             self._compiled[run.texts] = chronicles_of(run)
         return self._compiled[run.texts]
+
+
+def _is_within(question: AbsenceQuestion, one: Occurrence) -> bool:
+    """Tell whether an occurrence overlaps the window; one without duration lies in it at its start."""
+    is_before = question.start_us is not None and max(one.end_us, one.start_us + 1) <= question.start_us
+    return not is_before and (question.end_us is None or one.start_us < question.end_us)
 
 
 def _things(stored: StoredEvents) -> set[str]:

@@ -17,8 +17,7 @@ from service.runs.inputs.detectors import OnnxChoice, choose_detector
 from service.runs.inputs.site import SiteFile
 from service.runs.inputs.toml_tables import read_toml
 from service.runs.interrupts import Interrupts
-from service.runs.processing import RunRequest
-from service.runs.requests import read_request
+from service.runs.requests import RunRequest, read_request
 from service.runs.worker import ASKED_EVERY_S, process_job
 from service.store.databases.location import database_of, log_files
 from service.store.jobs import MOST_ATTEMPTS, Jobs

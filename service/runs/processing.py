@@ -8,7 +8,7 @@ import hashlib
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
@@ -30,9 +30,10 @@ from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
 from service.runs.recording import Recorder, recorded_streams
+from service.runs.requests import RunRequest
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import open_log
-from service.texts.chronicle_files import LoadedChronicles, load_chronicle_files, read_text
+from service.texts.chronicle_files import LoadedChronicles, load_chronicle_texts, read_text
 from service.texts.idle_chronicles import idle_in_stream, idle_without_roads, unfit_told
 from service.texts.linkage_files import load_linkage_file
 from service.times import utc_us
@@ -42,49 +43,6 @@ from vision.video.recording import is_recording
 
 WORTH_A_PROCESS_US = 15_000_000  # beginning one takes a second
 HISTORY_US = 330_000_000  # longer than any interval of the library's chronicles
-
-
-@dataclass(frozen=True, slots=True)
-class RunRequest:
-    """Say what to process.
-
-    Attributes
-    ----------
-    input : a video file, or a trajectory file (``.csv``).
-    site : the site file; None for trajectories without roads.
-    log_url : where the event log is, or is to be created.
-    chronicle_files : chronicle texts; empty means the whole shipped library.
-    columns : our trajectory column names to the file's.
-    monitor_files : texts of monitors to run besides.
-    kpl_file : declares the streams instead of the shipped text.
-    linkage_file : classes and links of anchoring instead of the shipped text.
-    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
-    rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
-    start_utc_us : UTC time of media time zero, before what site file and video say.
-    final : events are told when nothing can take them back any more.
-    min_confidence : how sure events must be, instead of what chronicles ask for; what is less sure is kept as doubtful.
-    again : also a run that the log has, finished.
-    workers : processes beside this one to look at a video: 0, 1, or None for 1 where it is worth its start.
-    is_live : its chronicles, and those that the log holds, may change while it goes on; it stays the same run. It is
-        taken so where the input is a recording.
-    """
-
-    input: Path
-    site: Path | None
-    log_url: str
-    chronicle_files: tuple[Path, ...] = ()
-    columns: Mapping[str, str] | None = None
-    monitor_files: tuple[Path, ...] = ()
-    kpl_file: Path | None = None
-    linkage_file: Path | None = None
-    detector: str | None = None
-    rate_hz: float | None = None
-    start_utc_us: int | None = None
-    final: bool = False
-    min_confidence: float | None = None
-    again: bool = False
-    workers: int | None = 0
-    is_live: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,9 +179,11 @@ def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, S
         If one of them is wrong.
     """
     draft = load_monitor_files(request.monitor_files, None)
+    own = [(str(path), read_text(path)) for path in request.chronicle_files]
+    own += [(one.name, one.text) for one in request.chronicle_texts]
     stored = [(one.name, one.text or "") for one in stored_texts(request.log_url)] if request.is_live else []
-    chronicles = load_chronicle_files(
-        request.chronicle_files, messages=draft.messages, monitored=draft.events, stored=stored
+    chronicles = load_chronicle_texts(
+        [*own, *stored], messages=draft.messages, monitored=draft.events, with_library=not own
     )
     monitors = load_monitor_files(request.monitor_files, chronicles.merged.given)
     monitors.check_names(chronicles.merged)

@@ -1,14 +1,59 @@
-"""How is a request for a run kept until somebody processes it? As JSON, without the log that it is in."""
+"""What is to be processed, and how is that kept until somebody does? As JSON, without the log that it is in."""
 
 import json
-from dataclasses import fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any  # what JSON has
 
 import msgspec
 
-from service.runs.processing import RunRequest
+from service.records import SourceText
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """Say what to process.
+
+    Attributes
+    ----------
+    input : a video file, or a trajectory file (``.csv``).
+    site : the site file; None for trajectories without roads.
+    log_url : where the event log is, or is to be created.
+    chronicle_files, chronicle_texts : texts of chronicles, in files or here; none means the whole shipped library.
+    columns : our trajectory column names to the file's.
+    monitor_files : texts of monitors to run besides.
+    kpl_file : declares the streams instead of the shipped text.
+    linkage_file : classes and links of anchoring instead of the shipped text.
+    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
+    start_utc_us : UTC time of media time zero, before what site file and video say.
+    final : events are told when nothing can take them back any more.
+    min_confidence : how sure events must be, instead of what chronicles ask for; what is less sure is kept as doubtful.
+    again : also a run that the log has, finished.
+    workers : processes beside this one to look at a video: 0, 1, or None for 1 where it is worth its start.
+    is_live : its chronicles, and those that the log holds, may change while it goes on; it stays the same run. It is
+        taken so where the input is a recording.
+    """
+
+    input: Path
+    site: Path | None
+    log_url: str
+    chronicle_files: tuple[Path, ...] = ()
+    columns: Mapping[str, str] | None = None
+    monitor_files: tuple[Path, ...] = ()
+    kpl_file: Path | None = None
+    linkage_file: Path | None = None
+    detector: str | None = None
+    rate_hz: float | None = None
+    start_utc_us: int | None = None
+    final: bool = False
+    min_confidence: float | None = None
+    again: bool = False
+    workers: int | None = 0
+    chronicle_texts: tuple[SourceText, ...] = ()
+    is_live: bool = False
 
 
 def as_text(request: RunRequest) -> str:

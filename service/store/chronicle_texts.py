@@ -3,6 +3,7 @@
 import time
 
 from msgspec import Struct
+from msgspec.structs import astuple
 from sqlalchemy import Connection, exists, select
 
 from service.errors import NotInLogError, VersionError
@@ -34,12 +35,12 @@ class ChronicleTexts(LogTables):
     Examples
     --------
     >>> with ChronicleTexts("sqlite:///demo.db") as texts:      # doctest: +SKIP
-    ...     version = texts.put("tailgate", "chronicle tailgate[?a, ?b](t) { ... }", None)
-    ...     texts.end("tailgate", version)
+    ...     stored = texts.put("tailgate", "chronicle tailgate[?a, ?b](t) { ... }", None)
+    ...     texts.end("tailgate", stored.version)
     """
 
-    def put(self, name: str, text: str, expected: int | None) -> int:
-        """Store a text as the newest version of its name, and return that version.
+    def put(self, name: str, text: str, expected: int | None) -> ChronicleText:
+        """Store a text as the newest version of its name.
 
         Parameters
         ----------
@@ -52,8 +53,8 @@ class ChronicleTexts(LogTables):
         """
         return self._add(name, text, expected)
 
-    def end(self, name: str, expected: int) -> int:
-        """End a text, and return the version that says so; raises as `put`."""
+    def end(self, name: str, expected: int) -> ChronicleText:
+        """End a text; raises as `put`."""
         return self._add(name, None, expected)
 
     def current(self) -> list[ChronicleText]:
@@ -79,7 +80,7 @@ class ChronicleTexts(LogTables):
             raise NotInLogError(f"log {self._database.name!r}: expected one of its chronicle texts, got {name!r}")
         return found
 
-    def _add(self, name: str, text: str | None, expected: int | None) -> int:
+    def _add(self, name: str, text: str | None, expected: int | None) -> ChronicleText:
         with self._writing() as connection:
             lock_seqs(connection)  # one at a time takes a version
             newest = _newest(connection, name)
@@ -87,9 +88,9 @@ class ChronicleTexts(LogTables):
             if came != expected:
                 wanted, there = (f"version {one}" if one else "none" for one in (expected, came))
                 raise VersionError(f"chronicle text {name!r}: expected {wanted} as the newest, got {there}")
-            version = newest.version + 1 if newest else 1
-            insert_rows(connection, schema.chronicle_texts, [(name, version, text, time.time_ns() // 1_000)])
-            return version
+            added = ChronicleText(name, newest.version + 1 if newest else 1, text, time.time_ns() // 1_000)
+            insert_rows(connection, schema.chronicle_texts, [astuple(added)])
+            return added
 
 
 def _newest(connection: Connection, name: str) -> ChronicleText | None:

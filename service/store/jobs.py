@@ -4,6 +4,7 @@ A worker that has a job holds a lock of the database, which goes with its proces
 run, and can take its lock, knows that its worker is gone, and takes it up again. No clock is asked, so none is wrong.
 """
 
+import json
 from collections.abc import Collection
 from contextlib import ExitStack
 from typing import Literal
@@ -45,6 +46,16 @@ class Job(Struct, frozen=True):
     attempts: int = 0
     cancel_requested: bool = False
     message: str = ""
+
+    @property
+    def input(self) -> str:
+        """The path of what is to be processed."""
+        return str(json.loads(self.request)["input"])
+
+    @property
+    def run(self) -> str | None:
+        """The run that it became, once it has finished."""
+        return self.message.removeprefix("run ") if self.state == "finished" else None
 
 
 class Jobs:

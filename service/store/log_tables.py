@@ -24,8 +24,7 @@ class LogTables:
         self._database = database = database_of(log_url)
         database.check_readable()
         self._closing = ExitStack()
-        self._read_from = up_to_date(database, self._closing, may_be_empty=False)
-        self._engines = self._read_from.reading(), database.writing()
+        self._engines = up_to_date(database, self._closing, may_be_empty=False).reading(), database.writing()
 
     def close(self) -> None:
         """Close all connections."""

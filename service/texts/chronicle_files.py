@@ -39,31 +39,47 @@ def load_chronicle_files(
     stream: Stream | None = "traffic",
     messages: Messages = NO_MESSAGES,
     monitored: Collection[str] = (),
-    stored: Sequence[tuple[str, str]] = (),
 ) -> LoadedChronicles:
-    """Read and check chronicle files, all in one name space; no path means the whole library.
+    """Read and check chronicle files, as `load_chronicle_texts` does; no path means the whole library.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, and what `load_chronicle_texts` raises.
+    """
+    return load_chronicle_texts([(str(path), read_text(path)) for path in paths], stream, messages, monitored)
+
+
+def load_chronicle_texts(
+    own: Sequence[tuple[str, str]],
+    stream: Stream | None = "traffic",
+    messages: Messages = NO_MESSAGES,
+    monitored: Collection[str] = (),
+    *,
+    with_library: bool = False,
+) -> LoadedChronicles:
+    """Check chronicle texts (name, text), all in one name space; no text means the whole library.
 
     Parameters
     ----------
     stream : what they are about; None leaves it to the texts.
     messages : of the monitors that run with them.
     monitored : names that these monitors use: what is of the library comes with the texts.
-    stored : texts (name, text) that come besides.
+    with_library : also the whole library.
 
     Raises
     ------
     InputError
-        If a file cannot be read, or there is no chronicle in them.
+        If there is no chronicle in them.
     ChronicleError
-        If a text has errors, or looks at a message as no monitor gives it; it carries the diagnostics of all files.
+        If a text has errors, or looks at a message as no monitor gives it; it carries the diagnostics of all texts.
     """
-    own = [*((str(path), read_text(path)) for path in paths), *stored]
     stream = stream or (stream_of(own) if own else "traffic")
-    texts = with_relations(own, stream, monitored) if paths else [*library.texts(), *stored]
+    texts = [*library.texts(), *own] if with_library or not own else with_relations(own, stream, monitored)
     merged = load_texts(texts)
     check_uses(texts, messages)
     if not merged.plans:
-        raise InputError(f"{', '.join(map(str, paths))}: expected at least one chronicle, got none")
+        raise InputError(f"{', '.join(name for name, _ in own)}: expected at least one chronicle, got none")
     records = tuple(_record(merged, name, text) for name, text in merged.texts)
     sources = tuple(SourceText(Path(name).name, text) for name, text in texts)
     findings = check_chronicles(own, stream, messages).findings if own else ()
@@ -125,17 +141,25 @@ def check_chronicles(
     )
     if not any(one.severity == "error" for one in findings):  # as where a run is refused
         findings += misuses(texts, messages)
-    return Checked(findings, tuple(name for name, text in texts if _is_empty(name, text)), stream)
+    return Checked(findings, tuple(name for name, text in texts if chronicle_names(name, text) == ()), stream)
 
 
 def _place(one: Diagnostic) -> tuple[str, int, int]:
     return one.file, one.line, one.column
 
 
-def _is_empty(name: str, text: str) -> bool:
+def chronicle_names(name: str, text: str) -> tuple[str, ...] | None:
+    """Name the chronicles that a text declares; None if it cannot be read.
+
+    Examples
+    --------
+    >>> chronicle_names("mine", "message m[?a] chronicle met[?a](t1) { event(m[?a], t1) }"), chronicle_names("", "what")
+    (('met',), None)
+    """
     reporter = Reporter({name: text})
     declarations = parse(text, name, reporter).declarations
-    return not reporter.errors and not any(isinstance(one, model.Chronicle) for one in declarations)
+    named = tuple(one.name for one in declarations if isinstance(one, model.Chronicle))
+    return None if reporter.errors else named
 
 
 def with_relations(

@@ -18,9 +18,8 @@ def texts(new_log: NewLog) -> Iterator[ChronicleTexts]:
 
 
 def test_a_text_has_versions_that_stay(texts: ChronicleTexts) -> None:
-    assert texts.put("b", "one", None) == 1
-    assert texts.put("b", "two", 1) == 2
-    assert texts.put("a", "other", None) == 1
+    assert [texts.put("b", text, after).version for text, after in (("one", None), ("two", 1))] == [1, 2]
+    assert texts.put("a", "other", None) == texts.current()[0]
     assert [(one.name, one.version, one.text) for one in texts.current()] == [("a", 1, "other"), ("b", 2, "two")]
     assert [(one.version, one.text) for one in texts.versions("b")] == [(1, "one"), (2, "two")]
     first, second = (one.made_us for one in texts.versions("b"))
@@ -29,9 +28,9 @@ def test_a_text_has_versions_that_stay(texts: ChronicleTexts) -> None:
 
 def test_a_text_that_ended_is_kept_and_may_begin_again(texts: ChronicleTexts) -> None:
     texts.put("a", "one", None)
-    assert texts.end("a", 1) == 2
+    assert texts.end("a", 1).version == 2
     assert texts.current() == []
-    assert texts.put("a", "two", None) == 3
+    assert texts.put("a", "two", None).version == 3
     assert [one.text for one in texts.versions("a")] == ["one", None, "two"]
 
 
@@ -60,7 +59,7 @@ def test_an_unknown_name_has_no_versions(texts: ChronicleTexts) -> None:
 def test_of_many_who_write_at_once_one_is_first(texts: ChronicleTexts) -> None:
     def put(number: int) -> int:
         try:
-            return texts.put("a", str(number), None)
+            return texts.put("a", str(number), None).version
         except VersionError:
             return 0
 

@@ -230,7 +230,7 @@ def test_a_signal_before_the_run_has_begun_gives_the_job_back(
     with opened(url) as jobs:
         name = add(jobs, tracks)
         with monkeypatch.context() as patched:
-            patched.setattr("service.runs.processing.load_chronicle_files", stop)
+            patched.setattr("service.runs.processing.load_chronicle_texts", stop)
             with pytest.raises(KeyboardInterrupt):
                 work(url, stays=False, tell=lambda _: None)
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)

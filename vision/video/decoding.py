@@ -23,6 +23,8 @@ from vision.video.recording import ConnectionBytes, connections
 
 # FFmpeg plays text files and single pictures as videos; nobody means that.
 NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pipe", "gif_pipe", "webp_pipe"})
+CONTAINERS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,asf,flv,mxf,ogg"
+"""In which a video holds its own pictures; playlists and session descriptions lead to other files and hosts."""
 PLANAR_420 = frozenset({"yuv420p", "yuvj420p"})
 # AVI counts frames that it leaves empty; only a file cut short also ends before its announced duration.
 MISSING_TAIL_FRAMES = 1.5
@@ -68,6 +70,18 @@ def read_header(path: Path | str) -> VideoHeader:
     """
     with _open(path) as container:
         return _header(path, container)
+
+
+def unfit(path: str) -> str:
+    """Say why a file that somebody sent is no video that holds its own pictures; empty if it is one."""
+    try:
+        av.open(path, options={"format_whitelist": CONTAINERS}).close()
+        read_header(path)
+    except av.FFmpegError as error:
+        return f"no container of a video ({error.strerror})"
+    except VideoError as error:
+        return str(error)
+    return ""
 
 
 def read_recording_header(folder: Path) -> VideoHeader:

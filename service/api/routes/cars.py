@@ -66,7 +66,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         """Answer with the states of a car over its life, or in a window."""
         record = log.run(asked.run)
         check_car(log, record, car)
-        return _tracks(record, asked, car)
+        return _tracks(record, asked, (car,))
 
     @router.get(
         "/api/v1/tracks", name="tracks", summary="Say where all cars were", responses=answers(Tracks, 400, 404, 422)
@@ -78,7 +78,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
             raise QueryError(f"{expected}, got {asked.to - asked.from_} us", parameter="to")
         return _tracks(log.run(asked.run), asked)
 
-    def _tracks(run: RunRecord, asked: _Stepwise | _Window, car: str | None = None) -> Response:
-        states = log.states(run.id, cars=(car,), from_us=asked.from_, to_us=asked.to)
+    def _tracks(run: RunRecord, asked: _Stepwise | _Window, cars: tuple[str, ...] | None = None) -> Response:
+        states = log.states(run.id, cars=cars, from_us=asked.from_, to_us=asked.to)
         columns = car_columns(states, step_us=asked.step_us)
         return json_answer(Tracks(run.id, columns, coverage.of_run(run)))

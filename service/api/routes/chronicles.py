@@ -3,54 +3,23 @@
 from collections.abc import Iterable
 from typing import Annotated
 
-from anyio import to_thread
-from fastapi import APIRouter, HTTPException, Query, Request
+from fastapi import APIRouter, Depends, HTTPException, Query, Request
 from msgspec.structs import asdict
 from starlette.responses import Response
 
 from dyknow.language.rendering import render_json
 from service.api.asked import NoParameters
 from service.api.bodies import ChronicleList, ChronicleUse
-from service.api.openapi import FINDINGS, answers
+from service.api.openapi import FINDINGS, TEXT_BODY, answers
 from service.api.routes.answering import json_answer
 from service.errors import QueryError
 from service.records import ChronicleRecord
+from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import EventLog
 from service.texts.chronicle_files import check_chronicles
 
 TEXT_NAME = "text"  # what findings call a text that came without a name
 MAX_TEXT_BYTES = 256_000
-
-
-def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRecord, ...]) -> None:
-    """Add the routes about chronicles.
-
-    Parameters
-    ----------
-    library : the chronicles that come with DyKnow.
-    """
-
-    @router.get(
-        "/api/v1/chronicles", name="chronicles", summary="List chronicles", responses=answers(ChronicleList, 422)
-    )
-    def list_chronicles(asked: Annotated[NoParameters, Query()]) -> Response:
-        """List the shipped chronicles and those of the log's runs."""
-        return json_answer(ChronicleList(_merge_chronicles(log, library)))
-
-    @router.post(
-        "/api/v1/chronicles/check",
-        name="check",
-        summary="Check a chronicle text",
-        description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
-        responses=answers(FINDINGS, 413, 422),
-        openapi_extra={"requestBody": {"required": True, "content": {"text/plain": {"schema": {"type": "string"}}}}},
-    )
-    async def check_text(request: Request) -> Response:
-        """Find what is wrong or doubtful in a text."""
-        text = await read_text(request)
-        # Off the event loop, as everything that takes time.
-        checked = await to_thread.run_sync(check_chronicles, [(TEXT_NAME, text)])
-        return json_answer(f'{{"findings":{render_json(checked.findings)}}}'.encode())
 
 
 async def read_text(request: Request) -> str:
@@ -72,6 +41,39 @@ async def read_text(request: Request) -> str:
         return body.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise QueryError(f"body: expected UTF-8 text, got byte {body[error.start]:#04x}", parameter="body") from error
+
+
+SentText = Annotated[str, Depends(read_text)]
+
+
+def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRecord, ...]) -> None:
+    """Add the routes about chronicles.
+
+    Parameters
+    ----------
+    library : the chronicles that come with DyKnow.
+    """
+
+    @router.get(
+        "/api/v1/chronicles", name="chronicles", summary="List chronicles", responses=answers(ChronicleList, 422)
+    )
+    def list_chronicles(asked: Annotated[NoParameters, Query()]) -> Response:
+        """List the shipped chronicles, those of the log's runs, and the texts that the log holds."""
+        with ChronicleTexts(log.place.url) as texts:
+            return json_answer(ChronicleList(_merge_chronicles(log, library), texts.current()))
+
+    @router.post(
+        "/api/v1/chronicles/check",
+        name="check",
+        summary="Check a chronicle text",
+        description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
+        responses=answers(FINDINGS, 413, 422),
+        openapi_extra=TEXT_BODY,
+    )
+    def check_text(text: SentText) -> Response:
+        """Find what is wrong or doubtful in a text."""
+        checked = check_chronicles([(TEXT_NAME, text)])
+        return json_answer(f'{{"findings":{render_json(checked.findings)}}}'.encode())
 
 
 def _merge_chronicles(log: EventLog, library: Iterable[ChronicleRecord]) -> list[ChronicleUse]:

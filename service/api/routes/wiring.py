@@ -3,18 +3,23 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
+from service.api.asked import take_none
 from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
 from service.api.routes.cars import add_cars
+from service.api.routes.chronicle_texts import add_chronicle_texts
 from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
+from service.api.routes.jobs import add_jobs
 from service.api.routes.media import add_media
 from service.api.routes.relations import add_relations
 from service.api.routes.runs import add_runs
+from service.api.routes.sources import add_sources
+from service.api.source_files import SourceFolders
 from service.questions.coverage import Coverage
 from service.records import ChronicleRecord
 from service.store.log import EventLog
@@ -27,6 +32,7 @@ def add_routes(
     explanations: Explanations,
     shipped: Iterable[ChronicleRecord],
     *,
+    folders: SourceFolders,
     media_folders: Sequence[Path],
     version: str,
 ) -> None:
@@ -36,6 +42,7 @@ def add_routes(
     ----------
     stream, explanations : of the same log.
     shipped : the chronicles that come with DyKnow.
+    folders : where sources may lie.
     media_folders : whose videos may be sent.
     version : of the software, for the index.
     """
@@ -47,4 +54,9 @@ def add_routes(
     add_runs(router, log, coverage)
     add_media(router, log, media_folders)
     add_chronicles(router, log, tuple(shipped))
+    plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
+    add_chronicle_texts(plain, log, explanations)
+    add_sources(plain, log, folders, explanations)
+    add_jobs(plain, log, folders)
+    router.routes.extend(plain.routes)  # `include_router` would hide them from the index
     add_index(router, log, version)

@@ -22,6 +22,11 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
     workers: Annotated[int, typer.Option(min=0, max=1, help="Processes that work off the jobs of the log.")] = 1,
     webhooks: Annotated[Path | None, typer.Option(help="File of webhooks, to which events are posted.")] = None,
+    uploads: Annotated[Path | None, typer.Option(help="Folder for videos that clients upload.")] = None,
+    upload_gb: Annotated[float, typer.Option(min=0.0, help="Size of an upload at most, in GB.")] = 20.0,
+    allow_folder: Annotated[
+        list[Path] | None, typer.Option(help="Folder whose files clients may have processed; repeat for several.")
+    ] = None,
     media: Annotated[
         list[Path] | None,
         typer.Option(metavar="FOLDER", exists=True, file_okay=False, help="Folder whose videos may be sent."),
@@ -29,12 +34,18 @@ def serve(
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
     from service.api.app import Server, create_app
+    from service.api.source_files import SourceFolders
     from service.api.webhooks import delivering, load_webhooks
-    from service.errors import LogError
+    from service.errors import InputError, LogError
     from service.runs.supervision import kept_working
     from service.store.databases.location import database_of, shown
 
-    app = create_app(log, media_folders=media or ())
+    for folder in (*([uploads] if uploads else []), *(allow_folder or ())):
+        if not folder.is_dir():
+            raise InputError(f"{folder}: expected a folder, got none")
+    app = create_app(
+        log, folders=SourceFolders(uploads, upload_gb, tuple(allow_folder or ())), media_folders=media or ()
+    )
     can_write = database_of(log).can_write()
     declared = load_webhooks(webhooks) if webhooks else []
     if declared and not can_write:

@@ -28,7 +28,8 @@ def demo(
     from service.cli.asking.evaluate import describe
     from service.cli.making.generate import drawing_bar
     from service.cli.making.process import progress_bar
-    from service.runs.processing import RunRequest, process
+    from service.runs.processing import process
+    from service.runs.requests import RunRequest
     from service.scoring.evaluate_log import evaluate_log
 
     scene, log = out / "scene", str(out / "log.db")

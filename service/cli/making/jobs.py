@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
-    from service.runs.processing import RunRequest
+    from service.runs.requests import RunRequest
     from service.store.jobs import Jobs
 
 TITLES = ("job", "state", "attempts", "input", "message")

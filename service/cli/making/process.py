@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from service.records import RunRecord
-    from service.runs.processing import Progress, RunRequest, RunSummary
+    from service.runs.processing import Progress, RunSummary
+    from service.runs.requests import RunRequest
 
 REPORT_EVERY_S = 1.0
 
@@ -75,7 +76,7 @@ def process(
     ] = False,
 ) -> None:
     """Process a video, a trajectory file or a file of detections into an event log; with --logs, many of them."""
-    from service.runs.processing import RunRequest
+    from service.runs.requests import RunRequest
     from service.times import parse_utc_us
 
     if logs is not None or log is None:

@@ -58,7 +58,7 @@ def watch(
     from service.live.live_source import without_password
     from service.live.watching import Kept
     from service.live.watching import watch as run
-    from service.runs.processing import RunRequest
+    from service.runs.requests import RunRequest
 
     request = RunRequest(
         input=Path(),  # each recording in turn

@@ -7,7 +7,8 @@ import pytest
 
 from service.questions.explaining import Explainer
 from service.runs import followed_texts
-from service.runs.processing import Progress, RunRequest, RunSummary, process
+from service.runs.processing import Progress, RunSummary, process
+from service.runs.requests import RunRequest
 from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
 from tests.service.logs import read_all, read_rows

@@ -1,0 +1,114 @@
+"""What is to be processed, and what has become of it? Routes about jobs, and the one that begins a run."""
+
+import math
+from collections.abc import Callable
+from contextlib import AbstractContextManager, closing
+from typing import Annotated
+
+from fastapi import APIRouter, HTTPException, Path
+from msgspec import convert
+from msgspec.structs import replace
+from starlette.responses import Response
+
+from service.api.bodies import JobList, JobStatus
+from service.api.openapi import answers, problems
+from service.api.orders import RunOrder
+from service.api.routes.answering import json_answer
+from service.api.source_files import SourceFolders
+from service.errors import InputError, NotInLogError, QueryError
+from service.records import SourceText
+from service.runs.requests import RunRequest, as_text, job_id
+from service.store.chronicle_texts import ChronicleTexts
+from service.store.jobs import Job, Jobs
+from service.store.log import EventLog
+from service.store.sources import Sources
+from service.times import parse_utc_us
+
+JobName = Annotated[str, Path(pattern="^[0-9a-f]{16}$")]
+_JOB = "/jobs/{job}"
+
+
+def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
+    """Add the routes about jobs.
+
+    Parameters
+    ----------
+    folders : where sources and site files may lie.
+    """
+    accepted = answers(JobStatus, 404, 409, 422, status=202)
+
+    @router.post("/runs", name="runs", status_code=202, responses=accepted | problems(400, 413))
+    def begin_run(order: RunOrder) -> Response:
+        """Add a run to the jobs, which a worker processes. The same request is the same job, whenever it comes."""
+        wanted = _request(order, log.place.url, folders)
+        try:
+            name = job_id(wanted)
+        except OSError as error:
+            raise InputError(f"{order.source}: expected its files, got {error.strerror}") from error
+        with opened_jobs(log) as jobs:
+            return _accepted(jobs.add(name, as_text(wanted)))
+
+    @router.get("/jobs", name="jobs", responses=answers(JobList, 422))
+    def list_jobs() -> Response:
+        """List what was queued for the log, in its order."""
+        with opened_jobs(log) as jobs:
+            return json_answer(JobList([_status(one) for one in jobs.listed()]))
+
+    @router.get(_JOB, name="job", responses=answers(JobStatus, 404, 422))
+    def get_job(job: JobName) -> Response:
+        """Say what has become of a job."""
+        with opened_jobs(log) as jobs:
+            return json_answer(_status(jobs.find(job)))
+
+    def change(job: str, how: Callable[[Jobs, str], Job]) -> Response:
+        with opened_jobs(log) as jobs:
+            try:
+                return _accepted(how(jobs, job))
+            except QueryError as error:  # the job is right, but not in a state for this
+                raise HTTPException(409, str(error)) from error
+
+    @router.post(f"{_JOB}/cancel", name="job_cancel", status_code=202, responses=accepted)
+    def cancel(job: JobName) -> Response:
+        """Cancel a job that waits or runs."""
+        return change(job, Jobs.cancel)
+
+    @router.post(f"{_JOB}/retry", name="job_retry", status_code=202, responses=accepted)
+    def retry(job: JobName) -> Response:
+        """Let a job wait again that failed or was cancelled."""
+        return change(job, Jobs.retry)
+
+
+def opened_jobs(log: EventLog) -> AbstractContextManager[Jobs]:
+    """Open the jobs of a log."""
+    return closing(Jobs(log.place))
+
+
+def _request(order: RunOrder, url: str, folders: SourceFolders) -> RunRequest:
+    """Make the request for a run, with the files and texts that its names stand for now."""
+    with Sources(url) as sources, ChronicleTexts(url) as texts:
+        path = folders.path_of(sources.find(order.source))
+        known = {one.name: one.text or "" for one in texts.current()}
+    for name in order.chronicles:
+        if name not in known:
+            raise NotInLogError(f"chronicles: expected names of chronicle texts of this log, got {name!r}")
+    return RunRequest(
+        path,
+        None if order.site is None else folders.permitted(order.site, "site"),
+        log_url="",
+        detector=order.detector,
+        rate_hz=math.inf if order.rate_hz == "full" else order.rate_hz,
+        start_utc_us=None if order.start_utc is None else parse_utc_us(order.start_utc, parameter="start_utc"),
+        final=order.final,
+        min_confidence=order.min_confidence,
+        workers=None,
+        chronicle_texts=tuple(SourceText(name, known[name]) for name in order.chronicles),
+    )
+
+
+def _status(job: Job) -> JobStatus:
+    status = convert(job, JobStatus, from_attributes=True)
+    return replace(status, input=status.input.rpartition("/")[2])  # where files lie is the server's affair
+
+
+def _accepted(job: Job) -> Response:
+    return json_answer(_status(job), 202, {"Location": f"/api/v1/jobs/{job.id}"})

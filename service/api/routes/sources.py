@@ -1,0 +1,95 @@
+"""What can be processed by its name, and how does a video get here? Routes about sources."""
+
+import time
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+from anyio import to_thread
+from fastapi import APIRouter, Header, HTTPException, Request
+from fastapi import Path as PathPart
+from starlette.responses import Response
+
+from service.api.bodies import SourceList
+from service.api.explanations import Explanations
+from service.api.openapi import VIDEO_BODY, answers
+from service.api.orders import SOURCE_NAME, SourceOrder
+from service.api.routes.answering import json_answer
+from service.api.routes.jobs import opened_jobs
+from service.api.source_files import SourceFolders, Uploads
+from service.errors import TakenError
+from service.store.log import EventLog
+from service.store.sources import Source, Sources
+
+SourceName = Annotated[str, PathPart(pattern=SOURCE_NAME)]
+ContentDigest = Annotated[str, Header(description="`sha-256=:BASE64:` of the body, RFC 9530.")]
+_SOURCE = "/sources/{name}"
+
+
+def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explanations: Explanations) -> None:
+    """Add the routes about sources.
+
+    Parameters
+    ----------
+    folders : where they may lie.
+    explanations : whose processes look whether a file is a video.
+    """
+    opened = partial(Sources, log.place.url)
+    uploads = None if folders.uploads is None else Uploads(folders.uploads, opened, explanations.unfit)
+    created = answers(Source, 400, 403, 409, 413, 415, 422, 507, status=201)
+
+    @router.get("/sources", name="sources", responses=answers(SourceList, 422))
+    def list_sources() -> Response:
+        """List what can be processed by its name."""
+        with opened() as sources:
+            return json_answer(SourceList(sources.listed()))
+
+    @router.post("/sources", name="sources", status_code=201, responses=created)
+    async def name_file(order: SourceOrder) -> Response:
+        """Make a file in its place a source, if the operator allows its folder. No address is opened."""
+        path = folders.permitted(order.file)
+        if path.suffix.lower() != ".csv" and (reason := await explanations.unfit(str(path))):
+            raise HTTPException(415, f"file: expected a video, or trajectories (.csv), got {reason}")
+        source = Source(order.name, str(path), "", path.stat().st_size, time.time_ns() // 1_000)
+        await to_thread.run_sync(_add, opened, source)
+        return _created(source)
+
+    @router.put(
+        f"{_SOURCE}/video",
+        name="source_video",
+        status_code=201,
+        responses=created,
+        openapi_extra=VIDEO_BODY,
+        max_body_size=int(folders.upload_gb * 1e9),
+    )
+    async def upload(name: SourceName, request: Request, content_digest: ContentDigest = "") -> Response:
+        """Receive a video, which becomes a source when it is whole; what is refused leaves nothing."""
+        if uploads is None:
+            raise HTTPException(403, "video: expected a server that takes uploads (--uploads), got one that does not")
+        return _created(await uploads.receive(name, request.stream(), content_digest))
+
+    @router.get(_SOURCE, name="source", responses=answers(Source, 404, 422))
+    def get_source(name: SourceName) -> Response:
+        """Get a source."""
+        with opened() as sources:
+            return json_answer(sources.find(name))
+
+    @router.delete(_SOURCE, name="source", status_code=204, responses=answers(Source, 404, 409, 422, status=204))
+    def remove_source(name: SourceName) -> Response:
+        """Remove a source that no job needs, with what was uploaded; runs, their events and other files stay."""
+        with opened() as sources, opened_jobs(log) as jobs:
+            source = sources.find(name)
+            path = folders.path_of(source)
+            if any(Path(one.input) == path for one in (*jobs.first("waiting"), *jobs.first("running"))):
+                raise TakenError(f"source {name!r}: expected one that no job needs, got one that a job waits for")
+            sources.remove(name, partial(path.unlink, missing_ok=True) if source.digest else lambda: None)
+        return Response(status_code=204)
+
+
+def _add(opened: "partial[Sources]", source: Source) -> None:
+    with opened() as sources:
+        sources.add(source)
+
+
+def _created(source: Source) -> Response:
+    return json_answer(source, 201, {"Location": f"/api/v1/sources/{source.name}"})

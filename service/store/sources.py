@@ -1,0 +1,81 @@
+"""Which files are processed by a name? Those that were uploaded to a log's server, or that its operator allows."""
+
+from collections.abc import Callable
+
+from msgspec import Struct
+from msgspec.structs import astuple
+from sqlalchemy import delete, select
+
+from service.errors import NotInLogError, TakenError
+from service.store import schema
+from service.store.log_tables import LogTables
+from service.store.writer import insert_rows, lock_seqs
+
+_SOURCES = schema.sources.c
+
+
+class Source(Struct, frozen=True):
+    """Something that can be processed.
+
+    Attributes
+    ----------
+    file : its path; of what was uploaded, within the folder of uploads.
+    digest : SHA-256 of what was uploaded, hexadecimal; empty of other files.
+    size : bytes, when it became a source.
+    made_us : when that was, UTC.
+    """
+
+    name: str
+    file: str
+    digest: str
+    size: int
+    made_us: int
+
+
+class Sources(LogTables):
+    """The sources of one log."""
+
+    def add(self, source: Source, place: Callable[[], object] = lambda: None) -> None:
+        """Add a source.
+
+        Parameters
+        ----------
+        place : puts its file where it belongs, once the name is found free; what it raises leaves the log as it was.
+
+        Raises
+        ------
+        TakenError
+            If there is one of that name.
+        """
+        with self._writing() as connection:
+            lock_seqs(connection)  # one at a time takes a name
+            if connection.scalar(select(_SOURCES.name).where(_SOURCES.name == source.name)) is not None:
+                raise TakenError(f"source: expected a new name, got {source.name!r}, which is taken")
+            place()
+            insert_rows(connection, schema.sources, [astuple(source)])
+
+    def remove(self, name: str, forget: Callable[[], object] = lambda: None) -> None:
+        """Remove a source, and what `forget` does with its file; one that is not there stays away."""
+        with self._writing() as connection:
+            lock_seqs(connection)  # nobody takes the name before its file is gone
+            connection.execute(delete(schema.sources).where(_SOURCES.name == name))
+            forget()
+
+    def listed(self) -> list[Source]:
+        """List the sources by name."""
+        with self._reading() as connection:
+            return [Source(*row) for row in connection.execute(select(schema.sources).order_by(_SOURCES.name))]
+
+    def find(self, name: str) -> Source:
+        """Find a source.
+
+        Raises
+        ------
+        NotInLogError
+            If there is none of that name.
+        """
+        with self._reading() as connection:
+            row = connection.execute(select(schema.sources).where(_SOURCES.name == name)).one_or_none()
+        if row is None:
+            raise NotInLogError(f"log {self._database.name!r}: expected one of its sources, got {name!r}")
+        return Source(*row)
