@@ -17,7 +17,7 @@ from tests.service.http import Client
 TEXT = README.read_text(encoding="utf-8")
 FRAME_S, PLACE_M = 0.04, 0.05
 # Digests, and what counts the events of the demo's last twenty seconds, which are not made here.
-MASKED = {"id", "run", "version", "next_cursor", "as_of_seq"}
+MASKED = {"id", "run", "version", "next_cursor", "as_of_seq", "spans_us"}
 GOLDEN_CLIP = ROOT / "tests" / "golden" / "rural_video"
 # What a reader would wait for, and where a test need not.
 SHORTER = {"240": ["8"], "drawn.mp4": ["drawn.mp4", "--to", "4s"]}
