@@ -18,6 +18,7 @@ import typer
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
+from service.cli.asking.log import audit as log_audit
 from service.cli.asking.log import info as log_info
 from service.cli.asking.log import prune as prune_log
 from service.cli.asking.log import verify as verify_log
@@ -25,6 +26,9 @@ from service.cli.asking.objects import objects
 from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
+from service.cli.asking.tokens import list_all as list_tokens
+from service.cli.asking.tokens import make as make_token
+from service.cli.asking.tokens import revoke as revoke_token
 from service.cli.asking.tracks import draw, tracks
 from service.cli.asking.webhooks import list_webhooks, retry_webhook
 from service.cli.making.demo import demo
@@ -66,6 +70,9 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "token make": (make_token, "dyknow token make scene.db office --scope read --expires 90d"),
+    "token list": (list_tokens, "dyknow token list scene.db"),
+    "token revoke": (revoke_token, "dyknow token revoke scene.db office"),
     "jobs list": (list_jobs, "dyknow jobs list scene.db"),
     "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),
     "jobs retry": (retry_job, "dyknow jobs retry scene.db 6b1e64c1a2d0f3b7"),
@@ -73,6 +80,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "webhooks retry": (retry_webhook, "dyknow webhooks retry scene.db office"),
     "log info": (log_info, "dyknow log info scene.db"),
     "log verify": (verify_log, "dyknow log verify scene.db"),
+    "log audit": (log_audit, "dyknow log audit scene.db --limit 20"),
     "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
     "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
     "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
@@ -82,9 +90,10 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 }
 
 GROUPS = {
+    "token": "Say who may ask a log over HTTP, and what each may do.",
     "jobs": "See what was queued for a log, and end or repeat it.",
     "webhooks": "See how far the webhooks of a log are, and let what they gave up be tried again.",
-    "log": "See what a log holds, whether all of it can be read, and remove what is old.",
+    "log": "See what a log holds, who wrote over HTTP, whether all can be read, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",
 }

@@ -1,5 +1,6 @@
 """Which arguments and options do several commands take, and how are their texts read?"""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     from service.texts.text_streams import Stream
 
 _TIMES = "12.5s, 01:23 or 12500000 (us)"
+_AGE = re.compile(r"(\d{1,6})(d|h|min)", re.ASCII)
+_AGE_UNIT_US = {"d": 86_400_000_000, "h": 3_600_000_000, "min": 60_000_000}
 
 LogName = Annotated[str, typer.Argument(metavar="LOG", help="Event log: PATH.db, or a URL.")]
 RunName = Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")]
@@ -92,6 +95,18 @@ def read_window(start: str | None, end: str | None) -> tuple[int | None, int | N
 
     from_us = None if start is None else parse_media_us(start, parameter="--from")
     return from_us, None if end is None else parse_media_us(end, parameter="--to")
+
+
+def read_age_us(text: str) -> int | None:
+    """Read a length of time in days, hours or minutes; None if it is none.
+
+    Examples
+    --------
+    >>> read_age_us("90min"), read_age_us("soon")
+    (5400000000, None)
+    """
+    given = _AGE.fullmatch(text)
+    return int(given[1]) * _AGE_UNIT_US[given[2]] if given else None
 
 
 def read_pairs(texts: Sequence[str], option: str, expected: str) -> list[tuple[str, str]]:

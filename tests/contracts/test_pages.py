@@ -5,26 +5,23 @@ import signal
 
 from anchoring.hypotheses.language import FLUENTS, default_text
 from service.cli import printing
-from service.cli.app import COMMANDS
+from service.cli.app import COMMANDS, GROUPS
 from service.runs.inputs.site import SiteFile
 from service.runs.inputs.toml_tables import tables_of
 from service.store.schema import metadata
 from tests.contracts.tables import ROOT, page, table
 from tests.docs.commands import all_commands
 
+_COMMAND = rf"dyknow ((?:(?:{'|'.join(GROUPS)}) )?[\w-]+)"
+
 
 def test_command_line_page_lists_every_command() -> None:
-    listed = [
-        re.findall(r"^`dyknow ((?:(?:site|detector|log|jobs|webhooks) )?[\w-]+)", row[0])[0]
-        for row in table("cli.md", "command")
-    ]
+    listed = [re.findall(rf"^`{_COMMAND}", row[0])[0] for row in table("cli.md", "command")]
     assert sorted(listed) == sorted(COMMANDS)
 
 
 def test_command_line_page_shows_every_command_at_work() -> None:
-    shown = set(
-        re.findall(r"^    dyknow ((?:(?:site|detector|log|jobs|webhooks) )?[\w-]+)", page("cli.md"), re.MULTILINE)
-    )
+    shown = set(re.findall(rf"^    {_COMMAND}", page("cli.md"), re.MULTILINE))
     assert set(COMMANDS) - shown == set()
 
 
