@@ -17,9 +17,10 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.event_stream import EventStream
-from service.api.explanations import ANSWERED_WITHIN_S, Explanations
+from service.api.explanations import Explanations
 from service.api.openapi import describe_bodies
 from service.api.problems import REQUEST_ID, register_problems
+from service.api.process_pool import ANSWERED_WITHIN_S, ProcessPool
 from service.api.routes import add_routes
 from service.records import ChronicleRecord, software_version
 from service.store.log import open_log
@@ -79,7 +80,9 @@ def create_app(
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
     app.state.event_stream = stream
-    add_routes(app.router, log, stream, Explanations(log.read_from.url, within_s), library, version=version)
+    add_routes(
+        app.router, log, stream, Explanations(log.read_from.url, ProcessPool(within_s)), library, version=version
+    )
     app.add_middleware(RequestFrame)
     register_problems(app)
     describe_bodies(app)

@@ -32,7 +32,7 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     LogError: (503, "urn:dyknow:problem:log-unavailable"),
     NotInLogError: (404, "urn:dyknow:problem:not-in-log"),
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
-    CrowdedError: (503, "urn:dyknow:problem:too-many-streams"),
+    CrowdedError: (503, "urn:dyknow:problem:crowded"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
 }
 
