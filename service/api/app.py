@@ -1,10 +1,5 @@
-"""How is the HTTP interface of one event log put together?
+"""How is the HTTP interface of one event log put together?"""
 
-Each request gets an identifier, the client's own if it sent a plain one; `HEAD` is answered as `GET` without a body.
-"""
-
-import re
-import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from socket import socket
@@ -12,14 +7,17 @@ from socket import socket
 import anyio.to_thread
 import uvicorn
 from fastapi import FastAPI
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware.body_limit import RequestBodyLimitMiddleware
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.responses import Response
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
+from service.api.frame import RequestFrame
+from service.api.health import add_health
+from service.api.metrics import Metrics
 from service.api.openapi import describe_bodies
-from service.api.problems import REQUEST_ID, register_problems
+from service.api.problems import register_problems
 from service.api.process_pool import ANSWERED_WITHIN_S, ProcessPool
 from service.api.routes import add_routes
 from service.records import ChronicleRecord, software_version
@@ -30,7 +28,9 @@ from service.texts.chronicle_files import load_chronicle_files
 # processor time. A few let slow questions overlap.
 WORKER_THREADS = 3
 END_S = 10
-_PLAIN_ID = re.compile(r"[A-Za-z0-9._-]{1,128}", re.ASCII)
+MOST_BODY_BYTES = 1_000_000
+"""Where a route does not say otherwise, by its own `max_body_size`."""
+COMPRESSION_LEVEL = 1  # nine takes six times as long for a page of events, and saves a quarter more
 
 
 def create_app(
@@ -43,7 +43,7 @@ def create_app(
 
     Parameters
     ----------
-    log_url : as `open_log` takes it; the log is only read.
+    log_url : as `open_log` takes it.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
     within_s : how long an explanation may take.
 
@@ -79,14 +79,22 @@ def create_app(
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
+    pool = ProcessPool(within_s)
+    metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
-    add_routes(
-        app.router, log, stream, Explanations(log.read_from.url, ProcessPool(within_s)), library, version=version
-    )
-    app.add_middleware(RequestFrame)
+    add_health(app.router, log, metrics)
+    add_routes(app.router, log, stream, Explanations(log.read_from.url, pool), library, version=version)
+    _add_middleware(app, metrics)
     register_problems(app)
     describe_bodies(app)
     return app
+
+
+def _add_middleware(app: FastAPI, metrics: Metrics) -> None:
+    """Put what each request passes before the routes; what is added last, it meets first."""
+    app.add_middleware(GZipMiddleware, compresslevel=COMPRESSION_LEVEL)
+    app.add_middleware(RequestBodyLimitMiddleware, max_body_size=MOST_BODY_BYTES)
+    app.add_middleware(RequestFrame, metrics=metrics)
 
 
 class Server(uvicorn.Server):
@@ -94,40 +102,13 @@ class Server(uvicorn.Server):
 
     def __init__(self, app: FastAPI) -> None:
         # A client that does not read what it asked for would hold the end up for ever.
-        super().__init__(uvicorn.Config(app, access_log=False, log_level="warning", timeout_graceful_shutdown=END_S))
+        config = uvicorn.Config(
+            app, access_log=False, log_level="warning", server_header=False, timeout_graceful_shutdown=END_S
+        )
+        super().__init__(config)
         self._stream: EventStream = app.state.event_stream
 
     async def shutdown(self, sockets: list[socket] | None = None) -> None:
         """End in the ordinary way."""
         self._stream.close()
         await super().shutdown(sockets)
-
-
-class RequestFrame:
-    """Wrap an ASGI application: request identifiers and `HEAD`."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handle one connection."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        given = Headers(scope=scope).get("x-request-id", "")
-        request_id = given if _PLAIN_ID.fullmatch(given) else uuid.uuid4().hex
-        scope[REQUEST_ID] = request_id  # in place: the outermost error handler sees this same scope
-        is_head, is_over = scope["method"] == "HEAD", False
-
-        async def send_framed(message: Message) -> None:
-            """Send a message with the request's identifier; to `HEAD`, no body, and no more of one that goes on."""
-            nonlocal is_over
-            if message["type"] == "http.response.start":
-                MutableHeaders(scope=message)["X-Request-Id"] = request_id
-            elif is_head and message["type"] == "http.response.body":
-                message = {**message, "body": b"", "more_body": False}
-            if not is_over:
-                is_over = not message.get("more_body", True)
-                await send(message)
-
-        await self._app({**scope, "method": "GET"} if is_head else scope, receive, send_framed)

@@ -44,6 +44,11 @@ class EventStream:
         self._seq = 0
         self._news = Event()
 
+    @property
+    def count(self) -> int:
+        """Count the streams that are open."""
+        return self._count
+
     async def watch(self) -> None:
         """Look for new events as long as somebody wants to know; ends by being cancelled."""
         while True:

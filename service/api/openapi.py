@@ -56,10 +56,13 @@ _FINDINGS_SCHEMA: JsonObject = {
 def answers(body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json") -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
     name = body if isinstance(body, str) else body.__name__
-    described: Answers = {200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}}
-    for status in (*errors, 500, 503):
-        described[status] = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
-    return described
+    return {200: {"description": "OK", "content": {media_type: {"schema": _ref(name)}}}} | problems(*errors)
+
+
+def problems(*errors: int) -> Answers:
+    """Describe the errors of a route: its own, and the others as any problem, since each path may give those."""
+    described = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
+    return dict.fromkeys((*errors, "default"), described)
 
 
 def describe_bodies(app: FastAPI) -> None:

@@ -12,6 +12,7 @@ import msgspec
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 from starlette.responses import Response
 
 from chronicles.errors import ChronicleError
@@ -41,9 +42,9 @@ def register_problems(app: FastAPI) -> None:
     """Answer every error of an application with a problem."""
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)
+    app.add_exception_handler(ClientDisconnect, _on_cut)
     for kind in ANSWERS:
         app.add_exception_handler(kind, _on_ours)
-    app.add_exception_handler(Exception, _on_bug)
 
 
 def problem(
@@ -70,8 +71,7 @@ def problem(
         request_id=request.scope.get(REQUEST_ID, ""),
         errors=list(errors),
     )
-    named = {"X-Request-Id": body.request_id, **(headers or {})}
-    return Response(msgspec.json.encode(body), status, named, MEDIA_TYPE)
+    return Response(msgspec.json.encode(body), status, headers, MEDIA_TYPE)
 
 
 async def _on_invalid(request: Request, error: Exception) -> Response:
@@ -89,6 +89,16 @@ def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework'
 
 async def _on_http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
+    return answer_refusal(request, error)
+
+
+async def _on_cut(request: Request, error: Exception) -> Response:
+    # Nobody hears this answer; it stands in the counts and in the audit.
+    return problem(request, 400, "body: expected all of it, got a client that left")
+
+
+def answer_refusal(request: Request, error: HTTPException) -> Response:
+    """Answer what the framework, or a part before the routes, refuses."""
     method, path = request.method, request.url.path
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         allowed = (error.headers or {}).get("Allow", "GET").replace("GET", "GET, HEAD")
@@ -107,7 +117,6 @@ async def _on_ours(request: Request, error: Exception) -> Response:
     return problem(request, status, str(error), kind=kind, errors=details, headers=headers)
 
 
-async def _on_bug(request: Request, error: Exception) -> Response:
-    # What went wrong inside is for the server's own records, not for a client; the server logs it with its trace.
-    detail = f"{request.url.path}: expected an answer, got an internal error"
-    return problem(request, 500, detail)
+def answer_bug(request: Request) -> Response:
+    """Answer where we failed: what went wrong inside stands in the server's own output, not here."""
+    return problem(request, 500, f"{request.url.path}: expected an answer, got an internal error")

@@ -83,10 +83,6 @@ def _add_general(router: APIRouter, log: EventLog, version: str) -> None:
     def hello(request: Request) -> PlainTextResponse:
         return PlainTextResponse(HELLO.format(base=request.base_url))
 
-    @router.get("/healthz", summary="Say that the server lives", response_class=PlainTextResponse)
-    async def healthz() -> PlainTextResponse:
-        return PlainTextResponse("ok\n")
-
     @router.get("/api/v1", summary="Say what can be asked", responses=answers(Index))
     def index() -> Response:
         return _json(msgspec.json.encode(_index(version, find_last_seq(log))))

@@ -90,7 +90,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
         long = [asyncio.create_task(explanations.why(Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
         while not all(one.exists() for one in begun):
             await asyncio.sleep(0.01)
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
             assert (await client.get("/healthz")).text == "ok\n"
             assert (await client.get("/api/v1/events")).status_code == 200
         assert not any(one.done() for one in long)
