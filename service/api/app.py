@@ -8,9 +8,13 @@ import anyio.to_thread
 import uvicorn
 from fastapi import FastAPI
 from starlette.middleware.body_limit import RequestBodyLimitMiddleware
+from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.responses import Response
 
+from service.api.access.gate import Gate
+from service.api.access.login import add_login
+from service.api.access.settings import Access
 from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
 from service.api.frame import RequestFrame
@@ -21,7 +25,7 @@ from service.api.problems import register_problems
 from service.api.process_pool import ANSWERED_WITHIN_S, ProcessPool
 from service.api.routes import add_routes
 from service.records import ChronicleRecord, software_version
-from service.store.log import open_log
+from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import load_chronicle_files
 
 # Threads queue for the interpreter lock more than for the database: with sixteen, the same requests cost a third more
@@ -38,6 +42,7 @@ def create_app(
     *,
     shipped: Sequence[ChronicleRecord] | None = None,
     within_s: float = ANSWERED_WITHIN_S,
+    access: Access | None = None,
 ) -> FastAPI:
     """Make the ASGI application that answers questions to an event log.
 
@@ -46,6 +51,7 @@ def create_app(
     log_url : as `open_log` takes it.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
     within_s : how long an explanation may take.
+    access : who may ask; None for everybody on this machine.
 
     Raises
     ------
@@ -83,16 +89,26 @@ def create_app(
     metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
     add_health(app.router, log, metrics)
+    add_login(app.router)
     add_routes(app.router, log, stream, Explanations(log.read_from.url, pool), library, version=version)
-    _add_middleware(app, metrics)
+    _add_middleware(app, log, metrics, access or Access())
     register_problems(app)
     describe_bodies(app)
     return app
 
 
-def _add_middleware(app: FastAPI, metrics: Metrics) -> None:
+def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Access) -> None:
     """Put what each request passes before the routes; what is added last, it meets first."""
+    app.add_middleware(Gate, access=access, log=log)
     app.add_middleware(GZipMiddleware, compresslevel=COMPRESSION_LEVEL)
+    if access.origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=access.origins,
+            allow_methods=("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"),
+            allow_headers=("Authorization", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID"),
+            expose_headers=("ETag", "Link", "Location", "Retry-After", "X-Request-Id"),
+        )
     app.add_middleware(RequestBodyLimitMiddleware, max_body_size=MOST_BODY_BYTES)
     app.add_middleware(RequestFrame, metrics=metrics)
 

@@ -276,7 +276,7 @@ def test_openapi_describes_every_route_and_body(client: Client) -> None:
     document: Json = client.get("/openapi.json").json()
     assert document["openapi"].startswith("3.1")
     assert set(document["paths"]) == {
-        "/healthz", "/readyz", "/metrics",
+        "/healthz", "/readyz", "/metrics", "/login", "/logout",
         "/api/v1", "/api/v1/chronicles", "/api/v1/events", "/api/v1/events/{event_id}",
         "/api/v1/events/{event_id}/why", "/api/v1/chronicles/{name}/why-not", "/api/v1/chronicles/check",
         "/api/v1/cars", "/api/v1/cars/{car}/links", "/api/v1/events/stream", "/api/v1/chronicles/{name}/partial",
@@ -284,7 +284,7 @@ def test_openapi_describes_every_route_and_body(client: Client) -> None:
     named = set(re.findall(r'"#/components/schemas/(\w+)"', client.get("/openapi.json").text))
     assert named <= set(document["components"]["schemas"])
     for path, operations in document["paths"].items():
-        is_posted = path == "/api/v1/chronicles/check"
+        is_posted = path in ("/login", "/logout", "/api/v1/chronicles/check")
         assert set(operations) == ({"post"} if is_posted else {"get"})
 
 

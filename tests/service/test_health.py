@@ -50,6 +50,7 @@ def test_answers_are_counted_by_route_method_and_status(client: Client) -> None:
         client.get(path)
     client.request("HEAD", "/api/v1/events")
     client.request("BREW", "/api/v1/events")
+    client.get("/api/v1/events", headers={"Host": "evil.example"})
     found = metrics(client)
 
     def count(route: str, method: str, status: int) -> float:
@@ -58,6 +59,7 @@ def test_answers_are_counted_by_route_method_and_status(client: Client) -> None:
     assert count("/api/v1/events/{event_id}", "GET", 200) == 2
     assert count("/api/v1/events/{event_id}", "GET", 404) == 1
     assert count("none", "GET", 404) == 2
+    assert count("none", "GET", 400) == 1
     assert count("/api/v1/events", "HEAD", 200) == 1
     assert count("/api/v1/events", "other", 405) == 1
 

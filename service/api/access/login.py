@@ -1,0 +1,33 @@
+"""How does a page carry a token, which cannot send headers everywhere? In a cookie that scripts do not see."""
+
+from fastapi import APIRouter, Request
+from starlette.responses import Response
+
+from service.api.access.callers import COOKIE, bearer, unknown
+
+
+def add_login(router: APIRouter) -> None:
+    """Add the routes that turn a token into a cookie, and back."""
+
+    @router.post(
+        "/login",
+        status_code=204,
+        summary="Turn a token into a cookie",
+        description="The token is that of `Authorization: Bearer`.",
+    )
+    async def login(request: Request) -> Response:
+        """Set a cookie that is as good as the token that was sent, which the gate has found good."""
+        secret = bearer(request)
+        if not secret:
+            raise unknown("login: expected 'Authorization: Bearer TOKEN', got none")
+        response = Response(status_code=204)
+        is_secure = request.url.scheme == "https"
+        response.set_cookie(COOKIE, secret, httponly=True, samesite="strict", secure=is_secure)
+        return response
+
+    @router.post("/logout", status_code=204, summary="Forget the cookie")
+    async def logout() -> Response:
+        """Take the cookie away; the token stays good."""
+        response = Response(status_code=204)
+        response.delete_cookie(COOKIE, httponly=True, samesite="strict")
+        return response
