@@ -35,7 +35,7 @@ def add_health(router: APIRouter, log: EventLog, metrics: Metrics) -> None:
     """Add the routes that tell how a server is."""
     limiter = CapacityLimiter(2)
 
-    @router.get("/healthz", summary="Say that the server lives", response_class=PlainTextResponse)
+    @router.get("/healthz", summary="Say that the server lives", response_class=PlainTextResponse, responses=problems())
     async def healthz() -> PlainTextResponse:
         """Answer from the event loop alone."""
         return PlainTextResponse("ok\n")
@@ -57,7 +57,9 @@ def add_health(router: APIRouter, log: EventLog, metrics: Metrics) -> None:
         kind, told = "urn:dyknow:problem:not-ready", [ProblemDetail(one) for one in found]
         return problem(request, 503, "; ".join(found), kind=kind, errors=told, headers={"Retry-After": "1"})
 
-    @router.get("/metrics", summary="Tell Prometheus of the server", response_class=PlainTextResponse)
+    @router.get(
+        "/metrics", summary="Tell Prometheus of the server", response_class=PlainTextResponse, responses=problems()
+    )
     async def tell_metrics() -> Response:
         """Answer with all counts; those of the log are as old as it has been unreadable."""
         with move_on_after(LOOKED_WITHIN_S):

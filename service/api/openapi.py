@@ -10,6 +10,7 @@ import msgspec
 from fastapi import FastAPI
 
 from chronicles.explanation.json_form import schema as explanation_schema
+from service.api.access.callers import COOKIE
 from service.api.bodies import CarList, ChronicleList, EventExplanation, EventList, Index, LinkList, Problem
 from service.api.problems import MEDIA_TYPE
 from service.questions.awaited import AwaitedList
@@ -21,6 +22,10 @@ Answers = dict[int | str, JsonObject]
 _BODIES = (EventList, EventRecord, EventExplanation, AwaitedList, ChronicleList, CarList, LinkList, Index, Problem)
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
+_SECURITY = {
+    "token": {"type": "http", "scheme": "bearer"},
+    "cookie": {"type": "apiKey", "in": "cookie", "name": COOKIE},
+}
 _REF = "#/components/schemas/{name}"
 
 _POSITION = {"type": "object", "properties": {"line": {"type": "integer"}, "character": {"type": "integer"}}}
@@ -76,6 +81,8 @@ def describe_bodies(app: FastAPI) -> None:
             _, components = msgspec.json.schema_components(_BODIES, ref_template=_REF)
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
             document["components"] = {"schemas": {**components, EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}}
+            document["components"]["securitySchemes"] = _SECURITY
+            document["security"] = [{}, *({name: []} for name in _SECURITY)]  # a server may ask for none
             for path in document["paths"].values():
                 for operation in path.values():
                     _drop_foreign_errors(operation["responses"])

@@ -4,6 +4,7 @@ One table each says it for both sides: requests are read by it, and OpenAPI show
 signature instead makes the framework spend more time on them than the database needs for the answer.)
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, get_args  # Any: JSON schemas
 
@@ -11,7 +12,7 @@ from msgspec import Struct
 
 from service.errors import QueryError
 from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
-from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, MAX_ROLES, EventFilter, Match, Order
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, MAX_ROLES, MAX_VALUES, EventFilter, Match, Order
 from service.records import EventStatus
 from service.times import TimePoint, parse_media_us, parse_time
 
@@ -24,8 +25,18 @@ ROLE_PREFIX = "role."
 DEFAULT_NEAR_MISSES = 5
 
 _TEXT: JsonObject = {"type": "string"}
-_MEDIA_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5"]}
-_TIME: JsonObject = {"type": "string", "examples": ["12500000", "12.5s", "01:23.5", "2026-05-01T08:00:00Z"]}
+# As `service.times` reads them, up to 10^15 us.
+_MICROSECONDS, _SECONDS = r"[0-9]{1,15}", r"[0-9]{1,9}(\.[0-9]{1,9})?s"
+_CLOCK = r"([0-9]{1,5}:[0-5]?[0-9]|[0-9]{1,2}):[0-5][0-9](\.[0-9]{1,9})?"
+_MEDIA_TIME: JsonObject = {
+    "type": "string",
+    "pattern": f"^({_MICROSECONDS}|{_SECONDS}|{_CLOCK})$",
+    "examples": ["12500000", "12.5s", "01:23.5"],
+}
+_TIME: JsonObject = {
+    "anyOf": [_MEDIA_TIME, {"type": "string", "format": "date-time", "examples": ["2026-05-01T08:00:00Z"]}]
+}
+_NUMBER = re.compile(r"([0-9]{1,30}\.?[0-9]{0,30}|\.[0-9]{1,30})([eE][+-]?[0-9]{1,3})?")
 _TIME_FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 
 
@@ -161,8 +172,9 @@ def read_absence_question(chronicle: str, pairs: Pairs, table: Table = ABSENCE_P
 
 def describe_event_parameters(table: Table = EVENT_PARAMETERS) -> list[JsonObject]:
     """Describe the parameters of events, or of a stream of them, for OpenAPI."""
-    role: JsonObject = {"type": "array", "items": _TEXT}
-    return _described(table, role, "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives.")
+    return _described(
+        table, _several(_TEXT), "An object that fills a role, as in `role.overtaker=car7`. Repeat for alternatives."
+    )
 
 
 def describe_absence_parameters(table: Table = ABSENCE_PARAMETERS, *, name: str) -> list[JsonObject]:
@@ -178,14 +190,23 @@ def _described(table: Table, role: JsonObject, description: str) -> list[JsonObj
             "in": "query",
             "required": False,
             "description": one.description,
-            "schema": {"type": "array", "items": one.schema} if one.is_repeatable else one.schema,
+            "schema": _several(one.schema) if one.is_repeatable else one.schema,
         }
         for name, one in table.items()
     ]
     # Exploded, an object's members become parameters of their own: role.overtaker=car7&role.overtaken=car3.
-    roles = {"type": "object", "patternProperties": {r"^role\..+$": role}, "additionalProperties": False}
+    roles = {
+        "type": "object",
+        "patternProperties": {r"^role\..+$": role},
+        "additionalProperties": False,
+        "maxProperties": MAX_ROLES,
+    }
     named = {"name": "roles", "in": "query", "required": False, "description": description}
     return [*described, {**named, "style": "form", "explode": True, "schema": roles}]
+
+
+def _several(schema: JsonObject) -> JsonObject:
+    return {"type": "array", "items": schema, "maxItems": MAX_VALUES}
 
 
 def _filter(values: Mapping[str, list[str]], roles: Mapping[str, list[str]]) -> EventFilter:
@@ -236,7 +257,7 @@ def _share(values: Mapping[str, list[str]], name: str) -> float | None:
     if name not in values:
         return None
     text = values[name][0]
-    if not (text.isascii() and text.replace(".", "", 1).isdigit() and len(text) <= 20 and float(text) <= 1):
+    if not (_NUMBER.fullmatch(text) and float(text) <= 1):
         raise QueryError(f"{name}: expected 0 to 1, got {text!r}", parameter=name)
     return float(text)
 

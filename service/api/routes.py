@@ -100,7 +100,7 @@ def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRe
         summary="Check a chronicle text",
         description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
         responses=answers(FINDINGS, 413, 422),
-        openapi_extra={"requestBody": {"required": True, "content": {"text/plain": {"schema": {"type": "string"}}}}},
+        openapi_extra={"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}},
     )
     async def check_text(request: Request) -> Response:
         """Find what is wrong or doubtful in a text."""

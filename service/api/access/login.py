@@ -4,6 +4,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from service.api.access.callers import COOKIE, bearer, unknown
+from service.api.openapi import problems
 
 
 def add_login(router: APIRouter) -> None:
@@ -14,6 +15,7 @@ def add_login(router: APIRouter) -> None:
         status_code=204,
         summary="Turn a token into a cookie",
         description="The token is that of `Authorization: Bearer`.",
+        responses=problems(401),
     )
     async def login(request: Request) -> Response:
         """Set a cookie that is as good as the token that was sent, which the gate has found good."""
@@ -25,7 +27,7 @@ def add_login(router: APIRouter) -> None:
         response.set_cookie(COOKIE, secret, httponly=True, samesite="strict", secure=is_secure)
         return response
 
-    @router.post("/logout", status_code=204, summary="Forget the cookie")
+    @router.post("/logout", status_code=204, summary="Forget the cookie", responses=problems())
     async def logout() -> Response:
         """Take the cookie away; the token stays good."""
         response = Response(status_code=204)
