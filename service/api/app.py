@@ -9,7 +9,6 @@ import uvicorn
 from fastapi import FastAPI
 from starlette.middleware.body_limit import RequestBodyLimitMiddleware
 from starlette.middleware.cors import CORSMiddleware
-from starlette.middleware.gzip import GZipMiddleware
 from starlette.responses import Response
 
 from service.api.access.gate import Gate
@@ -17,7 +16,7 @@ from service.api.access.login import add_login
 from service.api.access.settings import Access
 from service.api.event_stream import EventStream
 from service.api.explanations import Explanations
-from service.api.frame import RequestFrame
+from service.api.frame import Compression, RequestFrame
 from service.api.health import add_health
 from service.api.metrics import Metrics
 from service.api.openapi import describe_bodies
@@ -34,7 +33,6 @@ WORKER_THREADS = 3
 END_S = 10
 MOST_BODY_BYTES = 1_000_000
 """Where a route does not say otherwise, by its own `max_body_size`."""
-COMPRESSION_LEVEL = 1  # nine takes six times as long for a page of events, and saves a quarter more
 
 
 def create_app(
@@ -100,7 +98,7 @@ def create_app(
 def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Access) -> None:
     """Put what each request passes before the routes; what is added last, it meets first."""
     app.add_middleware(Gate, access=access, log=log)
-    app.add_middleware(GZipMiddleware, compresslevel=COMPRESSION_LEVEL)
+    app.add_middleware(Compression)
     if access.origins:
         app.add_middleware(
             CORSMiddleware,

@@ -51,7 +51,7 @@ def add_odd_routes(app: FastAPI) -> None:
 @pytest.mark.parametrize(
     ("method", "path", "status"),
     [
-        ("GET", "/api/v1/events", 200),
+        ("GET", "/api/v1/chronicles", 200),
         ("HEAD", "/healthz", 200),
         ("GET", "/nothing", 404),
         ("DELETE", "/healthz", 405),

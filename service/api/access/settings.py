@@ -78,6 +78,9 @@ class Access(Struct, frozen=True):
         >>> [Access().is_called(one) for one in ("localhost:8420", "[::1]", "evil.example", "")]
         [True, True, False, False]
         """
+        name, _, port = host.partition(":")
+        if name in self.hosts and (not port or port.isdigit()):  # as nearly all are
+            return True
         try:
             name = urlsplit(f"//{host}").hostname or ""
         except ValueError:
