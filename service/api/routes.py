@@ -31,6 +31,7 @@ from service.api.parameters import (
     read_question,
     read_stream_question,
 )
+from service.api.revalidation import Revalidation
 from service.errors import QueryError
 from service.questions.awaited import AwaitedList
 from service.questions.identity import identities, links_of
@@ -137,6 +138,8 @@ def _add_stream(router: APIRouter, stream: EventStream) -> None:
 
 
 def _add_events(router: APIRouter, log: EventLog) -> None:
+    revalidation = Revalidation(log)
+
     @router.get(
         "/api/v1/events",
         summary="List events",
@@ -146,12 +149,18 @@ def _add_events(router: APIRouter, log: EventLog) -> None:
     )
     def list_events(request: Request) -> Response:
         """Answer with one page of the events that were asked for."""
+        unchanged = revalidation.unchanged(request)
+        if unchanged is not None:
+            return unchanged
         pairs = request.query_params.multi_items()
         question = read_question(pairs)
         page = find_events(log, question.wanted, limit=question.limit, cursor=question.cursor)
         is_empty = not page.items and question.cursor is None
         notes = (*name_notes([log], question.wanted), *run_notes([log], question.wanted)) if is_empty else ()
-        return _event_page(page, request.url.path, pairs, notes)
+        answer = _event_page(page, request.url.path, pairs, notes)
+        if not is_empty:  # the notes tell of runs, which change without an event
+            answer.headers.update(revalidation.headers(page.as_of_seq))
+        return answer
 
     @router.get("/api/v1/events/{event_id}", summary="Get one event", responses=answers(EventRecord, 404, 422))
     def get_event(event_id: str, request: Request) -> Response:

@@ -13,6 +13,7 @@ from service.store.columns import DamagedChunkError
 from service.store.databases.database import explained
 from service.store.log import EventLog
 from service.store.packing import PRUNED, opened, said_of_missing
+from service.store.writer import take_seqs
 
 KEPT_FOR_EVER = FRAMES.name
 """By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""
@@ -155,4 +156,6 @@ def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, d
     if rows and not dry_run:
         for statement in statements:
             connection.execute(statement)
+        if kind == "events":
+            take_seqs(connection, 1)  # by which who has a page of events knows that it has changed
     return rows or 0, size_bytes or 0
