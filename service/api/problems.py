@@ -12,6 +12,7 @@ import msgspec
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.requests import ClientDisconnect
 from starlette.responses import Response
 
@@ -22,6 +23,7 @@ from service.errors import CrowdedError, CursorError, FilterError, LogError, Not
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
 
+_TOO_LARGE = "Content Too Large"  # as Starlette's limit of bodies says it
 BAD_PARAMETER = "urn:dyknow:problem:bad-parameter"
 
 # What each error of ours is over HTTP. A chronicle error means that the log holds another version of the chronicle than
@@ -107,6 +109,9 @@ def answer_refusal(request: Request, error: HTTPException) -> Response:
     if error.status_code == HTTPStatus.NOT_FOUND and error.detail == HTTPStatus.NOT_FOUND.phrase:
         detail = f"{path}: expected a path of this interface (see /api/v1), got an unknown one"
         return problem(request, 404, detail)
+    if error.detail == _TOO_LARGE:
+        most_bytes = request.scope[MAX_BODY_SIZE_SCOPE_KEY]
+        return problem(request, error.status_code, f"body: expected at most {most_bytes} bytes, got more")
     return problem(request, error.status_code, str(error.detail), headers=error.headers)
 
 

@@ -1,7 +1,7 @@
 """Has an answer changed since a client had it? Not while the log has the same sequence number.
 
-Whatever changes which events there are takes a number, be they written or removed. The tag names the server too, so that
-one that is begun anew, of another version or at another log, answers afresh.
+Whatever changes which events there are takes a number, be they written or removed. The tag names the server too, as one
+that is begun anew may be of another version, or at another log.
 """
 
 import uuid

@@ -101,6 +101,7 @@ def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRe
         summary="Check a chronicle text",
         description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
         responses=answers(FINDINGS, 413, 422),
+        max_body_size=MAX_TEXT_BYTES,
         openapi_extra={"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}},
     )
     async def check_text(request: Request) -> Response:
@@ -112,11 +113,7 @@ def _add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRe
 
 
 async def _read_text(request: Request) -> str:
-    body = bytearray()
-    async for part in request.stream():
-        body += part
-        if len(body) > MAX_TEXT_BYTES:
-            raise HTTPException(413, f"body: expected at most {MAX_TEXT_BYTES} bytes, got more")
+    body = await request.body()
     try:
         return body.decode("utf-8-sig")
     except UnicodeDecodeError as error:

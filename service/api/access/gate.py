@@ -115,6 +115,8 @@ class Gate:
             raise
 
     async def _note(self, caller: str, scope: Scope, status: int) -> None:
+        if status in (HTTPStatus.NOT_FOUND, HTTPStatus.METHOD_NOT_ALLOWED):
+            return  # there was nothing to change
         row = Written(time.time_ns() // 1000, caller, scope["method"], scope["path"], status, scope[REQUEST_ID])
         try:
             await to_thread.run_sync(partial(note_written, self._log, row), limiter=self._limiter)
