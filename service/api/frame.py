@@ -46,9 +46,9 @@ class RequestFrame:
             return
         given = Headers(scope=scope).get("x-request-id", "")
         request_id = given if _PLAIN_ID.fullmatch(given) else uuid.uuid4().hex
-        is_head = scope["method"] == "HEAD"
-        inner = {**scope, REQUEST_ID: request_id, "method": "GET" if is_head else scope["method"]}
-        answer = _Answer(self._metrics, scope["method"], inner, receive, send, is_head=is_head)
+        method = scope["method"]
+        inner = {**scope, REQUEST_ID: request_id, "method": "GET" if method == "HEAD" else method}
+        answer = _Answer(self._metrics, method, inner, receive, send)
         try:
             await self._app(inner, receive, answer.send)
         except Exception:
@@ -60,11 +60,8 @@ class RequestFrame:
 class _Answer:
     """One answer on its way out."""
 
-    def __init__(
-        self, metrics: Metrics, method: str, inner: Scope, receive: Receive, send: Send, *, is_head: bool
-    ) -> None:
-        self._metrics, self._method, self._inner = metrics, method, inner
-        self._receive, self._send, self._is_head = receive, send, is_head
+    def __init__(self, metrics: Metrics, method: str, inner: Scope, receive: Receive, send: Send) -> None:
+        self._metrics, self._method, self._inner, self._receive, self._send = metrics, method, inner, receive, send
         self._began_s = time.perf_counter()
         self._refused: int | None = None
         self._is_over = False
@@ -80,10 +77,13 @@ class _Answer:
                 return
             self._begin(message)
         elif self._refused is not None:
-            refusal, self._refused = HTTPException(self._refused, message.get("body", b"").decode()), None
+            refusal, self._refused = (
+                HTTPException(self._refused, message.get("body", b"").decode(errors="replace")),
+                None,
+            )
             await answer_refusal(Request(self._inner), refusal)(self._inner, self._receive, self.send)
             return
-        elif self._is_head and message["type"] == "http.response.body":
+        elif self._method == "HEAD" and message["type"] == "http.response.body":
             message = {**message, "body": b"", "more_body": False}
         self._is_over = message["type"] == "http.response.body" and not message.get("more_body", False)
         await self._send(message)

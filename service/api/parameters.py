@@ -28,14 +28,10 @@ _TEXT: JsonObject = {"type": "string"}
 # As `service.times` reads them, up to 10^15 us.
 _MICROSECONDS, _SECONDS = r"[0-9]{1,15}", r"[0-9]{1,9}(\.[0-9]{1,9})?s"
 _CLOCK = r"([0-9]{1,5}:[0-5]?[0-9]|[0-9]{1,2}):[0-5][0-9](\.[0-9]{1,9})?"
-_MEDIA_TIME: JsonObject = {
-    "type": "string",
-    "pattern": f"^({_MICROSECONDS}|{_SECONDS}|{_CLOCK})$",
-    "examples": ["12500000", "12.5s", "01:23.5"],
-}
-_TIME: JsonObject = {
-    "anyOf": [_MEDIA_TIME, {"type": "string", "format": "date-time", "examples": ["2026-05-01T08:00:00Z"]}]
-}
+_FORMS = f"^({_MICROSECONDS}|{_SECONDS}|{_CLOCK})$"
+_MEDIA_TIME: JsonObject = {"type": "string", "pattern": _FORMS, "examples": ["12500000", "12.5s", "01:23.5"]}
+_UTC_TIME: JsonObject = {"type": "string", "format": "date-time", "examples": ["2026-05-01T08:00:00Z"]}
+_TIME: JsonObject = {"anyOf": [_MEDIA_TIME, _UTC_TIME]}
 _NUMBER = re.compile(r"([0-9]{1,30}\.?[0-9]{0,30}|\.[0-9]{1,30})([eE][+-]?[0-9]{1,3})?")
 _TIME_FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 
@@ -195,12 +191,8 @@ def _described(table: Table, role: JsonObject, description: str) -> list[JsonObj
         for name, one in table.items()
     ]
     # Exploded, an object's members become parameters of their own: role.overtaker=car7&role.overtaken=car3.
-    roles = {
-        "type": "object",
-        "patternProperties": {r"^role\..+$": role},
-        "additionalProperties": False,
-        "maxProperties": MAX_ROLES,
-    }
+    roles = {"type": "object", "patternProperties": {r"^role\..+$": role}, "additionalProperties": False}
+    roles["maxProperties"] = MAX_ROLES
     named = {"name": "roles", "in": "query", "required": False, "description": description}
     return [*described, {**named, "style": "form", "explode": True, "schema": roles}]
 

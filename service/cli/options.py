@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.printing import tell
+from service.errors import QueryError
 
 if TYPE_CHECKING:
     from service.texts.text_streams import Stream
@@ -97,16 +98,18 @@ def read_window(start: str | None, end: str | None) -> tuple[int | None, int | N
     return from_us, None if end is None else parse_media_us(end, parameter="--to")
 
 
-def read_age_us(text: str) -> int | None:
-    """Read a length of time in days, hours or minutes; None if it is none.
+def read_age_us(text: str, refusal: str) -> int:
+    """Read a length of time in days, hours or minutes; raises a `QueryError` that says `refusal` if it is none.
 
     Examples
     --------
-    >>> read_age_us("90min"), read_age_us("soon")
-    (5400000000, None)
+    >>> read_age_us("90min", "--expires: expected an age, got another text")
+    5400000000
     """
     given = _AGE.fullmatch(text)
-    return int(given[1]) * _AGE_UNIT_US[given[2]] if given else None
+    if given is None:
+        raise QueryError(refusal)
+    return int(given[1]) * _AGE_UNIT_US[given[2]]
 
 
 def read_pairs(texts: Sequence[str], option: str, expected: str) -> list[tuple[str, str]]:

@@ -11,9 +11,8 @@ from typing import Literal, get_args
 from msgspec import Struct
 from msgspec.structs import asdict
 from sqlalchemy import delete, insert, select
-from sqlalchemy.exc import IntegrityError
 
-from service.errors import LogError, NotInLogError, QueryError
+from service.errors import NotInLogError, QueryError
 from service.store import schema
 from service.store.log import EventLog
 
@@ -71,14 +70,11 @@ def make_token(log: EventLog, name: str, scope: Scope, *, now_us: int, expires_u
     if not _NAME.fullmatch(name):
         raise QueryError(f"token: expected a name of 1 to 64 letters, digits, '.', '_' or '-', got {name!r}")
     secret = _PREFIX + secrets.token_urlsafe(32)
-    token = Token(name, digest_of(secret), scope, now_us, expires_us)
-    try:
-        with log.change() as connection:
-            connection.execute(insert(schema.tokens).values(asdict(token)))
-    except LogError as error:
-        if isinstance(error.__cause__, IntegrityError):
-            raise QueryError(f"token: expected a name that is free, got {name!r}", parameter="name") from error
-        raise
+    if name in [one.name for one in list_tokens(log)]:
+        raise QueryError(f"token: expected a name that is free, got {name!r}")
+    with log.change() as connection:
+        token = Token(name, digest_of(secret), scope, now_us, expires_us)
+        connection.execute(insert(schema.tokens).values(asdict(token)))
     return secret
 
 

@@ -174,15 +174,13 @@ def test_a_cookie_that_is_over_keeps_nobody_from_his_own_machine(new_client: New
     ("host", "is_ours"),
     [
         ("localhost", True), ("localhost:8420", True), ("127.0.0.1:1", True), ("[::1]:8420", True), ("LOCALHOST", True),
-        ("evil.example", False), ("localhost.evil.example", False), ("", False), ("[::1", False), ("10.0.0.1", False),
+        ("evil.example", False), ("localhost.evil.example", False), ("", False), ("10.0.0.1", False),
     ],
 )  # fmt: skip
 def test_a_name_that_was_led_here_is_not_ours(new_client: NewClient, host: str, *, is_ours: bool) -> None:
     answer = new_client(None).get(EVENTS, headers={"Host": host})
     assert answer.status_code == (200 if is_ours else 400)
-    assert is_ours or refused(answer, 400).startswith(
-        "Host: expected 127.0.0.1 or ::1 or localhost (serve --allow-host"
-    )
+    assert is_ours or refused(answer, 400).startswith("Host: expected a name of this server (serve --allow-host")
 
 
 def test_a_server_is_called_by_its_address_and_by_names_that_are_allowed() -> None:

@@ -86,7 +86,11 @@ def test_tokens_and_the_audit_by_command(tmp_path: Path, capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["make", "office", "--expires", "soon"], 2, "expected an age such as 90d, 12h or 30min, got 'soon'"),
+        (
+            ["make", "office", "--expires", "soon"],
+            2,
+            "error: --expires: expected an age such as 90d, 12h or 30min, got 'soon'",
+        ),
         (["make", "office", "--scope", "all"], 2, "'all'"),
         (["make", "a b"], 2, "error: token: expected a name of 1 to 64 letters"),
         (["revoke", "office"], 3, "expected one of its tokens, [], got 'office'"),

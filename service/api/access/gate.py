@@ -84,18 +84,16 @@ class Gate:
         headers, access = request.headers, self._access
         host, origin = headers.get("host", ""), headers.get("origin")
         if not access.is_called(host):
-            wanted = f"Host: expected {' or '.join(sorted(access.hosts))} (serve --allow-host NAME adds one)"
-            raise HTTPException(HTTPStatus.BAD_REQUEST, f"{wanted}, got {host!r}")
+            detail = f"Host: expected a name of this server (serve --allow-host NAME adds one), got {host!r}"
+            raise HTTPException(HTTPStatus.BAD_REQUEST, detail)
         if request.method != "GET" and not access.takes_writes(origin, host):
-            wanted = f"Origin: expected that of this server, {host!r} (serve --allow-origin ORIGIN adds one)"
-            raise HTTPException(HTTPStatus.FORBIDDEN, f"{wanted}, got {origin!r}")
+            detail = f"Origin: expected that of {host!r} (serve --allow-origin ORIGIN adds one), got {origin!r}"
+            raise HTTPException(HTTPStatus.FORBIDDEN, detail)
         if request.scope["path"] in OPEN:
             return None
         caller = await self._callers.find(request)
         if not caller.allows(needed):
-            detail = (
-                f"token {caller.name!r}: expected one that allows to {needed}, got one that allows to {caller.scope}"
-            )
+            detail = f"token {caller.name!r}: expected scope {needed!r}, got {caller.scope!r}"
             told = {"WWW-Authenticate": f'Bearer realm="dyknow", error="insufficient_scope", scope="{needed}"'}
             raise HTTPException(HTTPStatus.FORBIDDEN, detail, told)
         return caller.name

@@ -23,8 +23,7 @@ def add_login(router: APIRouter) -> None:
         if not secret:
             raise unknown("login: expected 'Authorization: Bearer TOKEN', got none")
         response = Response(status_code=204)
-        is_secure = request.url.scheme == "https"
-        response.set_cookie(COOKIE, secret, httponly=True, samesite="strict", secure=is_secure)
+        response.set_cookie(COOKIE, secret, secure=request.url.scheme == "https", httponly=True, samesite="strict")
         return response
 
     @router.post("/logout", status_code=204, summary="Forget the cookie", responses=problems())

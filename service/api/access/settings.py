@@ -7,7 +7,6 @@ unless the server is told to ask for one (a proxy on this machine brings everybo
 import ipaddress
 import re
 from collections.abc import Collection
-from urllib.parse import urlsplit
 
 from msgspec import Struct
 
@@ -24,26 +23,19 @@ class Access(Struct, frozen=True):
     ----------
     hosts : names and addresses by which the server may be called: a page of another name that leads here, as in DNS
         rebinding, is not from here.
-    is_local : only programs on this machine reach it.
     takes_addresses : also by any address in digits, as where it listens on all; no name leads to those.
     origins : of foreign pages that may ask and write, such as `https://desk.example`.
     needs_token : whether who has no token is refused.
     """
 
     hosts: frozenset[str] = LOOPBACK
-    is_local: bool = True
     takes_addresses: bool = False
     origins: tuple[str, ...] = ()
     needs_token: bool = False
 
     @classmethod
     def at(
-        cls,
-        address: str,
-        *,
-        hosts: Collection[str] = (),
-        origins: Collection[str] = (),
-        needs_token: bool = False,
+        cls, address: str, *, hosts: Collection[str] = (), origins: Collection[str] = (), needs_token: bool = False
     ) -> "Access":
         """Say who may ask a server that listens on an address.
 
@@ -64,7 +56,6 @@ class Access(Struct, frozen=True):
         is_local = found.is_loopback if found else address == "localhost"
         return cls(
             hosts=LOOPBACK | {address.lower(), *(one.lower() for one in hosts)},
-            is_local=is_local,
             takes_addresses=found is not None and found.is_unspecified,
             origins=tuple(origins),
             needs_token=needs_token or not is_local,
@@ -78,14 +69,8 @@ class Access(Struct, frozen=True):
         >>> [Access().is_called(one) for one in ("localhost:8420", "[::1]", "evil.example", "")]
         [True, True, False, False]
         """
-        name, _, port = host.partition(":")
-        if name in self.hosts and (not port or port.isdigit()):  # as nearly all are
-            return True
-        try:
-            name = urlsplit(f"//{host}").hostname or ""
-        except ValueError:
-            return False
-        return name in self.hosts or (self.takes_addresses and _address(name) is not None)
+        name = host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
+        return name.lower() in self.hosts or (self.takes_addresses and _address(name) is not None)
 
     def takes_writes(self, origin: str | None, host: str) -> bool:
         """Tell whether a page of this `Origin` may write; what is no page sends none."""

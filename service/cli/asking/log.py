@@ -87,13 +87,8 @@ def prune(
 
 def _kept(text: str) -> tuple[str, int]:
     kind, _, age = text.partition("=")
-    age_us = read_age_us(age)
-    if age_us is None:
-        raise QueryError(
-            f"--keep: expected KIND=AGE such as car_states=7d, relations=36h or views=90min, got {text!r}",
-            parameter="keep",
-        )
-    return kind, age_us
+    expected = "expected KIND=AGE such as car_states=7d, relations=36h or views=90min"
+    return kind, read_age_us(age, f"--keep: {expected}, got {text!r}")
 
 
 def audit(

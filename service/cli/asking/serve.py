@@ -54,7 +54,7 @@ def serve(
     with listen(host, port) as listener, ExitStack() as open_while_serving:
         url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
-        if not access.is_local:
+        if access.needs_token and not require_token:
             tell("warning", ["what is sent is not encrypted; a proxy with TLS before the server does that"])
         server = Server(app)
         open_while_serving.enter_context(delivering(declared, log, tell_line))
@@ -81,10 +81,10 @@ def check_tokens(log: str, host: str) -> None:
 
     now_us = time.time_ns() // 1000
     with open_log(log) as opened:
-        is_askable = any(one.is_valid(now_us) for one in list_tokens(opened))
-    if not is_askable:
-        wanted = f"{host}: expected a log with a token that is valid, as whoever asks here needs one, got none"
-        raise ServiceError(f"{wanted}; make one: dyknow token make {shown(log)} NAME")
+        if any(one.is_valid(now_us) for one in list_tokens(opened)):
+            return
+    wanted = f"{host}: expected a log with a token that is valid, as whoever asks here needs one, got none"
+    raise ServiceError(f"{wanted}; make one: dyknow token make {shown(log)} NAME")
 
 
 def listen(host: str, port: int) -> socket.socket:

@@ -8,7 +8,6 @@ import typer
 from service.cli.options import AsJson, LogName, read_age_us
 from service.cli.printing import format_table, show
 
-TITLES = ("name", "scope", "made", "ends")
 TokenName = Annotated[str, typer.Argument(metavar="NAME", help="Its name, for lists and for the audit.")]
 
 
@@ -30,12 +29,8 @@ def make(
 
     now_us, expires_us = time.time_ns() // 1000, None
     if expires is not None:
-        age_us = read_age_us(expires)
-        if age_us is None:
-            raise typer.BadParameter(
-                f"expected an age such as 90d, 12h or 30min, got {expires!r}", param_hint="--expires"
-            )
-        expires_us = now_us + age_us
+        refusal = f"--expires: expected an age such as 90d, 12h or 30min, got {expires!r}"
+        expires_us = now_us + read_age_us(expires, refusal)
     with open_log(log) as opened:
         secret = make_token(opened, name, scope, now_us=now_us, expires_us=expires_us)
     show({"name": name, "scope": scope, "expires_us": expires_us, "token": secret}, secret, as_json=as_json)
@@ -54,7 +49,7 @@ def list_all(log: LogName, as_json: AsJson = False) -> None:
         for one in tokens
     ]
     records = [{name: getattr(one, name) for name in ("name", "scope", "made_us", "expires_us")} for one in tokens]
-    show({"items": records}, format_table(TITLES, rows), as_json=as_json)
+    show({"items": records}, format_table(("name", "scope", "made", "ends"), rows), as_json=as_json)
 
 
 def revoke(log: LogName, name: TokenName, as_json: AsJson = False) -> None:
