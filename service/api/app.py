@@ -11,7 +11,7 @@ from starlette.middleware.body_limit import RequestBodyLimitMiddleware
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import Response
 
-from service.api.access.gate import Gate
+from service.api.access.admission import Admission
 from service.api.access.login import add_login
 from service.api.access.settings import Access
 from service.api.event_stream import EventStream
@@ -97,7 +97,7 @@ def create_app(
 
 def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Access) -> None:
     """Put what each request passes before the routes; what is added last, it meets first."""
-    app.add_middleware(Gate, access=access, log=log)
+    app.add_middleware(Admission, access=access, log=log)
     app.add_middleware(Compression)
     if access.origins:
         app.add_middleware(

@@ -12,8 +12,8 @@ import pytest
 from fastapi import FastAPI
 from starlette.responses import Response
 
+from service.api.access.admission import OPEN
 from service.api.access.callers import MOST_FAILURES
-from service.api.access.gate import OPEN
 from service.api.access.settings import Access
 from service.api.app import create_app
 from service.api.bodies import Problem

@@ -18,7 +18,7 @@ def add_login(router: APIRouter) -> None:
         responses=problems(401),
     )
     async def login(request: Request) -> Response:
-        """Set a cookie that is as good as the token that was sent, which the gate has found good."""
+        """Set a cookie that is as good as the token that was sent, which was found good on the way here."""
         secret = bearer(request)
         if not secret:
             raise unknown("login: expected 'Authorization: Bearer TOKEN', got none")

@@ -49,7 +49,7 @@ def needed_scope(method: str, path: str) -> TokenScope:
     return "read" if method in ("GET", "OPTIONS") or (method == "POST" and path in CHANGING_NOTHING) else "write"
 
 
-class Gate:
+class Admission:
     """Wrap an ASGI application: only who may ask gets through.
 
     Parameters
