@@ -86,9 +86,9 @@ def create_app(
     pool = ProcessPool(within_s)
     metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
-    add_health(app.router, log, metrics)
-    add_login(app.router)
     add_routes(app.router, log, stream, Explanations(log.read_from.url, pool), library, version=version)
+    add_login(app.router)  # behind those that are asked most: routes are tried one by one
+    add_health(app.router, log, metrics)
     _add_middleware(app, log, metrics, access or Access())
     register_problems(app)
     describe_bodies(app)

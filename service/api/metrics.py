@@ -4,6 +4,14 @@ from collections.abc import Callable, Mapping
 
 from prometheus_client import CollectorRegistry, Gauge, Histogram, ProcessCollector, generate_latest
 
+BUCKETS_S = (
+    0.01,
+    0.05,
+    0.2,
+    1.0,
+    5.0,
+    20.0,
+)  # a page of events takes some milliseconds, an explanation ten seconds at most
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 
 
@@ -20,7 +28,7 @@ class Metrics:
         registry = self._registry = CollectorRegistry()
         ProcessCollector(registry=registry)
         labels, about = ("route", "method", "status"), "Seconds until an answer begins."
-        self._seconds = Histogram("dyknow_http_request_seconds", about, labels, registry=registry)
+        self._seconds = Histogram("dyknow_http_request_seconds", about, labels, registry=registry, buckets=BUCKETS_S)
         Gauge("dyknow_streams_open", "Streams of events that are open.", registry=registry).set_function(streams)
         Gauge("dyknow_questions_waiting", "Questions that wait for a process.", registry=registry).set_function(waiting)
         self._jobs = Gauge("dyknow_jobs", "Jobs of the log.", ("state",), registry=registry)
