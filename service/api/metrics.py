@@ -4,14 +4,8 @@ from collections.abc import Callable, Mapping
 
 from prometheus_client import CollectorRegistry, Gauge, Histogram, ProcessCollector, generate_latest
 
-BUCKETS_S = (
-    0.01,
-    0.05,
-    0.2,
-    1.0,
-    5.0,
-    20.0,
-)  # a page of events takes some milliseconds, an explanation ten seconds at most
+# A page of events takes some milliseconds, an explanation ten seconds at most.
+BUCKETS_S = (0.01, 0.05, 0.2, 1.0, 5.0, 20.0)
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 
 
