@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 OUT := out/demo
 TEST_ARGS ?=
 
-.PHONY: demo test test-slow test-cluster check bench detector serve clean
+.PHONY: demo test test-slow test-cluster check check-api bench detector serve clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -44,6 +44,10 @@ check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Requests that the OpenAPI description allows, and some that it does not, by schemathesis: the answers must be as described.
+check-api: $(VENV)/installed-dev
+	$(BIN)/python -m pytest -m slow tests/service/test_described_api.py $(TEST_ARGS)
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python -m benchmarks

@@ -1,10 +1,5 @@
-"""How is the HTTP interface of one event log put together?
+"""How is the HTTP interface of one event log put together?"""
 
-Each request gets an identifier, the client's own if it sent a plain one; `HEAD` is answered as `GET` without a body.
-"""
-
-import re
-import uuid
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -13,26 +8,34 @@ from socket import socket
 import anyio.to_thread
 import uvicorn
 from fastapi import FastAPI
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware.body_limit import RequestBodyLimitMiddleware
+from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import Response
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.access.admission import Admission
+from service.api.access.login import add_login
+from service.api.access.settings import Access
 from service.api.docs_page import add_docs
 from service.api.event_stream import EventStream
-from service.api.explanations import ANSWERED_WITHIN_S, Explanations
+from service.api.explanations import Explanations
+from service.api.frame import Compression, RequestFrame
+from service.api.health import add_health
+from service.api.metrics import Metrics
 from service.api.openapi import describe_bodies
-from service.api.problems import REQUEST_ID, register_problems
+from service.api.problems import register_problems
+from service.api.process_pool import ANSWERED_WITHIN_S, ProcessPool
 from service.api.routes.wiring import add_routes
 from service.api.source_files import NO_FOLDERS, SourceFolders
 from service.records import ChronicleRecord, software_version
-from service.store.log import open_log
+from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import load_chronicle_files
 
 # Threads queue for the interpreter lock more than for the database: with sixteen, the same requests cost a third more
 # processor time. A few let slow questions overlap.
 WORKER_THREADS = 3
 END_S = 10
-_PLAIN_ID = re.compile(r"[A-Za-z0-9._-]{1,128}", re.ASCII)
+MOST_BODY_BYTES = 1_000_000
+"""Where a route does not say otherwise, by its own `max_body_size`."""
 
 
 def create_app(
@@ -42,6 +45,7 @@ def create_app(
     within_s: float = ANSWERED_WITHIN_S,
     folders: SourceFolders = NO_FOLDERS,
     media_folders: Sequence[Path] = (),
+    access: Access | None = None,
 ) -> FastAPI:
     """Make the ASGI application that answers questions to an event log.
 
@@ -52,6 +56,7 @@ def create_app(
     within_s : how long an explanation may take.
     folders : where what clients have processed may lie.
     media_folders : whose videos may be sent.
+    access : who may ask; None for everybody on this machine.
 
     Raises
     ------
@@ -85,23 +90,42 @@ def create_app(
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
+    pool = ProcessPool(within_s)
+    metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
-    explanations = Explanations(log.read_from.url, within_s)
     add_routes(
         app.router,
         log,
         stream,
-        explanations,
+        Explanations(log.read_from.url, pool),
         library,
         folders=folders,
         media_folders=media_folders,
         version=version,
     )
+    add_login(app.router)  # behind those that are asked most: routes are tried one by one
+    add_health(app.router, log, metrics)
     add_docs(app)
-    app.add_middleware(RequestFrame)
+    _add_middleware(app, log, metrics, access or Access())
     register_problems(app)
     describe_bodies(app)
     return app
+
+
+def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Access) -> None:
+    """Put what each request passes before the routes; what is added last, it meets first."""
+    app.add_middleware(Admission, access=access, log=log)
+    app.add_middleware(Compression)
+    if access.origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=access.origins,
+            allow_methods=("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"),
+            allow_headers=("Authorization", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID"),
+            expose_headers=("ETag", "Link", "Location", "Retry-After", "X-Request-Id"),
+        )
+    app.add_middleware(RequestBodyLimitMiddleware, max_body_size=MOST_BODY_BYTES)
+    app.add_middleware(RequestFrame, metrics=metrics)
 
 
 class Server(uvicorn.Server):
@@ -109,40 +133,13 @@ class Server(uvicorn.Server):
 
     def __init__(self, app: FastAPI) -> None:
         # A client that does not read what it asked for would hold the end up for ever.
-        super().__init__(uvicorn.Config(app, access_log=False, log_level="warning", timeout_graceful_shutdown=END_S))
+        config = uvicorn.Config(
+            app, access_log=False, log_level="warning", server_header=False, timeout_graceful_shutdown=END_S
+        )
+        super().__init__(config)
         self._stream: EventStream = app.state.event_stream
 
     async def shutdown(self, sockets: list[socket] | None = None) -> None:
         """End in the ordinary way."""
         self._stream.close()
         await super().shutdown(sockets)
-
-
-class RequestFrame:
-    """Wrap an ASGI application: request identifiers and `HEAD`."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handle one connection."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        given = Headers(scope=scope).get("x-request-id", "")
-        request_id = given if _PLAIN_ID.fullmatch(given) else uuid.uuid4().hex
-        scope[REQUEST_ID] = request_id  # in place: the outermost error handler sees this same scope
-        is_head, is_over = scope["method"] == "HEAD", False
-
-        async def send_framed(message: Message) -> None:
-            """Send a message with the request's identifier; to `HEAD`, no body, and no more of one that goes on."""
-            nonlocal is_over
-            if message["type"] == "http.response.start":
-                MutableHeaders(scope=message)["X-Request-Id"] = request_id
-            elif is_head and message["type"] == "http.response.body":
-                message = {**message, "body": b"", "more_body": False}
-            if not is_over:
-                is_over = not message.get("more_body", True)
-                await send(message)
-
-        await self._app({**scope, "method": "GET"} if is_head else scope, receive, send_framed)

@@ -33,13 +33,17 @@ class EventStream:
     ----------
     most : streams at once.
     heartbeat_s : how long a stream is silent at most.
+
+    Attributes
+    ----------
+    count : of the streams that are open.
     """
 
     def __init__(self, log: EventLog, *, most: int = MOST_STREAMS, heartbeat_s: float = HEARTBEAT_S) -> None:
         self._log = log
         self._most, self._heartbeat_s = most, heartbeat_s
         self._limiter = CapacityLimiter(THREADS)
-        self._count = 0
+        self.count = 0
         self._is_open = True
         self._seq = 0
         self._news = Event()
@@ -49,7 +53,7 @@ class EventStream:
         while True:
             await sleep(LOOKED_EVERY_S)
             try:
-                seq = await self._ask(find_last_seq) if self._count else self._seq
+                seq = await self._ask(find_last_seq) if self.count else self._seq
             except LogError:  # it may be back soon
                 continue
             if seq != self._seq:
@@ -81,9 +85,9 @@ class EventStream:
         if after_seq is not None and after_seq > last_seq:
             message = f"last_event_id: expected one up to {last_seq}, the newest of this log, got {after_seq}"
             raise QueryError(message, parameter="last_event_id")
-        if self._count >= self._most:
+        if self.count >= self._most:
             raise CrowdedError(f"stream: expected fewer than {self._most} at once, got one more; ask again later")
-        self._count += 1
+        self.count += 1
         return _Stream(self._blocks(wanted, last_seq if after_seq is None else after_seq), self._leave)
 
     async def _blocks(self, wanted: EventFilter, seq: int) -> AsyncIterator[bytes]:
@@ -113,7 +117,7 @@ class EventStream:
         self._news = Event()
 
     def _leave(self) -> None:
-        self._count -= 1
+        self.count -= 1
 
 
 class _Stream(StreamingResponse):

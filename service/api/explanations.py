@@ -1,99 +1,63 @@
-"""How is an explanation given without holding up anything else? By a process beside the server, for a time.
+"""How does the server explain? By looking again, in a process of its pool, at what a run saw.
 
-To explain is to look again at what a run saw, which takes milliseconds or minutes, as the window and the traffic are.
-In a thread it would take the interpreter from all other answers, and nothing could end it. A process can be ended:
-it only reads.
+That takes milliseconds or minutes, as the window and the traffic are.
 """
 
-from collections.abc import Callable
 from functools import cache
-from typing import TypeVar
 
 import msgspec
-from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 
 from chronicles.explanation.json_form import to_json
-from service.errors import UnansweredError
-from service.machine import cores, look_seldom
+from service.api.process_pool import ProcessPool
+from service.machine import look_seldom
 from service.questions.coverage import Coverage
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.relation_intervals import RelationQuestion, relation_intervals
 from service.store.log import EventLog, open_log
 
-ANSWERED_WITHIN_S = 10.0
-
-_About = TypeVar("_About")
-_Answer = TypeVar("_Answer")
-
 
 class Explanations:
     """Gives the explanations of one log, as JSON.
 
-    As many questions as there are cores are answered at once; others wait, which counts as theirs.
-
     Parameters
     ----------
     log : its URL.
-    within_s : how long an answer may take.
+    pool : whose processes look; its errors are raised besides those of `Explainer`.
     """
 
-    def __init__(self, log: str, within_s: float = ANSWERED_WITHIN_S) -> None:
-        self._log = log
-        self._within_s = within_s
-        self._limiter = CapacityLimiter(cores())
+    def __init__(self, log: str, pool: ProcessPool) -> None:
+        self._log, self._pool = log, pool
 
     async def why(self, event_id: str) -> bytes | None:
-        """Explain an event; None if the log has no such event.
-
-        Raises
-        ------
-        UnansweredError
-            If it takes too long; besides, what `Explainer.explain_event` raises.
-        """
-        return await self._ask(_why, event_id)
+        """Explain an event; None if the log has no such event."""
+        return await self._pool.ask(_why, self._log, event_id)
 
     async def why_not(self, question: AbsenceQuestion) -> bytes:
-        """Explain the absence of a chronicle.
-
-        Raises
-        ------
-        UnansweredError
-            If it takes too long; besides, what `Explainer.explain_absence` raises.
-        """
-        return await self._ask(_why_not, question)
+        """Explain the absence of a chronicle."""
+        return await self._pool.ask(_why_not, self._log, question)
 
     async def awaited(self, question: AbsenceQuestion) -> bytes:
-        """Say what a chronicle waits for; raises as `why_not`."""
-        return await self._ask(_awaited, question)
+        """Say what a chronicle waits for."""
+        return await self._pool.ask(_awaited, self._log, question)
 
     async def relations(self, question: RelationQuestion) -> bytes:
-        """Say which relations held; raises as `relation_intervals`, and as `why`."""
-        return await self._ask(_relations, question)
+        """Say which relations held."""
+        return await self._pool.ask(_relations, self._log, question)
 
     async def trial(self, question: AbsenceQuestion, text: str) -> bytes:
-        """Try a text; raises as `why`."""
-        return await self._ask(_trial, (question, text))
+        """Try a text."""
+        return await self._pool.ask(_trial, self._log, (question, text))
 
     async def difference(self, question: AbsenceQuestion, before: str, after: str) -> bytes:
-        """Compare two texts; raises as `why`."""
-        return await self._ask(_difference, (question, before, after))
+        """Compare two texts."""
+        return await self._pool.ask(_difference, self._log, (question, before, after))
 
     async def unfit(self, path: str) -> str:
         """Say why a file is no video, or nothing: FFmpeg may crash or take long at what somebody made up."""
-        return await self._ask(_unfit, path)
-
-    async def _ask(self, explained: Callable[[str, _About], _Answer], about: _About) -> _Answer:
-        try:
-            with fail_after(self._within_s):
-                return await to_process.run_sync(explained, self._log, about, cancellable=True, limiter=self._limiter)
-        except TimeoutError as error:
-            wanted = f"explanation: expected one within {self._within_s:g} s, got none"
-            raise UnansweredError(f"{wanted}; ask about less time, or later if much else is asked") from error
-        except BrokenWorkerProcess as error:
-            raise UnansweredError("explanation: expected one, got a process that was ended; ask again") from error
+        return await self._pool.ask(_unfit, self._log, path)
 
 
-# What follows runs in such a process, which stays for the questions to come.
+# What follows runs in such a process.
 
 
 def _why(log: str, event_id: str) -> bytes | None:

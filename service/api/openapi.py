@@ -10,6 +10,7 @@ import msgspec
 from fastapi import FastAPI
 
 from chronicles.explanation.json_form import schema as explanation_schema
+from service.api.access.callers import COOKIE
 from service.api.bodies import Problem
 from service.api.problems import MEDIA_TYPE
 
@@ -19,6 +20,10 @@ Answers = dict[int | str, JsonObject]
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, which we never send
+_SECURITY = {
+    "token": {"type": "http", "scheme": "bearer"},
+    "cookie": {"type": "apiKey", "in": "cookie", "name": COOKIE},
+}
 _REF = "#/components/schemas/{name}"
 
 _POSITION = {"type": "object", "properties": {"line": {"type": "integer"}, "character": {"type": "integer"}}}
@@ -63,9 +68,9 @@ def answers(
 
 
 def problems(*errors: int) -> Answers:
-    """Describe the errors that a route may give, besides those of any."""
+    """Describe the errors of a route: its own, and the others as any problem, since each path may give those."""
     described = {"description": "Problem", "content": {MEDIA_TYPE: {"schema": _ref(Problem.__name__)}}}
-    return dict.fromkeys((*errors, 500, 503), described)
+    return dict.fromkeys((*errors, "default"), described)
 
 
 def describe_bodies(app: FastAPI) -> None:
@@ -81,6 +86,8 @@ def describe_bodies(app: FastAPI) -> None:
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
             components |= {EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}
             document["components"] = {"schemas": {**own, **components}}
+            document["components"]["securitySchemes"] = _SECURITY
+            document["security"] = [{}, *({name: []} for name in _SECURITY)]  # a server may ask for none
             for path in document["paths"].values():
                 for operation in path.values():
                     _drop_foreign_errors(operation["responses"])

@@ -12,6 +12,8 @@ import msgspec
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
+from starlette.requests import ClientDisconnect
 from starlette.responses import Response
 
 from chronicles.errors import ChronicleError
@@ -35,6 +37,7 @@ from service.errors import (
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
 
+_TOO_LARGE = "Content Too Large"  # as Starlette's limit of bodies says it
 BAD_PARAMETER = "urn:dyknow:problem:bad-parameter"
 
 # What each error of ours is over HTTP. A chronicle error means that the log holds another version of the chronicle than
@@ -46,7 +49,7 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     LogError: (503, "urn:dyknow:problem:log-unavailable"),
     NotInLogError: (404, "urn:dyknow:problem:not-in-log"),
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
-    CrowdedError: (503, "urn:dyknow:problem:too-many-streams"),
+    CrowdedError: (503, "urn:dyknow:problem:crowded"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
     InputError: (409, "urn:dyknow:problem:unusable-input"),
     TakenError: (409, "urn:dyknow:problem:taken"),
@@ -59,9 +62,9 @@ def register_problems(app: FastAPI) -> None:
     """Answer every error of an application with a problem."""
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)
+    app.add_exception_handler(ClientDisconnect, _on_cut)
     for kind in ANSWERS:
         app.add_exception_handler(kind, _on_ours)
-    app.add_exception_handler(Exception, _on_bug)
 
 
 def problem(
@@ -90,8 +93,7 @@ def problem(
         errors=list(errors),
         findings=msgspec.json.decode(render_json(findings)),
     )
-    named = {"X-Request-Id": body.request_id, **(headers or {})}
-    return Response(msgspec.json.encode(body), status, named, MEDIA_TYPE)
+    return Response(msgspec.json.encode(body), status, headers, MEDIA_TYPE)
 
 
 async def _on_invalid(request: Request, error: Exception) -> Response:
@@ -112,6 +114,16 @@ def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework'
 
 async def _on_http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
+    return answer_refusal(request, error)
+
+
+async def _on_cut(request: Request, error: Exception) -> Response:
+    # Nobody hears this answer; it stands in the counts and in the audit.
+    return problem(request, 400, "body: expected all of it, got a client that left")
+
+
+def answer_refusal(request: Request, error: HTTPException) -> Response:
+    """Answer what the framework, or a part before the routes, refuses."""
     method, path = request.method, request.url.path
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         allowed = _allowed(request)
@@ -120,6 +132,9 @@ async def _on_http(request: Request, error: Exception) -> Response:
     if error.status_code == HTTPStatus.NOT_FOUND and error.detail == HTTPStatus.NOT_FOUND.phrase:
         detail = f"{path}: expected a path of this interface (see /api/v1), got an unknown one"
         return problem(request, 404, detail)
+    if error.detail == _TOO_LARGE:
+        most_bytes = request.scope[MAX_BODY_SIZE_SCOPE_KEY]
+        return problem(request, error.status_code, f"body: expected at most {most_bytes} bytes, got more")
     return problem(request, error.status_code, str(error.detail), headers=error.headers)
 
 
@@ -138,7 +153,6 @@ async def _on_ours(request: Request, error: Exception) -> Response:
     return problem(request, status, str(error), kind=kind, errors=details, findings=findings, headers=headers)
 
 
-async def _on_bug(request: Request, error: Exception) -> Response:
-    # What went wrong inside is for the server's own records, not for a client; the server logs it with its trace.
-    detail = f"{request.url.path}: expected an answer, got an internal error"
-    return problem(request, 500, detail)
+def answer_bug(request: Request) -> Response:
+    """Answer where we failed: what went wrong inside stands in the server's own output, not here."""
+    return problem(request, 500, f"{request.url.path}: expected an answer, got an internal error")

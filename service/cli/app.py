@@ -18,6 +18,7 @@ import typer
 from service.cli.asking.evaluate import evaluate
 from service.cli.asking.events import events
 from service.cli.asking.explain import explain, why_not
+from service.cli.asking.log import audit as log_audit
 from service.cli.asking.log import backup as back_up_log
 from service.cli.asking.log import info as log_info
 from service.cli.asking.log import prune as prune_log
@@ -27,6 +28,9 @@ from service.cli.asking.objects import objects
 from service.cli.asking.recognise import monitor, recognise
 from service.cli.asking.serve import serve
 from service.cli.asking.streams import streams
+from service.cli.asking.tokens import list_all as list_tokens
+from service.cli.asking.tokens import make as make_token
+from service.cli.asking.tokens import revoke as revoke_token
 from service.cli.asking.tracks import draw, tracks
 from service.cli.asking.webhooks import list_webhooks, retry_webhook
 from service.cli.making.demo import demo
@@ -71,6 +75,9 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "format": (format_files, "dyknow format mine.chronicle --check"),
     "test": (run_examples, "dyknow test mine.chronicle --verbose"),
     "serve": (serve, "dyknow serve scene.db --port 8420"),
+    "token make": (make_token, "dyknow token make scene.db office --scope read --expires 90d"),
+    "token list": (list_tokens, "dyknow token list scene.db"),
+    "token revoke": (revoke_token, "dyknow token revoke scene.db office"),
     "doctor": (doctor, "dyknow doctor scene.db"),
     "config show": (show_config, "dyknow config show serve --origin"),
     "jobs list": (list_jobs, "dyknow jobs list scene.db"),
@@ -82,6 +89,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "log verify": (verify_log, "dyknow log verify scene.db"),
     "log backup": (back_up_log, "dyknow log backup scene.db backup/scene.db"),
     "log restore": (restore_log, "dyknow log restore backup/scene.db scene.db"),
+    "log audit": (log_audit, "dyknow log audit scene.db --limit 20"),
     "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
     "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
     "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
@@ -92,9 +100,10 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
 
 GROUPS = {
     "config": "See what options are where the command line does not give them.",
+    "token": "Say who may ask a log over HTTP, and what each may do.",
     "jobs": "See what was queued for a log, and end or repeat it.",
     "webhooks": "See how far the webhooks of a log are, and let what they gave up be tried again.",
-    "log": "See what a log holds and whether all of it can be read, copy it, and remove what is old.",
+    "log": "See what a log holds, who wrote over HTTP, whether all can be read, copy it, and remove what is old.",
     "site": "Make a site file for a camera, and look at how good it is.",
     "detector": "Install a network that finds vehicles, and look at what it finds.",
 }

@@ -1,5 +1,6 @@
 """Which arguments and options do several commands take, and how are their texts read?"""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,11 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.printing import tell
+from service.errors import QueryError
 
 if TYPE_CHECKING:
     from service.texts.text_streams import Stream
 
 _TIMES = "12.5s, 01:23 or 12500000 (us)"
+_AGE = re.compile(r"(\d{1,6})(d|h|min)", re.ASCII)
+_AGE_UNIT_US = {"d": 86_400_000_000, "h": 3_600_000_000, "min": 60_000_000}
 
 LogName = Annotated[str, typer.Argument(metavar="LOG", help="Event log: PATH.db, or a URL.")]
 RunName = Annotated[str | None, typer.Option("--run", help="Run of the log, if it holds several.")]
@@ -92,6 +96,20 @@ def read_window(start: str | None, end: str | None) -> tuple[int | None, int | N
 
     from_us = None if start is None else parse_media_us(start, parameter="--from")
     return from_us, None if end is None else parse_media_us(end, parameter="--to")
+
+
+def read_age_us(text: str, refusal: str) -> int:
+    """Read a length of time in days, hours or minutes; raises a `QueryError` that says `refusal` if it is none.
+
+    Examples
+    --------
+    >>> read_age_us("90min", "--expires: expected an age, got another text")
+    5400000000
+    """
+    given = _AGE.fullmatch(text)
+    if given is None:
+        raise QueryError(refusal)
+    return int(given[1]) * _AGE_UNIT_US[given[2]]
 
 
 def read_pairs(texts: Sequence[str], option: str, expected: str) -> list[tuple[str, str]]:

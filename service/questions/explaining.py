@@ -374,7 +374,7 @@ def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, 
     for role in question.roles:
         if role not in roles:
             message = f"role: expected one of {', '.join(roles)}, got {role!r}"
-            raise QueryError(message, parameter=f"role.{role}")
+            raise FilterError(message, parameter=f"role.{role}")
     start_us, end_us = question.start_us, question.end_us
     if start_us is not None and end_us is not None and start_us >= end_us:
         raise FilterError(f"from: expected a time before 'to' ({end_us} us), got {start_us} us", parameter="from")

@@ -16,6 +16,7 @@ from sqlalchemy import ColumnElement, Connection, func, select, update
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
 from service.store.databases.database import Database, Lock, explained
+from service.store.log import EventLog
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import insert_rows, lock_seqs
 
@@ -244,6 +245,13 @@ class TakenJob:
     def _end_without(self, state: JobState, message: str) -> bool:
         self._jobs.change(self.job.id, ("waiting", "running"), state=state, message=message)
         return False
+
+
+def count_jobs(log: EventLog) -> dict[str, int]:
+    """Count the jobs of a log that is open, by state."""
+    state = schema.jobs.c.state
+    with log.connect() as connection:
+        return {one: count for one, count in connection.execute(select(state, func.count()).group_by(state))}  # noqa: C416
 
 
 def _read(connection: Connection, *conditions: ColumnElement[bool], most: int | None = None) -> list[Job]:

@@ -204,6 +204,14 @@ class EventLog:
         with explained(self.place, "a log that can be read"), self._reading.begin() as connection:
             yield connection
 
+    @contextmanager
+    def change(self) -> Iterator[Connection]:
+        """Give a connection that writes what belongs to no run, in one transaction; others wait for its end."""
+        if self._writing is None:
+            self._writing = self._engine(self.place)
+        with explained(self.place, "a log that can be written"), self._writing.begin() as connection:
+            yield connection
+
     def runs(self) -> list[RunRecord]:
         """List the runs in the order in which they first came to the log."""
         table = schema.runs

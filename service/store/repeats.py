@@ -71,7 +71,7 @@ def _move_in(connection: Connection, run_no: int, theirs: Mapping[Table, Table])
     """Copy all rows, with the number of the run and with new numbers for its events."""
     events = theirs[schema.events]
     count = connection.scalar(select(func.max(events.c.seq))) or 0
-    shift = take_seqs(connection, count) - 1
+    shift = take_seqs(connection, max(count, 1)) - 1  # one at least: what was here is gone
     for table in (schema.runs, schema.event_roles, *schema.RUN_TABLES):
         columns: dict[str, Any] = dict(theirs[table].c)  # Any: expressions of any type
         if "run_no" in columns:

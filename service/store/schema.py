@@ -213,9 +213,8 @@ undelivered = Table(
 tokens = Table(
     "tokens",
     metadata,
-    Column("id", Text, primary_key=True),
-    Column("name", Text, nullable=False),
-    Column("hash", Text, nullable=False),
+    Column("name", Text, primary_key=True),
+    Column("digest", Text, nullable=False),
     Column("scope", Text, nullable=False),
     Column("made_us", BigInteger, nullable=False),
     Column("expires_us", BigInteger),
@@ -223,7 +222,7 @@ tokens = Table(
 audit = Table(
     "audit",
     metadata,
-    Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("number", Integer, primary_key=True),
     Column("at_us", BigInteger, nullable=False),
     Column("token", Text, nullable=False),
     Column("method", Text, nullable=False),

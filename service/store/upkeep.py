@@ -16,6 +16,7 @@ from service.store.databases.sqlite_file import SqliteFile
 from service.store.log import EventLog
 from service.store.packing import PRUNED, opened, said_of_missing
 from service.store.versions import read_version
+from service.store.writer import take_seqs
 
 KEPT_FOR_EVER = FRAMES.name
 """By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""
@@ -203,4 +204,6 @@ def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, d
     if rows and not dry_run:
         for statement in statements:
             connection.execute(statement)
+        if kind == "events":
+            take_seqs(connection, 1)  # by which who has a page of events knows that it has changed
     return rows or 0, size_bytes or 0

@@ -24,7 +24,7 @@ class Client:
     def __init__(self, app: FastAPI) -> None:
         self._lifespan = app.router.lifespan_context(app)
         transport = httpx.ASGITransport(app=app, raise_app_exceptions=False)
-        self._client = httpx.AsyncClient(transport=transport, base_url="http://test")
+        self._client = httpx.AsyncClient(transport=transport, base_url="http://localhost")
         self._open = ExitStack()
 
     def request(self, method: str, path: str, **arguments: Any) -> httpx.Response:

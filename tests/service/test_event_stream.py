@@ -152,7 +152,7 @@ def test_more_streams_than_may_be_are_told_to_come_back(new_log: NewLog, monkeyp
             assert next(found)["id"] == "0"
             refused = httpx.get(address + PATH)
             assert (refused.status_code, refused.headers["retry-after"]) == (503, "1")
-            assert msgspec.json.decode(refused.content, type=Problem).type == "urn:dyknow:problem:too-many-streams"
+            assert msgspec.json.decode(refused.content, type=Problem).type == "urn:dyknow:problem:crowded"
         while httpx.head(address + PATH).status_code == 503:
             pass  # until the server has noticed that the one before is gone
         assert httpx.head(address + PATH).status_code in (200, 503)

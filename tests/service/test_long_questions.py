@@ -17,6 +17,7 @@ import pytest
 from service.api.app import create_app
 from service.api.bodies import Problem
 from service.api.explanations import Explanations
+from service.api.process_pool import ProcessPool
 from service.errors import LogError, QueryError, UnansweredError
 from service.questions.explaining import AbsenceQuestion
 from tests.service.http import Client
@@ -52,15 +53,15 @@ def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
         told = msgspec.json.decode(answer.content, type=Problem)
         assert told.type == "urn:dyknow:problem:unanswered"
-        assert told.detail.startswith("explanation: expected one within 0.5 s, got none; ask about less time")
+        assert told.detail.startswith("answer: expected one within 0.5 s, got none; ask about less time")
         # On a busy machine a process that begins anew takes a while.
-        monkeypatch.setattr("service.api.explanations.fail_after", lambda _: anyio.fail_after(60))
+        monkeypatch.setattr("service.api.process_pool.fail_after", lambda _: anyio.fail_after(60))
         assert client.get("/api/v1/chronicles/overtake/why-not").status_code == 404
 
 
 def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there(log: Path) -> None:
     async def ask() -> None:
-        explanations = Explanations(str(log))
+        explanations = Explanations(str(log), ProcessPool())
         with pytest.raises(UnansweredError, match="a process that was ended"):
             await explanations.why(Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
         assert await explanations.why("r1-99") is None
@@ -70,7 +71,7 @@ def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there
 
 def test_errors_come_from_the_process_as_they_are(log: Path) -> None:
     async def ask() -> None:
-        explanations = Explanations(str(log))
+        explanations = Explanations(str(log), ProcessPool())
         with pytest.raises(LogError, match="expected one of its chronicles, got 'nothing'"):
             await explanations.why_not(_NO_QUESTION)
 
@@ -84,12 +85,12 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     transport = httpx.ASGITransport(app=app)
 
     async def ask() -> None:
-        explanations = Explanations(str(log))
+        explanations = Explanations(str(log), ProcessPool(3600))
         begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
-        long = [asyncio.create_task(explanations.why(Acting(_begin, str(one)))) for one in begun]  # type: ignore[arg-type]
+        long = [asyncio.create_task(explanations.why(Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
         while not all(one.exists() for one in begun):
             await asyncio.sleep(0.01)
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
             assert (await client.get("/healthz")).text == "ok\n"
             assert (await client.get("/api/v1/events")).status_code == 200
         assert not any(one.done() for one in long)
@@ -105,7 +106,7 @@ def _stay(_log: str, _event_id: str) -> None:
     time.sleep(3600.0)
 
 
-def _begin(begun: str) -> None:
+def begin(begun: str) -> None:
     """Say that a process came here, and stay."""
     Path(begun).touch()
     time.sleep(3600.0)

@@ -1,6 +1,7 @@
 """Which events are there? They are sent as the text that is stored: nothing is decoded on the way."""
 
 from collections.abc import Mapping
+from hashlib import blake2b
 from typing import Annotated
 from urllib.parse import urlencode
 
@@ -69,7 +70,9 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         if not page.items and asked.cursor is None and wanted.as_of is None:
             notes = (*name_notes([log], wanted), *run_notes([log], wanted))
             told |= {"notes": notes} if notes else {}
-        return _event_page(page, request.url.path, pairs, told)
+        answer = _event_page(page, request.url.path, pairs, told)
+        is_known = answer.headers["etag"] in request.headers.get("if-none-match", "")
+        return Response(status_code=304, headers={"ETag": answer.headers["etag"]}) if is_known else answer
 
     @router.get(
         "/api/v1/events/stream",
@@ -127,7 +130,10 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
 def _event_page(page: EventPage, path: str, pairs: Pairs, told: Mapping[str, object]) -> Response:
     """Answer with a page; `told` is what stands beside its items."""
     beside = {"next_cursor": page.next_cursor, "as_of_seq": page.as_of_seq, **told}
-    response = json_answer(b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:]))
+    body = b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:])
+    tag = blake2b(body, digest_size=12).hexdigest()
+    # A client may keep it, and asks each time whether it still holds.
+    response = json_answer(body, headers={"ETag": f'W/"{tag}"', "Cache-Control": "private, no-cache"})
     if page.next_cursor is not None:
         query = urlencode([*(pair for pair in pairs if pair[0] != "cursor"), ("cursor", page.next_cursor)])
         response.headers["Link"] = f'<{path}?{query}>; rel="next"'

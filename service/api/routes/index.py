@@ -19,7 +19,7 @@ curl '{base}api/v1'                                              everything else
 
 
 def add_index(router: APIRouter, log: EventLog, version: str) -> None:
-    """Add the first page, the index and the health of the server.
+    """Add the first page and the index.
 
     The index links to every described route, by its name.
 
@@ -31,10 +31,6 @@ def add_index(router: APIRouter, log: EventLog, version: str) -> None:
     @router.get("/", include_in_schema=False, response_class=PlainTextResponse)
     def hello(request: Request) -> PlainTextResponse:
         return PlainTextResponse(HELLO.format(base=request.base_url))
-
-    @router.get("/healthz", name="health", summary="Say that the server lives", response_class=PlainTextResponse)
-    async def healthz() -> PlainTextResponse:
-        return PlainTextResponse("ok\n")
 
     @router.get("/api/v1", name="index", summary="Say what can be asked", responses=answers(Index))
     def index() -> Response:

@@ -1,12 +1,11 @@
-"""`dyknow log`: what is in a log, is all of it readable, where is a copy of it, and what of it may go?"""
+"""`dyknow log`: what is in a log, who wrote into it, is it readable, where is a copy, and what of it may go?"""
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.options import AsJson, LogName
+from service.cli.options import AsJson, LogName, read_age_us
 from service.cli.printing import INVALID, format_table, show, tell
 from service.errors import QueryError
 
@@ -14,8 +13,6 @@ if TYPE_CHECKING:
     from service.records import RunRecord
     from service.store.upkeep import Holding
 
-_AGE = re.compile(r"(\d{1,6})(d|h|min)", re.ASCII)
-_UNIT_US = {"d": 86_400_000_000, "h": 3_600_000_000, "min": 60_000_000}
 TITLES = ("kind", "rows", "pruned", "bytes", "from", "to")
 
 
@@ -121,13 +118,27 @@ def prune(
 
 def _kept(text: str) -> tuple[str, int]:
     kind, _, age = text.partition("=")
-    given = _AGE.fullmatch(age)
-    if given is None:
-        raise QueryError(
-            f"--keep: expected KIND=AGE such as car_states=7d, relations=36h or views=90min, got {text!r}",
-            parameter="keep",
-        )
-    return kind, int(given[1]) * _UNIT_US[given[2]]
+    expected = "expected KIND=AGE such as car_states=7d, relations=36h or views=90min"
+    return kind, read_age_us(age, f"--keep: {expected}, got {text!r}")
+
+
+def audit(
+    log: LogName,
+    limit: Annotated[int, typer.Option(min=1, help="Rows at most.")] = 100,
+    as_json: AsJson = False,
+) -> None:
+    """Say who changed something over HTTP, or tried to, the newest first."""
+    from msgspec.structs import astuple
+
+    from service.store.audit import list_written
+    from service.store.log import open_log
+    from service.times import format_utc
+
+    with open_log(log) as opened:
+        written = list_written(opened, limit=limit)
+    titles = ("at", "token", "method", "path", "status", "request")
+    rows = [[format_utc(one.at_us), *map(str, astuple(one)[1:])] for one in written]
+    show({"items": written}, format_table(titles, rows), as_json=as_json)
 
 
 def _utc_us(now: str | None) -> int:

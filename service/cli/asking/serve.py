@@ -1,8 +1,8 @@
 """`dyknow serve`: how is an event log asked over HTTP?"""
 
-import ipaddress
 import socket
 import sys
+import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +11,7 @@ import typer
 
 from service.cli.making.jobs import tell_line
 from service.cli.options import LogName
+from service.cli.printing import tell
 
 PORT = 8420
 BACKLOG = 128
@@ -31,8 +32,19 @@ def serve(
         list[Path] | None,
         typer.Option(metavar="FOLDER", exists=True, file_okay=False, help="Folder whose videos may be sent."),
     ] = None,
+    require_token: Annotated[
+        bool, typer.Option("--require-token", help="Ask for a token on this machine too, as behind a proxy.")
+    ] = False,
+    allow_host: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Name by which the server may be called; may be repeated.")
+    ] = None,
+    allow_origin: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ORIGIN", help="Page elsewhere that may ask, https://HOST; may be repeated."),
+    ] = None,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
+    from service.api.access.settings import Access
     from service.api.app import Server, create_app
     from service.api.source_files import SourceFolders
     from service.api.webhooks import delivering, load_webhooks
@@ -43,9 +55,11 @@ def serve(
     for folder in (*([uploads] if uploads else []), *(allow_folder or ())):
         if not folder.is_dir():
             raise InputError(f"{folder}: expected a folder, got none")
-    app = create_app(
-        log, folders=SourceFolders(uploads, upload_gb, tuple(allow_folder or ())), media_folders=media or ()
-    )
+    access = Access.at(host, hosts=allow_host or (), origins=allow_origin or (), needs_token=require_token)
+    if access.needs_token:
+        check_tokens(log, host)
+    folders = SourceFolders(uploads, upload_gb, tuple(allow_folder or ()))
+    app = create_app(log, folders=folders, media_folders=media or (), access=access)
     can_write = database_of(log).can_write()
     declared = load_webhooks(webhooks) if webhooks else []
     if declared and not can_write:
@@ -54,8 +68,8 @@ def serve(
     with listen(host, port) as listener, ExitStack() as open_while_serving:
         url = f"http://{_in_url(host)}:{listener.getsockname()[1]}"
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
-        if not _is_loopback(host):
-            print(f"warning: everyone who reaches {host} can read this log", file=sys.stderr, flush=True)
+        if access.needs_token and not require_token:
+            tell("warning", ["what is sent is not encrypted; a proxy with TLS before the server does that"])
         server = Server(app)
         open_while_serving.enter_context(delivering(declared, log, tell_line))
         if workers and can_write:
@@ -64,6 +78,27 @@ def serve(
         if server.started:
             # It ends only when it is interrupted, but the loop does not always pass that on.
             raise KeyboardInterrupt
+
+
+def check_tokens(log: str, host: str) -> None:
+    """Refuse to serve a log that nobody could ask.
+
+    Raises
+    ------
+    ServiceError
+        If it has no token that is valid.
+    """
+    from service.errors import ServiceError
+    from service.store.databases.location import shown
+    from service.store.log import open_log
+    from service.store.tokens import list_tokens
+
+    now_us = time.time_ns() // 1000
+    with open_log(log) as opened:
+        if any(one.is_valid(now_us) for one in list_tokens(opened)):
+            return
+    wanted = f"{host}: expected a log with a token that is valid, as whoever asks here needs one, got none"
+    raise ServiceError(f"{wanted}; make one: dyknow token make {shown(log)} NAME")
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -92,13 +127,6 @@ def listen(host: str, port: int) -> socket.socket:
         reason = error.strerror or str(error)
         raise ServiceError(f"{host}:{port}: expected a free address to listen on, got {reason!r}") from error
     return listener
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _in_url(host: str) -> str:

@@ -10,16 +10,15 @@ def upgrade() -> None:
     """Make the tables."""
     op.create_table(
         "tokens",
-        sa.Column("id", sa.Text, primary_key=True),
-        sa.Column("name", sa.Text, nullable=False),
-        sa.Column("hash", sa.Text, nullable=False),
+        sa.Column("name", sa.Text, primary_key=True),
+        sa.Column("digest", sa.Text, nullable=False),
         sa.Column("scope", sa.Text, nullable=False),
         sa.Column("made_us", sa.BigInteger, nullable=False),
         sa.Column("expires_us", sa.BigInteger),
     )
     op.create_table(
         "audit",
-        sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
+        sa.Column("number", sa.Integer, primary_key=True),
         sa.Column("at_us", sa.BigInteger, nullable=False),
         sa.Column("token", sa.Text, nullable=False),
         sa.Column("method", sa.Text, nullable=False),

@@ -396,7 +396,7 @@ def test_why_not_over_http(client: Client) -> None:
         ("nosuch/why-not", 404, "not-in-log"),
         ("met/why-not?run=r9", 404, "not-in-log"),
         ("met/why-not?role.b=car99", 404, "not-in-log"),
-        ("met/why-not?role.c=car1", 422, "bad-parameter"),
+        ("met/why-not?role.c=car1", 400, "bad-filter"),
         ("met/why-not?colour=red", 422, "bad-parameter"),
         ("met/why-not?role.b=car1&role.b=car2", 422, "bad-parameter"),
         ("met/why-not?limit=51", 422, "bad-parameter"),

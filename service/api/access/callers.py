@@ -1,0 +1,96 @@
+"""Who is asking? The token of a request, looked up among those of the log.
+
+Tokens are kept in memory, and read again when one is unknown or a second has passed: no request waits for the threads
+that answer questions, and one that is revoked ends within a second.
+"""
+
+import time
+from collections import Counter
+from contextlib import suppress
+from http import HTTPStatus
+
+from anyio import CapacityLimiter, to_thread
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+
+from service.errors import LogError
+from service.store.log import EventLog
+from service.store.tokens import Token, digest_of, list_tokens
+
+COOKIE = "dyknow_token"
+LOOPBACK = Token("loopback", "", "admin", 0)
+"""Who needs no token."""
+
+READ_EVERY_S = 1.0
+MOST_FAILURES = 10
+FAILURES_WITHIN_S = 60
+
+
+class Callers:
+    """Knows who sends the requests to one log.
+
+    Parameters
+    ----------
+    needs_token : whether who has none is refused.
+    """
+
+    def __init__(self, log: EventLog, *, needs_token: bool) -> None:
+        self._log, self._needs_token = log, needs_token
+        self._tokens: dict[str, Token] = {}
+        self._read_s = float("-inf")
+        self._limiter = CapacityLimiter(1)
+        self._failures: Counter[str] = Counter()
+        self._counted_from_s = 0.0
+
+    async def find(self, request: Request) -> Token:
+        """Say whose request it is.
+
+        Raises
+        ------
+        HTTPException
+            401 if there is no token where one is needed, or one that the log does not know; 429 if too many came from
+            there that it did not know.
+        """
+        given = bearer(request)
+        secret = given or request.cookies.get(COOKIE, "")
+        token = await self._known(secret, request.client.host if request.client else "") if secret else None
+        if token is not None:
+            return token
+        if given or self._needs_token:
+            came = "one that is not, or has ended" if secret else "none"
+            raise unknown(f"token: expected one of this log, as 'Authorization: Bearer TOKEN', got {came}")
+        return LOOPBACK
+
+    async def _known(self, secret: str, client: str) -> Token | None:
+        digest, now_s = digest_of(secret), time.monotonic()
+        if now_s - self._counted_from_s > FAILURES_WITHIN_S:
+            self._failures.clear()
+            self._counted_from_s = now_s
+        if digest not in self._tokens and self._failures[client] >= MOST_FAILURES:
+            left_s = FAILURES_WITHIN_S - int(now_s - self._counted_from_s)
+            detail = f"token: expected fewer than {MOST_FAILURES} wrong ones a minute from {client}, got one more"
+            raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, detail, {"Retry-After": str(left_s)})
+        if digest not in self._tokens or now_s - self._read_s > READ_EVERY_S:
+            await self._read()
+        token = self._tokens.get(digest)
+        if token is not None and token.is_valid(time.time_ns() // 1000):
+            return token
+        self._failures[client] += 1
+        return None
+
+    async def _read(self) -> None:
+        self._read_s = time.monotonic()
+        with suppress(LogError):  # those that are known stay so while it cannot be read
+            tokens = await to_thread.run_sync(list_tokens, self._log, limiter=self._limiter)
+            self._tokens = {one.digest: one for one in tokens}
+
+
+def bearer(request: Request) -> str:
+    """Give the token of the `Authorization` header; empty if there is none."""
+    scheme, _, secret = request.headers.get("authorization", "").partition(" ")
+    return secret.strip() if scheme.lower() == "bearer" else ""
+
+
+def unknown(detail: str) -> HTTPException:
+    """Refuse who is not known."""
+    return HTTPException(HTTPStatus.UNAUTHORIZED, detail, {"WWW-Authenticate": 'Bearer realm="dyknow"'})

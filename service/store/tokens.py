@@ -1,0 +1,99 @@
+"""Who may ask a log over HTTP? Who has a token, of which the log keeps a digest, and what it allows until when.
+
+A token is 256 random bits, so its plain SHA-256 is enough: nobody can try them all, which slow digests are against.
+"""
+
+import hashlib
+import re
+import secrets
+from typing import Literal, get_args
+
+from msgspec import Struct
+from msgspec.structs import asdict
+from sqlalchemy import delete, insert, select
+
+from service.errors import NotInLogError, QueryError
+from service.store import schema
+from service.store.log import EventLog
+
+Scope = Literal["read", "write", "admin"]
+"""What a token allows, from the least to the most; each allows what those before it do."""
+
+SCOPES: tuple[Scope, ...] = get_args(Scope)
+_PREFIX = "dyknow_"  # by which who looks for secrets that got away finds one
+_NAME = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
+
+
+class Token(Struct, frozen=True):
+    """What is known of a token.
+
+    Attributes
+    ----------
+    name : unique in its log; the audit names it.
+    expires_us : when it ends, since 1970-01-01 UTC; None for never.
+    """
+
+    name: str
+    digest: str
+    scope: Scope
+    made_us: int
+    expires_us: int | None = None
+
+    def allows(self, scope: Scope) -> bool:
+        """Tell whether the scope is no more than its own.
+
+        Examples
+        --------
+        >>> [Token("office", "", "write", 0).allows(one) for one in SCOPES]
+        [True, True, False]
+        """
+        return SCOPES.index(scope) <= SCOPES.index(self.scope)
+
+    def is_valid(self, now_us: int) -> bool:
+        """Tell whether it has not ended."""
+        return self.expires_us is None or now_us < self.expires_us
+
+
+def digest_of(secret: str) -> str:
+    """Give what the log keeps of a token."""
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+def make_token(log: EventLog, name: str, scope: Scope, *, now_us: int, expires_us: int | None = None) -> str:
+    """Make a token and give it; nobody can see it again.
+
+    Raises
+    ------
+    QueryError
+        If the name is none, or taken.
+    """
+    if not _NAME.fullmatch(name):
+        raise QueryError(f"token: expected a name of 1 to 64 letters, digits, '.', '_' or '-', got {name!r}")
+    secret = _PREFIX + secrets.token_urlsafe(32)
+    if name in [one.name for one in list_tokens(log)]:
+        raise QueryError(f"token: expected a name that is free, got {name!r}")
+    with log.change() as connection:
+        token = Token(name, digest_of(secret), scope, now_us, expires_us)
+        connection.execute(insert(schema.tokens).values(asdict(token)))
+    return secret
+
+
+def list_tokens(log: EventLog) -> list[Token]:
+    """List the tokens of a log by name, also those that have ended."""
+    with log.connect() as connection:
+        return [Token(*row) for row in connection.execute(select(schema.tokens).order_by(schema.tokens.c.name))]
+
+
+def revoke_token(log: EventLog, name: str) -> None:
+    """Let a token end now; servers that are running know within a second.
+
+    Raises
+    ------
+    NotInLogError
+        If there is none of that name.
+    """
+    with log.change() as connection:
+        count = connection.execute(delete(schema.tokens).where(schema.tokens.c.name == name)).rowcount
+    if not count:
+        names = [one.name for one in list_tokens(log)]
+        raise NotInLogError(f"log {log.place.name!r}: expected one of its tokens, {names}, got {name!r}")
