@@ -2,19 +2,27 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 
 from chronicles.errors import ChronicleError
 from dyknow.errors import DyKnowError
 from service.errors import ServiceError
+from service.monitoring.monitor_files import LoadedMonitors
 from service.store.chronicle_texts import ChronicleText, ChronicleTexts
 from service.store.databases.location import database_of
 from service.store.versions import read_version
 from service.texts.chronicle_files import LoadedChronicles
 
 LOOKED_EVERY_S = 1.0
+WRONG = (ServiceError, ChronicleError, DyKnowError)
+"""What texts raise that are wrong."""
+
+Text = tuple[str, str]
+"""Its name, and what it says."""
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -53,7 +61,7 @@ class FollowedTexts:
             if state != self._seen:
                 self._seen = state
                 return self._load()
-        except (ServiceError, ChronicleError, DyKnowError) as error:
+        except WRONG as error:
             tell_unchanged(error)
         return None
 
@@ -70,6 +78,38 @@ class FollowedTexts:
 def tell_unchanged(why: Exception) -> None:
     """Tell that chronicles that were changed are not taken."""
     _LOGGER.warning("the chronicles stay as they are: %s", why)
+
+
+def load_with_stored(
+    load: Callable[[Sequence[Text]], tuple[LoadedChronicles, LoadedMonitors]], log_url: str
+) -> tuple[LoadedChronicles, LoadedMonitors]:
+    """Load chronicles with the texts of a log, without those that do not go with what was there before them.
+
+    What somebody stores, each right by itself, must not end what is watched.
+
+    Parameters
+    ----------
+    load : reads and checks chronicles, with some texts besides.
+
+    Raises
+    ------
+    LogError
+        If the log is there and cannot be read; besides, what `load` raises without any text.
+    """
+    texts = [(one.name, one.text or "") for one in sorted(stored_texts(log_url), key=attrgetter("made_us"))]
+    with suppress(*WRONG):
+        return load(texts)
+    chronicles, monitors = load(())
+    fitting, left_out = list[Text](), list[str]()
+    for text in texts:
+        try:
+            chronicles, monitors = load([*fitting, text])
+        except WRONG as error:
+            why = str(error).splitlines()[0]
+            left_out.append(f"chronicle text {text[0]!r} of the log: expected one that goes with the others, got {why}")
+        else:
+            fitting.append(text)
+    return replace(chronicles, doubts=(*chronicles.doubts, *left_out)), monitors
 
 
 def stored_texts(log_url: str) -> list[ChronicleText]:

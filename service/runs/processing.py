@@ -8,7 +8,7 @@ import hashlib
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
@@ -23,7 +23,7 @@ from service.machine import cores
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
 from service.runs.activation import Activation
-from service.runs.followed_texts import FollowedTexts, stored_texts
+from service.runs.followed_texts import FollowedTexts, Text, load_with_stored
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.site import Site, load_site
@@ -181,12 +181,16 @@ def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, S
     draft = load_monitor_files(request.monitor_files, None)
     own = [(str(path), read_text(path)) for path in request.chronicle_files]
     own += [(one.name, one.text) for one in request.chronicle_texts]
-    stored = [(one.name, one.text or "") for one in stored_texts(request.log_url)] if request.is_live else []
-    chronicles = load_chronicle_texts(
-        [*own, *stored], messages=draft.messages, monitored=draft.events, with_library=not own
-    )
-    monitors = load_monitor_files(request.monitor_files, chronicles.merged.given)
-    monitors.check_names(chronicles.merged)
+
+    def load(stored: Sequence[Text]) -> tuple[LoadedChronicles, LoadedMonitors]:
+        """Read both, with some texts of the log besides."""
+        texts = [*own, *stored]
+        found = load_chronicle_texts(texts, messages=draft.messages, monitored=draft.events, with_library=not own)
+        monitors = load_monitor_files(request.monitor_files, found.merged.given)
+        monitors.check_names(found.merged)
+        return found, monitors
+
+    chronicles, monitors = load_with_stored(load, request.log_url) if request.is_live else load(())
     return chronicles, monitors, load_site(request.site) if request.site else None
 
 

@@ -153,6 +153,30 @@ def test_texts_in_the_log_are_looked_for_besides_while_they_stand(tracks: Path) 
         assert [one.name for one in opened.run().chronicles] == ["passes", "alone"]
 
 
+def test_a_text_in_the_log_that_does_not_go_with_the_others_is_left_out(tracks: Path) -> None:
+    log = str(tracks.with_name("a.db"))
+    run(tracks, log, PASSES)
+
+    def put() -> None:
+        with ChronicleTexts(log) as texts:
+            texts.put("passes", SHORTER, None)
+            texts.put("mine", NEAR, None)
+
+    tracks.write_text(tracks.read_text() + "\n")  # another input, so another run
+    run(tracks, log, PASSES, (5_000_000, put))
+    with open_log(log) as opened:
+        record = opened.runs()[-1]
+    assert [one.name for one in record.chronicles] == ["passes", "alone", "near"]
+    (warning,) = [one for one in record.warnings if "chronicle text" in one]
+    assert warning.startswith(
+        "chronicle text 'passes' of the log: expected one that goes with the others, got error[C0"
+    )
+    tracks.write_text(tracks.read_text() + "\n")
+    done = run(tracks, log, PASSES)  # which finds the texts there
+    assert [one.name for one in done.record.chronicles] == ["passes", "alone", "near"]
+    assert warning in done.warnings
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
