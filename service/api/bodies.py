@@ -19,6 +19,7 @@ from service.records import (
     StartFrom,
 )
 from service.store.chronicle_texts import ChronicleText
+from service.store.deliveries import Undelivered, WebhookState
 from service.store.jobs import JobState
 from service.store.sources import Source
 from service.store.upkeep import Holding
@@ -178,6 +179,20 @@ class RunList(Struct, frozen=True):
     """All runs that were asked for, in the order in which they first came to the log."""
 
     items: list[RunSummary]
+
+
+class WebhookList(Struct, frozen=True):
+    """The webhooks by name, and what they gave up, in the order of writing."""
+
+    items: list[WebhookState]
+    undelivered: list[Undelivered]
+
+
+class RetriedWebhook(Struct, frozen=True):
+    """How many events of a webhook will be tried once more."""
+
+    webhook: str
+    due: int
 
 
 class Index(Struct, frozen=True):

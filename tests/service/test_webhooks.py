@@ -14,6 +14,7 @@ from typing import Any  # JSON
 import msgspec
 import pytest
 
+from service.api.app import create_app
 from service.api.webhooks import Webhook, delivering, load_webhooks
 from service.cli.app import run as run_cli
 from service.errors import SiteError
@@ -21,6 +22,7 @@ from service.store.databases.sqlite_file import SqliteFile
 from service.store.deliveries import Deliveries
 from tests.contracts.tables import page
 from tests.service.conftest import NewLog
+from tests.service.http import Client
 from tests.service.logs import overtake, run, write_log
 from tests.service.test_jobs import until
 
@@ -141,6 +143,23 @@ def test_what_is_given_up_is_listed_and_tried_once_more(
     }
     assert run_cli(["webhooks", "retry", log, "nobody"]) == 3
     assert "expected one of its webhooks, ['office'], got 'nobody'" in capsys.readouterr().err
+
+
+def test_over_http_the_same_is_told_and_tried_once_more(
+    new_log: NewLog, receiver: Receiver, capsys: pytest.CaptureFixture[str]
+) -> None:
+    receiver.answers = lambda _: 500
+    log = write_log(new_log(), [overtake(0), overtake(1)])
+    with told(log, receiver, events="last_event_id=0", attempts=1):
+        until(lambda: states(log) == [("office", 2, "")])
+    with Client(create_app(log)) as client:
+        path = "/api/v1/webhooks"
+        assert [one["seq"] for one in client.get(path).json()["undelivered"]] == [1, 2]
+        assert run_cli(["webhooks", "list", log, "--json"]) == 0
+        assert client.get(path).json() == msgspec.json.decode(capsys.readouterr().out)
+        assert client.request("POST", f"{path}/office/retry").json() == {"webhook": "office", "due": 2}
+        assert [one["is_due"] for one in client.get(path).json()["undelivered"]] == [True, True]
+        assert client.request("POST", f"{path}/nobody/retry").status_code == 404
 
 
 def test_of_several_servers_one_delivers(new_log: NewLog, receiver: Receiver) -> None:

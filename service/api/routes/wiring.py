@@ -19,6 +19,7 @@ from service.api.routes.media import add_media
 from service.api.routes.relations import add_relations
 from service.api.routes.runs import add_runs
 from service.api.routes.sources import add_sources
+from service.api.routes.webhooks import add_webhooks
 from service.api.source_files import SourceFolders
 from service.questions.coverage import Coverage
 from service.records import ChronicleRecord
@@ -58,5 +59,6 @@ def add_routes(
     add_chronicle_texts(plain, log, explanations)
     add_sources(plain, log, folders, explanations)
     add_jobs(plain, log, folders)
+    add_webhooks(plain, log)
     router.routes.extend(plain.routes)  # `include_router` would hide them from the index
     add_index(router, log, version)
