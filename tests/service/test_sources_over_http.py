@@ -18,6 +18,7 @@ from service.store.sources import Source, Sources
 from tests.service.conftest import NewLog
 from tests.service.http import Client, serving
 from tests.service.logs import write_log
+from tests.service.test_jobs import until
 from tests.vision.support import write_video
 
 SOURCES = "/api/v1/sources"
@@ -142,15 +143,12 @@ def test_an_upload_that_is_cut_leaves_nothing(tmp_path: Path, folders: SourceFol
     with serving(create_app(url, shipped=(), folders=folders)) as (_, address):
         where = urlsplit(address)
         with socket.create_connection((where.hostname, where.port)) as connection:
-            head = (
-                f"PUT {SOURCES}/a.mp4/video HTTP/1.1\r\nHost: x\r\nContent-Length: {10 * video.stat().st_size}\r\n\r\n"
-            )
+            length = 10 * video.stat().st_size
+            head = f"PUT {SOURCES}/a.mp4/video HTTP/1.1\r\nHost: localhost\r\nContent-Length: {length}\r\n\r\n"
             connection.sendall(head.encode() + video.read_bytes())
-            while not uploaded(folders):
-                pass
+            until(lambda: bool(uploaded(folders)))
             assert uploaded(folders)[0].startswith(".upload-")
-        while uploaded(folders):
-            pass
+        until(lambda: not uploaded(folders))
     with Sources(url) as sources:
         assert sources.listed() == []
 
@@ -160,17 +158,16 @@ def test_a_few_are_received_at_once(tmp_path: Path, folders: SourceFolders) -> N
         where = urlsplit(address)
         begun = [socket.create_connection((where.hostname, where.port)) for _ in range(MOST_UPLOADS + 1)]
         for number, connection in enumerate(begun):
-            head = f"PUT {SOURCES}/a{number}/video HTTP/1.1\r\nHost: x\r\nContent-Length: 9\r\n\r\n1"
+            head = f"PUT {SOURCES}/a{number}/video HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n1"
             connection.sendall(head.encode())
-            while len(uploaded(folders)) < min(number + 1, MOST_UPLOADS):
-                pass
+            count = min(number + 1, MOST_UPLOADS)
+            until(lambda: len(uploaded(folders)) == count)  # noqa: B023  # it is over before the next one
         answer = begun[-1].recv(1000)
         assert answer.startswith(b"HTTP/1.1 503")
         assert b"retry-after" in answer
         for connection in begun:
             connection.close()
-        while uploaded(folders):
-            pass
+        until(lambda: not uploaded(folders))
 
 
 def test_a_server_without_a_folder_takes_no_uploads(tmp_path: Path, video: Path) -> None:
