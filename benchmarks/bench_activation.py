@@ -68,7 +68,8 @@ def stopped(request: RunRequest, seconds: int) -> str:
 
     def store(progress: Progress) -> None:
         if not stops_s and progress.media_us >= (seconds - 2) * 1_000_000:
-            with ChronicleTexts(request.log_url) as texts:
+            with open_log(request.log_url) as opened:
+                texts = ChronicleTexts(opened)
                 if not texts.current():
                     texts.put("near", NEAR, None)
 

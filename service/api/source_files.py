@@ -78,12 +78,12 @@ class Uploads:
     Parameters
     ----------
     folder : gets them.
-    opened : opens the sources of the log.
+    sources : of the log.
     unfit : says why a file is no video; empty if it is one.
     """
 
-    def __init__(self, folder: Path, opened: Callable[[], Sources], unfit: Callable[[str], Awaitable[str]]) -> None:
-        self._folder, self._opened, self._unfit = folder, opened, unfit
+    def __init__(self, folder: Path, sources: Sources, unfit: Callable[[str], Awaitable[str]]) -> None:
+        self._folder, self._sources, self._unfit = folder, sources, unfit
         self._limiter = CapacityLimiter(MOST_UPLOADS)
 
     async def receive(self, name: str, parts: AsyncIterator[bytes], content_digest: str) -> Source:
@@ -135,8 +135,7 @@ class Uploads:
             self._check_free(source.name)
             os.replace(path, self._folder / source.file)
 
-        with self._opened() as sources:
-            sources.add(source, place)
+        self._sources.add(source, place)
 
 
 async def _write(handle: int, parts: AsyncIterator[bytes]) -> tuple[bytes, int]:

@@ -12,7 +12,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
 from typing import Annotated
@@ -127,9 +127,8 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
         try:
             with ExitStack() as stack:
                 stack.callback(database.lock(f"webhook-{webhook.name}").release)
-                deliveries = stack.enter_context(closing(Deliveries(log_url)))
                 log = stack.enter_context(open_log(log_url))
-                _Delivery(webhook, deliveries, ended, tell).run(log)
+                _Delivery(webhook, Deliveries(log), ended, tell).run(log)
         except LogError as error:
             if not isinstance(error, RunBusyError):
                 tell(f"webhook {webhook.name}: {error}")

@@ -14,6 +14,7 @@ from service.errors import ServiceError
 from service.monitoring.monitor_files import LoadedMonitors
 from service.store.chronicle_texts import ChronicleText, ChronicleTexts
 from service.store.databases.location import database_of
+from service.store.log import EventLog, open_log
 from service.store.versions import read_version
 from service.texts.chronicle_files import LoadedChronicles
 
@@ -28,11 +29,11 @@ _LOGGER = logging.getLogger(__name__)
 
 
 class FollowedTexts:
-    """Look every second whether the chronicles of a run were changed; close it when the run is over.
+    """Look every second whether the chronicles of a run were changed.
 
     Parameters
     ----------
-    log_url, files : where they stand; there is such a log.
+    log, files : where they stand.
     load : reads and checks all of them.
 
     Raises
@@ -41,15 +42,11 @@ class FollowedTexts:
         If the log cannot be read.
     """
 
-    def __init__(self, log_url: str, files: tuple[Path, ...], load: Callable[[], LoadedChronicles]) -> None:
+    def __init__(self, log: EventLog, files: tuple[Path, ...], load: Callable[[], LoadedChronicles]) -> None:
         self._files, self._load = files, load
-        self._stored = ChronicleTexts(log_url)
+        self._stored = ChronicleTexts(log)
         self._seen = self._state()
         self._due_s = time.monotonic() + LOOKED_EVERY_S
-
-    def close(self) -> None:
-        """Look no more."""
-        self._stored.close()
 
     def changed(self) -> LoadedChronicles | None:
         """Read them if they were changed since; None if not. What is wrong with them is told, and changes nothing."""
@@ -123,5 +120,5 @@ def stored_texts(log_url: str) -> list[ChronicleText]:
     database = database_of(log_url)
     if not database.exists() or read_version(database) is None:
         return []
-    with ChronicleTexts(log_url) as texts:
-        return texts.current()
+    with open_log(log_url) as log:
+        return ChronicleTexts(log).current()

@@ -9,7 +9,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -146,7 +146,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     recorded = recorded_streams(pipeline)
     describe = partial(_run_record, request, source, site, monitors, pipeline=pipeline, linkage=linkage_text)
     record = describe(chronicles)
-    with open_log(request.log_url, "w") as log, ExitStack() as following:
+    with open_log(request.log_url, "w") as log:
         if not request.again and log.has_finished(record.id):
             return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
         writer = log.begin_run(record)
@@ -162,8 +162,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
         recorder.attach(recorded)
         texts = None
         if request.is_live and not writer.is_repeat:  # else what the run has seen is not in the log
-            texts = FollowedTexts(request.log_url, request.chronicle_files, lambda: load_texts(request)[0])
-            following.callback(texts.close)
+            texts = FollowedTexts(log, request.chronicle_files, lambda: load_texts(request)[0])
         activation = Activation(log, writer, pipeline, recorder, chronicles, record, monitors.events, describe, texts)
         done = _run(source, activation, on_progress)
     notes = feed.vision.notes() if feed.vision else ()

@@ -8,7 +8,7 @@ from sqlalchemy import Connection, exists, select
 
 from service.errors import NotInLogError, VersionError
 from service.store import schema
-from service.store.log_tables import LogTables
+from service.store.log import EventLog
 from service.store.writer import insert_rows, lock_seqs
 
 _TEXTS = schema.chronicle_texts.c
@@ -29,15 +29,17 @@ class ChronicleText(Struct, frozen=True):
     made_us: int
 
 
-class ChronicleTexts(LogTables):
-    """The chronicle texts of one log.
+class ChronicleTexts:
+    """The chronicle texts of one log, open as long as they are asked for.
 
     Examples
     --------
-    >>> with ChronicleTexts("sqlite:///demo.db") as texts:      # doctest: +SKIP
-    ...     stored = texts.put("tailgate", "chronicle tailgate[?a, ?b](t) { ... }", None)
-    ...     texts.end("tailgate", stored.version)
+    >>> with open_log("demo.db") as log:      # doctest: +SKIP
+    ...     version = ChronicleTexts(log).put("tailgate", "chronicle tailgate[?a, ?b](t) { ... }", None).version
     """
+
+    def __init__(self, log: EventLog) -> None:
+        self._log = log
 
     def put(self, name: str, text: str, expected: int | None) -> ChronicleText:
         """Store a text as the newest version of its name.
@@ -62,7 +64,7 @@ class ChronicleTexts(LogTables):
         later = schema.chronicle_texts.alias()
         is_newest = ~exists().where(later.c.name == _TEXTS.name, later.c.version > _TEXTS.version)
         query = select(schema.chronicle_texts).where(is_newest, _TEXTS.text.is_not(None)).order_by(_TEXTS.name)
-        with self._reading() as connection:
+        with self._log.connect() as connection:
             return [ChronicleText(*row) for row in connection.execute(query)]
 
     def versions(self, name: str) -> list[ChronicleText]:
@@ -74,14 +76,14 @@ class ChronicleTexts(LogTables):
             If there never was one.
         """
         query = select(schema.chronicle_texts).where(_TEXTS.name == name).order_by(_TEXTS.version)
-        with self._reading() as connection:
+        with self._log.connect() as connection:
             found = [ChronicleText(*row) for row in connection.execute(query)]
         if not found:
-            raise NotInLogError(f"log {self._database.name!r}: expected one of its chronicle texts, got {name!r}")
+            raise NotInLogError(f"log {self._log.place.name!r}: expected one of its chronicle texts, got {name!r}")
         return found
 
     def _add(self, name: str, text: str | None, expected: int | None) -> ChronicleText:
-        with self._writing() as connection:
+        with self._log.change() as connection:
             lock_seqs(connection)  # one at a time takes a version
             newest = _newest(connection, name)
             came = newest.version if newest and newest.text is not None else None

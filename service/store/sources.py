@@ -8,7 +8,7 @@ from sqlalchemy import delete, select
 
 from service.errors import NotInLogError, TakenError
 from service.store import schema
-from service.store.log_tables import LogTables
+from service.store.log import EventLog
 from service.store.writer import insert_rows, lock_seqs
 
 _SOURCES = schema.sources.c
@@ -32,8 +32,11 @@ class Source(Struct, frozen=True):
     made_us: int
 
 
-class Sources(LogTables):
-    """The sources of one log."""
+class Sources:
+    """The sources of one log, open as long as they are asked for."""
+
+    def __init__(self, log: EventLog) -> None:
+        self._log = log
 
     def add(self, source: Source, place: Callable[[], object] = lambda: None) -> None:
         """Add a source.
@@ -47,7 +50,7 @@ class Sources(LogTables):
         TakenError
             If there is one of that name.
         """
-        with self._writing() as connection:
+        with self._log.change() as connection:
             lock_seqs(connection)  # one at a time takes a name
             if connection.scalar(select(_SOURCES.name).where(_SOURCES.name == source.name)) is not None:
                 raise TakenError(f"source: expected a new name, got {source.name!r}, which is taken")
@@ -56,14 +59,14 @@ class Sources(LogTables):
 
     def remove(self, name: str, forget: Callable[[], object] = lambda: None) -> None:
         """Remove a source, and what `forget` does with its file; one that is not there stays away."""
-        with self._writing() as connection:
+        with self._log.change() as connection:
             lock_seqs(connection)  # nobody takes the name before its file is gone
             connection.execute(delete(schema.sources).where(_SOURCES.name == name))
             forget()
 
     def listed(self) -> list[Source]:
         """List the sources by name."""
-        with self._reading() as connection:
+        with self._log.connect() as connection:
             return [Source(*row) for row in connection.execute(select(schema.sources).order_by(_SOURCES.name))]
 
     def find(self, name: str) -> Source:
@@ -74,8 +77,8 @@ class Sources(LogTables):
         NotInLogError
             If there is none of that name.
         """
-        with self._reading() as connection:
+        with self._log.connect() as connection:
             row = connection.execute(select(schema.sources).where(_SOURCES.name == name)).one_or_none()
         if row is None:
-            raise NotInLogError(f"log {self._database.name!r}: expected one of its sources, got {name!r}")
+            raise NotInLogError(f"log {self._log.place.name!r}: expected one of its sources, got {name!r}")
         return Source(*row)

@@ -5,16 +5,17 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from service.errors import LogError, NotInLogError, VersionError
+from service.errors import NotInLogError, VersionError
 from service.store.chronicle_texts import ChronicleTexts
+from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.logs import write_log
 
 
 @pytest.fixture
 def texts(new_log: NewLog) -> Iterator[ChronicleTexts]:
-    with ChronicleTexts(write_log(new_log(), [])) as opened:
-        yield opened
+    with open_log(write_log(new_log(), [])) as log:
+        yield ChronicleTexts(log)
 
 
 def test_a_text_has_versions_that_stay(texts: ChronicleTexts) -> None:
@@ -65,8 +66,3 @@ def test_of_many_who_write_at_once_one_is_first(texts: ChronicleTexts) -> None:
 
     with ThreadPoolExecutor(4) as pool:
         assert sorted(pool.map(put, range(8))) == [0] * 7 + [1]
-
-
-def test_a_log_that_is_not_there_is_not_made(tmp_path: object) -> None:
-    with pytest.raises(LogError, match="no such file"):
-        ChronicleTexts(f"{tmp_path}/none.db")

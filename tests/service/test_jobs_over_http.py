@@ -25,7 +25,8 @@ NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }"
 def url(tmp_path: Path, tracks: Path) -> str:
     """A log with the tracks as its source."""
     written = write_log(tmp_path / "a.db", [])
-    with Sources(written) as sources:
+    with open_log(written) as opened:
+        sources = Sources(opened)
         sources.add(Source("tracks", str(tracks), "", 1, 1))
     return written
 
@@ -64,7 +65,8 @@ def test_the_same_request_is_the_same_job(client: Client) -> None:
 
 
 def test_a_run_has_the_texts_of_when_it_was_asked_for(client: Client, url: str) -> None:
-    with ChronicleTexts(url) as texts:
+    with open_log(url) as opened:
+        texts = ChronicleTexts(opened)
         texts.put("near", NEAR, None)
         job = begin(client, chronicles=["near"])
         texts.put("near", f"{NEAR} # later", 1)
@@ -125,7 +127,8 @@ def test_a_wrong_request_is_refused(client: Client, order: dict[str, object], st
 
 
 def test_a_source_whose_file_is_gone_begins_no_run(client: Client, url: str) -> None:
-    with Sources(url) as sources:
+    with open_log(url) as opened:
+        sources = Sources(opened)
         sources.add(Source("gone", "/videos/gone.mp4", "", 1, 1))
     answer = client.request("POST", "/api/v1/runs", json={"source": "gone"})
     assert (answer.status_code, answer.json()["type"]) == (409, "urn:dyknow:problem:unusable-input")

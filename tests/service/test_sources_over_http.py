@@ -14,6 +14,7 @@ import pytest
 from service.api.app import create_app
 from service.api.source_files import MOST_UPLOADS, SourceFolders
 from service.cli.app import run as run_cli
+from service.store.log import open_log
 from service.store.sources import Source, Sources
 from tests.service.conftest import NewLog
 from tests.service.http import Client, serving
@@ -149,7 +150,8 @@ def test_an_upload_that_is_cut_leaves_nothing(tmp_path: Path, folders: SourceFol
             until(lambda: bool(uploaded(folders)))
             assert uploaded(folders)[0].startswith(".upload-")
         until(lambda: not uploaded(folders))
-    with Sources(url) as sources:
+    with open_log(url) as opened:
+        sources = Sources(opened)
         assert sources.listed() == []
 
 
@@ -242,7 +244,8 @@ def test_what_a_job_needs_stays(client: Client, folders: SourceFolders, video: P
 
 
 def test_sources_are_kept_on_both_databases(new_log: NewLog) -> None:
-    with Sources(write_log(new_log(), [])) as sources:
+    with open_log(write_log(new_log(), [])) as opened:
+        sources = Sources(opened)
         for name in ("b", "a"):
             sources.add(Source(name, f"/videos/{name}", "", 5, 7))
         assert [one.name for one in sources.listed()] == ["a", "b"]
@@ -255,7 +258,8 @@ def test_a_file_that_cannot_be_placed_is_no_source(new_log: NewLog) -> None:
     def fail() -> None:
         raise OSError("no room")
 
-    with Sources(write_log(new_log(), [])) as sources:
+    with open_log(write_log(new_log(), [])) as opened:
+        sources = Sources(opened)
         with pytest.raises(OSError, match="no room"):
             sources.add(Source("a", "a", "0a", 5, 7), fail)
         assert sources.listed() == []

@@ -81,7 +81,8 @@ def test_a_text_with_errors_is_refused_with_the_findings_of_check(client: Client
         body = answer.json()
         assert (answer.status_code, body["type"]) == (422, "urn:dyknow:problem:bad-chronicle"), which
         assert [one | {"file": "text"} for one in body["findings"]] == found, which
-    with ChronicleTexts(url) as texts:
+    with open_log(url) as opened:
+        texts = ChronicleTexts(opened)
         assert texts.current() == []
 
 

@@ -6,7 +6,7 @@ import hmac
 import re
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any  # JSON
@@ -20,6 +20,7 @@ from service.cli.app import run as run_cli
 from service.errors import SiteError
 from service.store.databases.sqlite_file import SqliteFile
 from service.store.deliveries import Deliveries
+from service.store.log import open_log
 from tests.contracts.tables import page
 from tests.service.conftest import NewLog
 from tests.service.http import Client
@@ -114,7 +115,8 @@ def test_a_restart_goes_on_where_it_was_and_a_new_webhook_begins_now(new_log: Ne
 
 
 def states(log: str) -> list[tuple[str, int, str]]:
-    with closing(Deliveries(log)) as deliveries:
+    with open_log(log) as opened:
+        deliveries = Deliveries(opened)
         return [(one.name, one.seq, one.message) for one in deliveries.states()]
 
 

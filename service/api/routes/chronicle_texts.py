@@ -4,7 +4,6 @@ A text is stored under the name of a chronicle that it declares, and its version
 """
 
 import re
-from functools import partial
 from typing import Annotated
 
 from anyio import to_thread
@@ -59,17 +58,16 @@ def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanat
             await to_thread.run_sync(_check, name, text)
         return json_answer(await explanations.difference(order.question(), order.before, order.after))
 
-    _add_stored(router, partial(ChronicleTexts, log.place.url))  # last, as `{name}` fits the paths above too
+    _add_stored(router, ChronicleTexts(log))  # last, as `{name}` fits the paths above too
 
 
-def _add_stored(router: APIRouter, opened: "partial[ChronicleTexts]") -> None:
+def _add_stored(router: APIRouter, texts: ChronicleTexts) -> None:
     stored = answers(ChronicleText, 404, 412, 413, 422, 428)
 
     @router.get(_TEXT, name="text", responses=stored | {304: {"description": "The client has the newest version."}})
     def get_text(name: ChronicleName, if_none_match: IfNoneMatch = None) -> Response:
         """Get the newest version of a text."""
-        with opened() as texts:
-            newest = texts.versions(name)[-1]
+        newest = texts.versions(name)[-1]
         if newest.text is None:
             raise NotInLogError(
                 f"chronicle text {name!r}: expected one that has not ended, got version {newest.version}"
@@ -80,8 +78,7 @@ def _add_stored(router: APIRouter, opened: "partial[ChronicleTexts]") -> None:
     @router.get(f"{_TEXT}/versions", name="text_versions", responses=answers(TextVersions, 404, 422))
     def list_versions(name: ChronicleName) -> Response:
         """List all versions of a text, oldest first."""
-        with opened() as texts:
-            return json_answer(TextVersions(texts.versions(name)))
+        return json_answer(TextVersions(texts.versions(name)))
 
     created = answers(ChronicleText, status=201)
 
@@ -95,14 +92,12 @@ def _add_stored(router: APIRouter, opened: "partial[ChronicleTexts]") -> None:
         if name not in declared:
             message = f"body: expected a text that declares chronicle {name!r}, got {', '.join(declared)}"
             raise QueryError(message, parameter="body")
-        with opened() as texts:
-            return _tagged(texts.put(name, text, expected), 201 if expected is None else 200)
+        return _tagged(texts.put(name, text, expected), 201 if expected is None else 200)
 
     @router.delete(_TEXT, name="text", status_code=204, responses=answers(ChronicleText, 412, 422, 428, status=204))
     def end_text(name: ChronicleName, if_match: IfMatch = None) -> Response:
         """End a text, so that it is in use no more; its versions stay."""
-        with opened() as texts:
-            return Response(status_code=204, headers=_tag(texts.end(name, _expected(if_match)).version))
+        return Response(status_code=204, headers=_tag(texts.end(name, _expected(if_match)).version))
 
 
 def _expected(if_match: str | None) -> int:

@@ -59,8 +59,7 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
     )
     def list_chronicles(asked: Annotated[NoParameters, Query()]) -> Response:
         """List the shipped chronicles, those of the log's runs, and the texts that the log holds."""
-        with ChronicleTexts(log.place.url) as texts:
-            return json_answer(ChronicleList(_merge_chronicles(log, library), texts.current()))
+        return json_answer(ChronicleList(_merge_chronicles(log, library), ChronicleTexts(log).current()))
 
     @router.post(
         "/api/v1/chronicles/check",

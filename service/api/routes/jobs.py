@@ -40,7 +40,7 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
     @router.post("/runs", name="runs", status_code=202, responses=accepted | problems(400, 413))
     def begin_run(order: RunOrder) -> Response:
         """Add a run to the jobs, which a worker processes. The same request is the same job, whenever it comes."""
-        wanted = _request(order, log.place.url, folders)
+        wanted = _request(order, log, folders)
         try:
             name = job_id(wanted)
         except OSError as error:
@@ -83,11 +83,10 @@ def opened_jobs(log: EventLog) -> AbstractContextManager[Jobs]:
     return closing(Jobs(log.place))
 
 
-def _request(order: RunOrder, url: str, folders: SourceFolders) -> RunRequest:
+def _request(order: RunOrder, log: EventLog, folders: SourceFolders) -> RunRequest:
     """Make the request for a run, with the files and texts that its names stand for now."""
-    with Sources(url) as sources, ChronicleTexts(url) as texts:
-        path = folders.path_of(sources.find(order.source))
-        known = {one.name: one.text or "" for one in texts.current()}
+    path = folders.path_of(Sources(log).find(order.source))
+    known = {one.name: one.text or "" for one in ChronicleTexts(log).current()}
     for name in order.chronicles:
         if name not in known:
             raise NotInLogError(f"chronicles: expected names of chronicle texts of this log, got {name!r}")

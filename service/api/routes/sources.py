@@ -34,15 +34,14 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
     folders : where they may lie.
     explanations : whose processes look whether a file is a video.
     """
-    opened = partial(Sources, log.place.url)
-    uploads = None if folders.uploads is None else Uploads(folders.uploads, opened, explanations.unfit)
+    sources = Sources(log)
+    uploads = None if folders.uploads is None else Uploads(folders.uploads, sources, explanations.unfit)
     created = answers(Source, 400, 403, 409, 413, 415, 422, 507, status=201)
 
     @router.get("/sources", name="sources", responses=answers(SourceList, 422))
     def list_sources() -> Response:
         """List what can be processed by its name."""
-        with opened() as sources:
-            return json_answer(SourceList(sources.listed()))
+        return json_answer(SourceList(sources.listed()))
 
     @router.post("/sources", name="sources", status_code=201, responses=created)
     async def name_file(order: SourceOrder) -> Response:
@@ -51,7 +50,7 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
         if path.suffix.lower() != ".csv" and (reason := await explanations.unfit(str(path))):
             raise HTTPException(415, f"file: expected a video, or trajectories (.csv), got {reason}")
         source = Source(order.name, str(path), "", path.stat().st_size, time.time_ns() // 1_000)
-        await to_thread.run_sync(_add, opened, source)
+        await to_thread.run_sync(sources.add, source)
         return _created(source)
 
     @router.put(
@@ -71,24 +70,18 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
     @router.get(_SOURCE, name="source", responses=answers(Source, 404, 422))
     def get_source(name: SourceName) -> Response:
         """Get a source."""
-        with opened() as sources:
-            return json_answer(sources.find(name))
+        return json_answer(sources.find(name))
 
     @router.delete(_SOURCE, name="source", status_code=204, responses=answers(Source, 404, 409, 422, status=204))
     def remove_source(name: SourceName) -> Response:
         """Remove a source that no job needs, with what was uploaded; runs, their events and other files stay."""
-        with opened() as sources, opened_jobs(log) as jobs:
-            source = sources.find(name)
-            path = folders.path_of(source)
+        source = sources.find(name)
+        path = folders.path_of(source)
+        with opened_jobs(log) as jobs:
             if any(Path(one.input) == path for one in (*jobs.first("waiting"), *jobs.first("running"))):
                 raise TakenError(f"source {name!r}: expected one that no job needs, got one that a job waits for")
-            sources.remove(name, partial(path.unlink, missing_ok=True) if source.digest else lambda: None)
+        sources.remove(name, partial(path.unlink, missing_ok=True) if source.digest else lambda: None)
         return Response(status_code=204)
-
-
-def _add(opened: "partial[Sources]", source: Source) -> None:
-    with opened() as sources:
-        sources.add(source)
 
 
 def _created(source: Source) -> Response:

@@ -1,23 +1,22 @@
 """`dyknow webhooks`: how far are the webhooks of a log, and what did they give up?"""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from service.cli.options import AsJson, LogName
 from service.cli.printing import counted, format_table, show
 
-if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
-    from service.store.deliveries import Deliveries
-
 TITLES = ("webhook", "state", "seq", "message")
 
 
 def list_webhooks(log: LogName, as_json: AsJson = False) -> None:
     """List how far each webhook of a log is, and the events that it gave up."""
-    with _opened(log) as deliveries:
+    from service.store.deliveries import Deliveries
+    from service.store.log import open_log
+
+    with open_log(log) as opened:
+        deliveries = Deliveries(opened)
         states, undelivered = deliveries.states(), deliveries.undelivered()
     rows = [[one.name, "delivered up to", str(one.seq), one.message] for one in states]
     rows += [[one.webhook, "due" if one.is_due else "given up", str(one.seq), one.message] for one in undelivered]
@@ -30,14 +29,9 @@ def retry_webhook(
     as_json: AsJson = False,
 ) -> None:
     """Let what a webhook gave up be tried once more, by the server that delivers."""
-    with _opened(log) as deliveries:
-        count = deliveries.retry(name)
-    show({"webhook": name, "due": count}, f"{counted(count, 'event')} of {name} will be tried again", as_json=as_json)
-
-
-def _opened(log: str) -> "AbstractContextManager[Deliveries]":
-    from contextlib import closing
-
     from service.store.deliveries import Deliveries
+    from service.store.log import open_log
 
-    return closing(Deliveries(log))
+    with open_log(log) as opened:
+        count = Deliveries(opened).retry(name)
+    show({"webhook": name, "due": count}, f"{counted(count, 'event')} of {name} will be tried again", as_json=as_json)

@@ -131,11 +131,13 @@ def test_texts_in_the_log_are_looked_for_besides_while_they_stand(tracks: Path) 
     log = str(tracks.with_name("a.db"))
 
     def put() -> None:
-        with ChronicleTexts(log) as texts:
+        with open_log(log) as opened:
+            texts = ChronicleTexts(opened)
             texts.put("mine", NEAR, None)
 
     def end() -> None:
-        with ChronicleTexts(log) as texts:
+        with open_log(log) as opened:
+            texts = ChronicleTexts(opened)
             texts.end("mine", 1)
 
     counts: list[int] = []
@@ -158,7 +160,8 @@ def test_a_text_in_the_log_that_does_not_go_with_the_others_is_left_out(tracks: 
     run(tracks, log, PASSES)
 
     def put() -> None:
-        with ChronicleTexts(log) as texts:
+        with open_log(log) as opened:
+            texts = ChronicleTexts(opened)
             texts.put("passes", SHORTER, None)
             texts.put("mine", NEAR, None)
 
