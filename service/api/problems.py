@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.requests import ClientDisconnect
 from starlette.responses import Response
+from starlette.routing import Route
 
 from chronicles.errors import ChronicleError
 from dyknow.language.diagnostics import Diagnostic
@@ -141,7 +142,8 @@ def answer_refusal(request: Request, error: HTTPException) -> Response:
 def _allowed(request: Request) -> str:
     """Name the methods of a path; the framework would tell those of the first of its routes."""
     path = request.scope["route"].path
-    names = {name for one in request.app.router.routes if one.path == path for name in one.methods}
+    routes = (one for one in request.app.router.routes if isinstance(one, Route) and one.path == path)
+    names = {name for one in routes for name in one.methods or ()}
     return ", ".join(sorted(names | ({"HEAD"} if "GET" in names else set())))
 
 

@@ -132,9 +132,9 @@ def changed(before: ChronicleSet, after: ChronicleSet) -> tuple[frozenset[str], 
     Examples
     --------
     >>> from chronicles.chronicle_set import load
-    >>> one = "message a[] chronicle one[](t1) { event(a[], t1) }"
+    >>> one = "message a[] message one[] chronicle one[](t1) { event(a[], t1) }"
     >>> two = " chronicle two[](t1) { event(one[], t1) }"
-    >>> other = one.replace("(t1)", "(t1, t2)").replace("}", "event(a[], t2) t1 < t2 }")
+    >>> other = one.replace("(t1)", "(t1, t2)").replace("}", "event(a[], t2) t2 - t1 in ]0s, 1s] }")
     >>> ended, begun = changed(load(one), load(one + two))
     >>> sorted(ended), sorted(begun)
     ([], ['two'])

@@ -149,22 +149,25 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     with open_log(request.log_url, "w") as log:
         if not request.again and log.has_finished(record.id):
             return RunSummary(record, "finished", "", (), Progress(0, None, 0, 0.0, None, None), (), was_finished=True)
-        writer = log.begin_run(record)
-        recorder = Recorder(
-            writer,
-            source.network,
-            UnfitCounter(chronicles.merged),
-            history_us=HISTORY_US,
-            min_confidence=request.min_confidence,
-            video=source.video,
-            camera=source.camera,
-        )
-        recorder.attach(recorded)
-        texts = None
-        if request.is_live and not writer.is_repeat:  # else what the run has seen is not in the log
-            texts = FollowedTexts(log, request.chronicle_files, lambda: load_texts(request)[0])
-        activation = Activation(log, writer, pipeline, recorder, chronicles, record, monitors.events, describe, texts)
-        done = _run(source, activation, on_progress)
+        with Interrupts() as interrupts:
+            writer = log.begin_run(record)
+            recorder = Recorder(
+                writer,
+                source.network,
+                UnfitCounter(chronicles.merged),
+                history_us=HISTORY_US,
+                min_confidence=request.min_confidence,
+                video=source.video,
+                camera=source.camera,
+            )
+            recorder.attach(recorded)
+            texts = None
+            if request.is_live and not writer.is_repeat:  # else what the run has seen is not in the log
+                texts = FollowedTexts(log, request.chronicle_files, lambda: load_texts(request)[0])
+            activation = Activation(
+                log, writer, pipeline, recorder, chronicles, record, monitors.events, describe, texts
+            )
+            done = _run(source, activation, on_progress, interrupts)
     notes = feed.vision.notes() if feed.vision else ()
     return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
 
@@ -201,20 +204,21 @@ def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
     return workers > 0
 
 
-def _run(source: Input, activation: Activation, on_progress: Callable[[Progress], None]) -> RunSummary:
+def _run(
+    source: Input, activation: Activation, on_progress: Callable[[Progress], None], interrupts: Interrupts
+) -> RunSummary:
     pipeline, recorder, writer = activation.pipeline, activation.recorder, activation.writer
-    with Interrupts() as interrupts:
-        meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)
-        try:
-            status, reason = _feed(source, activation, meter)
-        except Exception as error:
-            writer.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
-            raise
-        if status == "finished":
-            recorder.record_left_out()
-        writer.append_streams(stream_records(pipeline))
-        writer.append_costs(stream_costs(pipeline))
-        is_kept = writer.finish(status, reason)
+    meter = _Meter(source.frame_count, recorder, pipeline.node, on_progress, interrupts)
+    try:
+        status, reason = _feed(source, activation, meter)
+    except Exception as error:
+        writer.finish("broken", f"input at {meter.last_us} us: expected to go on to its end, got {error!r}")
+        raise
+    if status == "finished":
+        recorder.record_left_out()
+    writer.append_streams(stream_records(pipeline))
+    writer.append_costs(stream_costs(pipeline))
+    is_kept = writer.finish(status, reason)
     record, chronicles = activation.record, activation.chronicles.merged
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
     unfit = unfit_told(source.path.name, chronicles, recorder.unfit.found, is_traffic=True)

@@ -16,7 +16,7 @@ from service.store.log import open_log
 from service.store.upkeep import damage
 from tests.service.logs import kept_rows
 
-TOO_SMALL, LARGE_ENOUGH = "320k", "16m"
+TOO_SMALL, LARGE_ENOUGH = "368k", "16m"
 
 
 @pytest.fixture

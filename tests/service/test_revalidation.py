@@ -41,16 +41,3 @@ def test_a_page_is_sent_again_when_it_has_changed(new_log: NewLog, change: Calla
         changed = client.get(EVENTS, headers=asked)
         assert changed.status_code == 200
         assert changed.json()["items"] != page.json()["items"]
-
-
-def test_another_server_knows_no_tag_of_this_one(new_log: NewLog) -> None:
-    url = write_log(new_log(), [overtake()])
-    with Client(create_app(url, shipped=())) as one, Client(create_app(url, shipped=())) as other:
-        tag = one.get(EVENTS).headers["etag"]
-        assert other.get(EVENTS, headers={"If-None-Match": tag}).status_code == 200
-
-
-def test_a_page_without_events_has_no_tag_as_its_notes_change_without_one(new_log: NewLog) -> None:
-    url = write_log(new_log(), [])
-    with Client(create_app(url, shipped=())) as client:
-        assert "etag" not in client.get(EVENTS).headers
