@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeVar  # Any: JSON schemas, and fi
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert, json
 from msgspec.structs import asdict
 
-from service.errors import QueryError
+from service.errors import FilterError, QueryError
 from service.export.events import ExportFormat
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
 from service.questions.summaries import MAX_KEYS, By
@@ -204,8 +204,10 @@ def _filter(asked: _Query, roles: Mapping[str, list[str]]) -> EventFilter:
 def _window(given: Mapping[str, str]) -> dict[str, TimePoint]:
     """Read START/END, as OGC API names a window."""
     ends = given["datetime"].split("/")
-    if len(ends) != 2 or {"from_", "to"} & given.keys():
-        expected = "datetime: expected START/END without from and to, such as 10s/.."
+    if {"from_", "to"} & given.keys():
+        raise FilterError("datetime: expected it without from and to, got both", parameter="datetime")
+    if len(ends) != 2:
+        expected = "datetime: expected START/END, such as 10s/.."
         raise QueryError(f"{expected}, got {given['datetime']!r}", parameter="datetime")
     named = zip(("from_", "to"), ends, strict=True)
     return {name: parse_time(end, parameter="datetime") for name, end in named if end not in ("..", "")}

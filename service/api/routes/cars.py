@@ -10,7 +10,7 @@ from service.api.asked import InWindow, MediaTime, OfRun
 from service.api.bodies import CarList, LinkList, Tracks
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
-from service.errors import QueryError
+from service.errors import FilterError
 from service.questions.car_tracks import car_columns
 from service.questions.coverage import Coverage
 from service.questions.identity import check_car, identities, links_of
@@ -75,7 +75,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         """Answer with the states of all cars in a window."""
         if asked.to > asked.from_ + MOST_US:
             expected = f"to: expected at most {MOST_US} us after 'from'"
-            raise QueryError(f"{expected}, got {asked.to - asked.from_} us", parameter="to")
+            raise FilterError(f"{expected}, got {asked.to - asked.from_} us", parameter="to")
         return _tracks(log.run(asked.run), asked)
 
     def _tracks(run: RunRecord, asked: _Stepwise | _Window, cars: tuple[str, ...] | None = None) -> Response:

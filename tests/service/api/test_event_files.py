@@ -67,13 +67,17 @@ def test_counts_come_with_bins(client: Client) -> None:
         ("summary?by=car", "by"), ("summary?bin_us=0", "bin_us"), ("summary?bin_us=1", "bin_us"),
         ("summary?limit=1001", "limit"), ("summary?cursor=x", "cursor"), ("export?limit=1", "limit"),
         ("export?format=xml", "format"), ("summary?datetime=1s", "datetime"),
-        ("summary?datetime=1s/2s&to=3s", "datetime"),
         ("summary?min_duration_us=-1", "min_duration_us"),
     ],
 )  # fmt: skip
 def test_a_wrong_parameter_is_named(client: Client, path: str, parameter: str) -> None:
     answer = client.get(f"/api/v1/events/{path}")
     assert (answer.status_code, answer.json()["errors"][0]["parameter"]) == (422, parameter)
+
+
+def test_a_window_is_given_in_one_way(client: Client) -> None:
+    answer = client.get("/api/v1/events/summary?datetime=1s/2s&to=3s")
+    assert (answer.status_code, answer.json()["detail"]) == (400, "datetime: expected it without from and to, got both")
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def test_a_trajectory_is_of_one_car_for_its_life(client: Client) -> None:
         ("cars/car3/trajectory?from=5s&to=5s", 400, "from: expected a time before 'to'"),
         ("cars/car3/trajectory?step_us=0", 422, "step_us: expected greater than or equal to 1, got '0'"),
         ("tracks?from=1s", 422, "to: expected a value, got none"),
-        ("tracks?from=1s&to=61.1s", 422, "to: expected at most 60000000 us after 'from', got 60100000 us"),
+        ("tracks?from=1s&to=61.1s", 400, "to: expected at most 60000000 us after 'from', got 60100000 us"),
         ("tracks?from=2s&to=1s", 400, "from: expected a time before 'to'"),
     ],
 )
