@@ -26,7 +26,6 @@ ROLE_PREFIX = "role."
 _TEXT: JsonObject = {"type": "string"}
 _MEDIA_FORMS = r"^([0-9]{1,15}|[0-9]{1,9}(\.[0-9]{1,9})?s|([0-9]{1,5}:)?[0-5]?[0-9]:[0-5][0-9](\.[0-9]{1,9})?)$"
 MEDIA_TIME: JsonObject = {"type": "string", "pattern": _MEDIA_FORMS, "examples": ["12500000", "12.5s", "01:23.5"]}
-_TIMES = ["12500000", "12.5s", "01:23.5", "2026-05-01T08:00:00Z"]
 _FORMS = "microseconds of media time, `12.5s`, `mm:ss`, or RFC 3339 with an offset"
 _SURE = "How sure an event is at least; takes the place of the floors of chronicles."
 _BEHIND = "The sequence number after which to begin; the header `Last-Event-ID` wins."
@@ -39,6 +38,8 @@ _SPELT = {
 _REPEATABLE = frozenset(_SPELT.values()) - {"from"}
 
 _Names = tuple[str, ...]
+_UTC_TIME = {"type": "string", "format": "date-time", "examples": ["2026-05-01T08:00:00Z"]}
+_Time = Annotated[str, Meta(extra_json_schema={"anyOf": [MEDIA_TIME, _UTC_TIME]})]
 _Whole = Annotated[int, Meta(ge=0, le=MAX_MEDIA_US)]
 
 
@@ -61,8 +62,8 @@ class StreamQuery(_Query, frozen=True, kw_only=True):
 
 
 class _FilterQuery(_Query, frozen=True, kw_only=True, rename=_SPELT):
-    from_: Annotated[str | None, Meta(description=f"Start of the window: {_FORMS}.", examples=_TIMES)] = None
-    to: Annotated[str | None, Meta(description=f"End of it, excluded: {_FORMS}.", examples=_TIMES)] = None
+    from_: Annotated[_Time | None, Meta(description=f"Start of the window: {_FORMS}.")] = None
+    to: Annotated[_Time | None, Meta(description=f"End of it, excluded: {_FORMS}.")] = None
     datetime: Annotated[str | None, Meta(description=_WINDOW, examples=["10s/.."])] = None
     match: Annotated[Match, Meta(description="How an event must lie to the window.")] = "overlap"
     min_duration_us: Annotated[_Whole, Meta(description="How long an event lasts at least.")] | UnsetType = UNSET

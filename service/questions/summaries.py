@@ -9,7 +9,7 @@ from typing import Literal
 from msgspec import Struct
 from sqlalchemy import Connection
 
-from service.errors import QueryError
+from service.errors import FilterError
 from service.questions.queries import EventFilter, Plan, as_of, check_filter, key_range, plan_of
 from service.questions.sql_text import all_of, number_of, one_of, rows_of
 from service.store.log import EventLog
@@ -59,7 +59,7 @@ def summarise(
     Raises
     ------
     QueryError, FilterError
-        As `find_events`, and if there were more than `MAX_BINS` bins.
+        As `find_events`, and the latter if there were more than `MAX_BINS` bins.
     """
     check_filter(wanted)
     with log.connect() as connection:
@@ -93,7 +93,7 @@ def _bins(connection: Connection, plan: Plan, bin_us: int | None) -> tuple[int, 
     first, last = first_us // size_us, last_us // size_us
     if last - first >= MAX_BINS:
         expected = f"bin_us: expected at most {MAX_BINS} bins from {first_us} us to {last_us} us"
-        raise QueryError(f"{expected}, got {last - first + 1} of {bin_us} us", parameter="bin_us")
+        raise FilterError(f"{expected}, got {last - first + 1} of {bin_us} us", parameter="bin_us")
     return first, last, size_us
 
 
