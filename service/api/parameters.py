@@ -40,6 +40,8 @@ _REPEATABLE = frozenset(_SPELT.values()) - {"from"}
 _Names = tuple[str, ...]
 _UTC_TIME = {"type": "string", "format": "date-time", "examples": ["2026-05-01T08:00:00Z"]}
 _Time = Annotated[str, Meta(extra_json_schema={"anyOf": [MEDIA_TIME, _UTC_TIME]})]
+_ENDS = rf"({_MEDIA_FORMS[1:-1]}|\.\.)"
+_Span = Annotated[str, Meta(extra_json_schema={"pattern": f"^{_ENDS}/{_ENDS}$", "examples": ["10s/.."]})]
 _Whole = Annotated[int, Meta(ge=0, le=MAX_MEDIA_US)]
 
 
@@ -64,7 +66,7 @@ class StreamQuery(_Query, frozen=True, kw_only=True):
 class _FilterQuery(_Query, frozen=True, kw_only=True, rename=_SPELT):
     from_: Annotated[_Time | None, Meta(description=f"Start of the window: {_FORMS}.")] = None
     to: Annotated[_Time | None, Meta(description=f"End of it, excluded: {_FORMS}.")] = None
-    datetime: Annotated[str | None, Meta(description=_WINDOW, examples=["10s/.."])] = None
+    datetime: Annotated[_Span | None, Meta(description=_WINDOW)] = None
     match: Annotated[Match, Meta(description="How an event must lie to the window.")] = "overlap"
     min_duration_us: Annotated[_Whole, Meta(description="How long an event lasts at least.")] | UnsetType = UNSET
     max_duration_us: Annotated[_Whole, Meta(description="How long an event lasts at most.")] | UnsetType = UNSET
