@@ -35,21 +35,16 @@ class FollowedTexts:
     ----------
     log, files : where they stand.
     load : reads and checks all of them.
-
-    Raises
-    ------
-    LogError
-        If the log cannot be read.
     """
 
     def __init__(self, log: EventLog, files: tuple[Path, ...], load: Callable[[], LoadedChronicles]) -> None:
         self._files, self._load = files, load
         self._stored = ChronicleTexts(log)
-        self._seen = self._state()
+        self._seen: list[tuple[str, int, int]] | None = None  # what changed since the run read them is not missed
         self._due_s = time.monotonic() + LOOKED_EVERY_S
 
     def changed(self) -> LoadedChronicles | None:
-        """Read them if they were changed since; None if not. What is wrong with them is told, and changes nothing."""
+        """Read them, at first and if they were changed since; else None. What is wrong is told, and changes nothing."""
         if time.monotonic() < self._due_s:
             return None
         self._due_s = time.monotonic() + LOOKED_EVERY_S

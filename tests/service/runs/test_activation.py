@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any  # what opens an input
 
 import pytest
 
 from service.questions.explaining import Explainer
-from service.runs import followed_texts
+from service.runs import followed_texts, processing
 from service.runs.processing import Progress, RunSummary, process
 from service.runs.requests import RunRequest
 from service.store.chronicle_texts import ChronicleTexts
@@ -211,6 +212,18 @@ def test_what_monitors_look_at_stays(tracks: Path, caplog: pytest.LogCaptureFixt
     run(tracks, other, PASSES, (5_000_000, change(tracks, PASSES + NEAR)), monitor_files=(monitors,))
     assert "stay as they are" not in caplog.text
     assert [one for one in read_all(other) if one.type == "near"]
+
+
+def test_what_changes_before_the_first_frame_is_not_missed(tracks: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opening = processing.open_input
+
+    def open_late(*given: Any, **options: Any) -> Any:
+        tracks.with_suffix(".chronicle").write_text(PASSES + NEAR)
+        return opening(*given, **options)
+
+    monkeypatch.setattr(processing, "open_input", open_late)
+    done = run(tracks, str(tracks.with_name("a.db")), PASSES)
+    assert [one.name for one in done.record.chronicles] == ["passes", "alone", "near"]
 
 
 def test_a_repeat_stays_with_the_chronicles_that_it_began_with(tracks: Path) -> None:
