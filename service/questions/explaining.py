@@ -338,7 +338,6 @@ class Explainer:
                 raise NotInLogError(f"{expected}{hinted(value, known)}")
 
     def _chronicles(self, run: RunRecord) -> ChronicleSet:
-        # A run's identifier is a digest of its texts, so what was compiled for it stays right.
         if run.texts not in self._compiled:  # those of a live run may change
             self._compiled[run.texts] = chronicles_of(run)
         return self._compiled[run.texts]

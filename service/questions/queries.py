@@ -8,9 +8,6 @@ Intervals are half-open. Events that overlap a window are found by an index rang
 the window cannot start earlier than the longest duration of its type before it.
 """
 
-import base64
-import hashlib
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -21,7 +18,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from sqlalchemy import Connection
 
-from service.errors import CursorError, FilterError, QueryError
+from service.errors import FilterError, QueryError
+from service.questions.cursors import decode_cursor, encode_cursor
 from service.questions.sql_text import Sql, all_of, number_of, one_of, rows_of, value_of, values_of
 from service.records import EventRecord, EventStatus
 from service.store.log import EventLog
@@ -38,7 +36,6 @@ MAX_ROLES = 20  # different roles in one question
 
 _RARE_ROWS = 2_000
 _NUMBERS_AT_ONCE = 200  # a tenth of a megabyte, which each client that does not read keeps a few times
-_CURSOR = struct.Struct(">qq8s")
 
 
 class EventFilter(Struct, frozen=True, kw_only=True):
@@ -126,11 +123,11 @@ def find_events(
     check_filter(wanted)
     if not 1 <= limit <= MAX_LIMIT:
         raise QueryError(f"limit: expected 1 to {MAX_LIMIT}, got {limit!r}", parameter="limit")
-    after = _decode_cursor(cursor, wanted) if cursor is not None else None
+    after = decode_cursor(cursor, wanted) if cursor is not None else None
     with log.connect() as connection:
         as_of_seq = as_of(connection, wanted)
         items = _read_page(connection, plan_of(connection, wanted), limit=limit + 1, after=after)
-    next_cursor = _encode_cursor(_key(items[limit - 1]), wanted) if len(items) > limit else None
+    next_cursor = encode_cursor(_key(items[limit - 1]), wanted) if len(items) > limit else None
     return EventPage(tuple(items[:limit]), next_cursor, as_of_seq)
 
 
@@ -162,7 +159,7 @@ def iterate_pages(log: EventLog, wanted: EventFilter) -> Iterator[tuple[str, ...
     def pages() -> Iterator[tuple[str, ...]]:
         page, then = first, replace(wanted, as_of=first.as_of_seq)
         # The cursor of the first page is of another filter: the key alone is the same.
-        cursor = _encode_cursor(_key(page.items[-1]), then) if page.next_cursor else None
+        cursor = encode_cursor(_key(page.items[-1]), then) if page.next_cursor else None
         yield page.items
         while cursor is not None:
             page = find_events(log, then, limit=MAX_LIMIT, cursor=cursor)
@@ -476,26 +473,3 @@ class _Key(Struct):
 def _key(text: str) -> tuple[int, int]:
     key = msgspec.json.decode(text, type=_Key)
     return key.start_us, key.seq
-
-
-def _encode_cursor(key: tuple[int, int], wanted: EventFilter) -> str:
-    return base64.urlsafe_b64encode(_CURSOR.pack(*key, _filter_digest(wanted))).decode().rstrip("=")
-
-
-def _decode_cursor(cursor: str, wanted: EventFilter) -> tuple[int, int]:
-    try:
-        raw = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars=b"-_", validate=True)
-        start_us, seq, digest = _CURSOR.unpack(raw)
-    except (ValueError, struct.error) as error:
-        raise CursorError(f"cursor: expected 'next_cursor' of a page, got {cursor!r}", parameter="cursor") from error
-    if digest != _filter_digest(wanted):
-        message = f"cursor: expected the filters of the page it came from, got others with {cursor!r}"
-        raise CursorError(message, parameter="cursor")
-    return start_us, seq
-
-
-def _filter_digest(wanted: EventFilter) -> bytes:
-    """Digest what is asked for, whatever the order in which alternatives were written."""
-    fields = msgspec.structs.asdict(wanted)
-    plain = {name: sorted(value) if isinstance(value, tuple) else value for name, value in fields.items()}
-    return hashlib.blake2b(msgspec.json.encode(plain, order="deterministic"), digest_size=8).digest()
