@@ -120,8 +120,8 @@ def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Acces
         app.add_middleware(
             CORSMiddleware,
             allow_origins=access.origins,
-            allow_methods=("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"),
-            allow_headers=("Authorization", "Idempotency-Key", "If-Match", "If-None-Match", "Last-Event-ID"),
+            allow_methods=("GET", "HEAD", "POST", "PUT", "DELETE"),
+            allow_headers=("Authorization", "If-Match", "If-None-Match", "Last-Event-ID"),
             expose_headers=("ETag", "Link", "Location", "Retry-After", "X-Request-Id"),
         )
     app.add_middleware(RequestBodyLimitMiddleware, max_body_size=MOST_BODY_BYTES)

@@ -105,6 +105,7 @@ def watch(
             receiver.ended.set()
 
     def process_left() -> None:
+        """Process what was left; what is wrong with it is told, and ends nothing."""
         for folder in left:
             if receiver.ended.is_set():
                 return
@@ -115,9 +116,8 @@ def watch(
 
     # Signals come to the main thread, which only waits.
     with _ended_by_signals(receiver.ended), ThreadPoolExecutor(3) as pool:
-        tasks = [pool.submit(_record, receiver, connection, begun), pool.submit(process_live)]
-        tasks.append(pool.submit(process_left))
-        for task in tasks:
+        recording = pool.submit(_record, receiver, connection, begun)
+        for task in (recording, pool.submit(process_live), pool.submit(process_left)):
             task.result()
 
 

@@ -37,6 +37,7 @@ def test_a_page_is_sent_again_when_it_has_changed(new_log: NewLog, change: Calla
         asked = {"If-None-Match": f'W/"other", {page.headers["etag"]}'}
         same = client.get(EVENTS, headers=asked)
         assert (same.status_code, same.content, same.headers["etag"]) == (304, b"", page.headers["etag"])
+        assert same.headers["cache-control"] == page.headers["cache-control"]
         change(url)
         changed = client.get(EVENTS, headers=asked)
         assert changed.status_code == 200

@@ -31,7 +31,7 @@ CHANGING_NOTHING: Final = frozenset(
 )
 """What is posted only since it has a body, or needs one's own page."""
 
-ADMINISTERED: Final = ("/api/v1/tokens", "/api/v1/webhooks")
+ADMINISTERED: Final = "/api/v1/webhooks"
 
 _LOGGER = logging.getLogger(__name__)
 

@@ -46,10 +46,14 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
     ----------
     stream, coverage : of the same log.
     """
+    _add_page(router, log, coverage)
+    _add_stream(router, stream)
+    _add_summary(router, log, coverage)
+    _add_export(router, log)
+    _add_event(router, log)  # last, as `{event_id}` fits the paths above too
 
-    def looked_at(wanted: EventFilter) -> list[LookedAt] | None:
-        return coverage.of(wanted) if wanted.as_of is None else None
 
+def _add_page(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     @router.get(
         "/api/v1/events",
         name="events",
@@ -63,17 +67,17 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         pairs = request.query_params.multi_items()
         asked, wanted = read_query(pairs, EventQuery)
         page = find_events(log, wanted, limit=asked.limit, cursor=asked.cursor)
-        told: dict[str, object] = {"looked_at": looked_at(wanted)}
+        told: dict[str, object] = {"looked_at": _looked_at(coverage, wanted)}
         if asked.count == "exact":
             told["count"] = count_events(log, wanted)
         # What is told of an older state does not change.
         if not page.items and asked.cursor is None and wanted.as_of is None:
             notes = (*name_notes([log], wanted), *run_notes([log], wanted))
             told |= {"notes": notes} if notes else {}
-        answer = _event_page(page, request.url.path, pairs, told)
-        is_known = answer.headers["etag"] in request.headers.get("if-none-match", "")
-        return Response(status_code=304, headers={"ETag": answer.headers["etag"]}) if is_known else answer
+        return _event_page(page, request, pairs, told)
 
+
+def _add_stream(router: APIRouter, stream: EventStream) -> None:
     @router.get(
         "/api/v1/events/stream",
         name="stream",
@@ -87,6 +91,8 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         given = request.query_params.multi_items(), request.headers.get("last-event-id")
         return await stream.answer(*read_stream_question(*given))
 
+
+def _add_summary(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     @router.get(
         "/api/v1/events/summary",
         name="summary",
@@ -99,8 +105,10 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
         bin_us = asked.bin_us or None
         as_of_seq, items = summarise(log, wanted, asked.by, bin_us=bin_us, limit=asked.limit)
-        return json_answer(EventSummary(asked.by, bin_us, as_of_seq, items, looked_at(wanted)))
+        return json_answer(EventSummary(asked.by, bin_us, as_of_seq, items, _looked_at(coverage, wanted)))
 
+
+def _add_export(router: APIRouter, log: EventLog) -> None:
     @router.get(
         "/api/v1/events/export",
         name="export",
@@ -116,6 +124,8 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         blocks = exported(log, wanted, asked.format)
         return StreamingResponse(blocks, headers=headers, media_type=_MEDIA_TYPES[asked.format])
 
+
+def _add_event(router: APIRouter, log: EventLog) -> None:
     @router.get(
         "/api/v1/events/{event_id}", name="event", summary="Get one event", responses=answers(EventRecord, 404, 422)
     )
@@ -127,14 +137,20 @@ def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: 
         return json_answer(text.encode())
 
 
-def _event_page(page: EventPage, path: str, pairs: Pairs, told: Mapping[str, object]) -> Response:
-    """Answer with a page; `told` is what stands beside its items."""
+def _looked_at(coverage: Coverage, wanted: EventFilter) -> list[LookedAt] | None:
+    """Say what was looked at; not of an older state of the log, which must stay as it was."""
+    return coverage.of(wanted) if wanted.as_of is None else None
+
+
+def _event_page(page: EventPage, request: Request, pairs: Pairs, told: Mapping[str, object]) -> Response:
+    """Answer with a page, or that the client has it; `told` is what stands beside its items."""
     beside = {"next_cursor": page.next_cursor, "as_of_seq": page.as_of_seq, **told}
     body = b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:])
-    tag = blake2b(body, digest_size=12).hexdigest()
-    # A client may keep it, and asks each time whether it still holds.
-    response = json_answer(body, headers={"ETag": f'W/"{tag}"', "Cache-Control": "private, no-cache"})
+    tag = f'W/"{blake2b(body, digest_size=12).hexdigest()}"'
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache"}  # to be kept, and asked for each time
+    if tag in request.headers.get("if-none-match", ""):
+        return Response(status_code=304, headers=headers)
     if page.next_cursor is not None:
         query = urlencode([*(pair for pair in pairs if pair[0] != "cursor"), ("cursor", page.next_cursor)])
-        response.headers["Link"] = f'<{path}?{query}>; rel="next"'
-    return response
+        headers["Link"] = f'<{request.url.path}?{query}>; rel="next"'
+    return json_answer(body, headers=headers)

@@ -34,6 +34,7 @@ def add_index(router: APIRouter, log: EventLog, version: str) -> None:
 
     @router.get("/api/v1", name="index", summary="Say what can be asked", responses=answers(Index))
     def index() -> Response:
+        """Link to all routes by their names."""
         described = (one for one in router.routes if isinstance(one, APIRoute) and one.include_in_schema)
         links = {one.name: one.path for one in described} | {"openapi": "/openapi.json"}
         return json_answer(Index("dyknow", version, find_last_seq(log), DEFAULT_LIMIT, MAX_LIMIT, links))

@@ -61,6 +61,7 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
             return json_answer(_status(jobs.find(job)))
 
     def change(job: str, how: Callable[[Jobs, str], Job]) -> Response:
+        """Change the state of a job."""
         with opened_jobs(log) as jobs:
             try:
                 return _accepted(how(jobs, job))
