@@ -4,7 +4,7 @@ Prints floors and ratios: rows inserted a second, a deep page against the first 
 counts by index against counts of rows, an export, and requests a second of `GET /api/v1/events` (100 events of a
 million) through the ASGI application.
 
-    python benchmarks/bench_service.py [EVENTS] [STATES]
+    python -m benchmarks.bench_service [EVENTS] [STATES]
 """
 
 import asyncio
