@@ -72,8 +72,13 @@ class Coverage:
     def __init__(self, log: EventLog, *, look_every_s: float = LOOK_EVERY_S) -> None:
         self._log = log
         self._look_every_s = look_every_s
-        self._looked_s = -math.inf
+        self.looked_s = -math.inf
         self._known: dict[str, tuple[_State, LookedAt]] = {}
+
+    @property
+    def is_fresh(self) -> bool:
+        """Tell whether the log need not be looked at for the next answer."""
+        return time.monotonic() < self.looked_s + self._look_every_s
 
     def of(self, wanted: EventFilter) -> list[LookedAt] | None:
         """Tell it of the runs that a filter asks for; None if these are more than `MAX_RUNS`."""
@@ -90,11 +95,11 @@ class Coverage:
 
     def of_all(self) -> dict[str, LookedAt]:
         """Tell it of all runs, by their identifiers."""
-        now_s = time.monotonic()
-        if now_s >= self._looked_s + self._look_every_s:
+        if not self.is_fresh:
+            now_s = time.monotonic()
             # Replaced at once, since several threads ask.
             self._known = {row.id: (row, self._look(row)) for row in self._states()}
-            self._looked_s = now_s
+            self.looked_s = now_s
         return {run: told for run, (_, told) in self._known.items()}
 
     def _states(self) -> list[_State]:
