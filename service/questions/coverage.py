@@ -89,6 +89,10 @@ class Coverage:
         ]
         return found if len(found) <= MAX_RUNS else None
 
+    def beside(self, wanted: EventFilter) -> list[LookedAt] | None:
+        """Tell what stands beside a list; nothing of an older state of the log, which must stay as it was."""
+        return self.of(wanted) if wanted.as_of is None else None
+
     def of_run(self, run: RunRecord) -> list[LookedAt]:
         """Tell it of one run, which may have begun this moment."""
         return [self.of_all().get(run.id) or LookedAt(run.id, run.source, ())]

@@ -16,6 +16,7 @@ from service.api.asked import NoParameters
 from service.api.bodies import EventList, EventSummary
 from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.event_stream import EventStream
+from service.api.explanations import Explanations
 from service.api.openapi import answers, problems
 from service.api.parameters import (
     EventQuery,
@@ -29,10 +30,10 @@ from service.api.parameters import (
 from service.api.routes.answering import json_answer
 from service.errors import LogError
 from service.export.events import exported
-from service.questions.coverage import Coverage, LookedAt
+from service.questions.coverage import Coverage
 from service.questions.notes import name_notes, run_notes
-from service.questions.queries import EventFilter, find_event, find_events
-from service.questions.summaries import count_events, summarise
+from service.questions.queries import find_event, find_events
+from service.questions.summaries import count_events
 from service.records import EventRecord
 from service.store.log import EventLog, HastyLog
 
@@ -45,16 +46,18 @@ _EXPORTED = problems(400, 422) | {
 }
 
 
-def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage) -> None:
+def add_events(
+    router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage, explanations: Explanations
+) -> None:
     """Add the routes about events.
 
     Parameters
     ----------
-    stream, coverage : of the same log.
+    stream, coverage, explanations : of the same log.
     """
     _add_page(router, log, coverage)
     _add_stream(router, stream)
-    _add_summary(router, log, coverage)
+    _add_summary(router, explanations)
     _add_export(router, log)
     _add_event(router, log)  # last, as `{event_id}` fits the paths above too
 
@@ -110,7 +113,7 @@ def _made(log: EventLog, coverage: Coverage, query: str) -> _Page:
     pairs = parse_qsl(query, keep_blank_values=True)
     asked, wanted = read_query(pairs, EventQuery)
     page = find_events(log, wanted, limit=asked.limit, cursor=asked.cursor)
-    told: dict[str, object] = {"looked_at": _looked_at(coverage, wanted)}
+    told: dict[str, object] = {"looked_at": coverage.beside(wanted)}
     if asked.count == "exact":
         told["count"] = count_events(log, wanted)
     # What is told of an older state does not change.
@@ -149,7 +152,7 @@ def _add_stream(router: APIRouter, stream: EventStream) -> None:
         return await stream.answer(*read_stream_question(*given))
 
 
-def _add_summary(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+def _add_summary(router: APIRouter, explanations: Explanations) -> None:
     @router.get(
         "/api/v1/events/summary",
         name="summary",
@@ -157,12 +160,10 @@ def _add_summary(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         responses=answers(EventSummary, 400, 422),
         openapi_extra={"parameters": describe_query(SummaryQuery)},
     )
-    def summarise_events(request: Request) -> Response:
+    async def summarise_events(request: Request) -> Response:
         """Answer with counts by type, road, object or hour, the highest first, and bins of media time."""
         asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
-        bin_us = asked.bin_us or None
-        as_of_seq, items = summarise(log, wanted, asked.by, bin_us=bin_us, limit=asked.limit)
-        return json_answer(EventSummary(asked.by, bin_us, as_of_seq, items, _looked_at(coverage, wanted)))
+        return json_answer(await explanations.summary(wanted, asked.by, asked.bin_us or None, asked.limit))
 
 
 def _add_export(router: APIRouter, log: EventLog) -> None:
@@ -192,8 +193,3 @@ def _add_event(router: APIRouter, log: EventLog) -> None:
         if text is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
         return json_answer(text.encode())
-
-
-def _looked_at(coverage: Coverage, wanted: EventFilter) -> list[LookedAt] | None:
-    """Say what was looked at; not of an older state of the log, which must stay as it was."""
-    return coverage.of(wanted) if wanted.as_of is None else None

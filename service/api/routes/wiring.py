@@ -48,7 +48,7 @@ def add_routes(
     version : of the software, for the index.
     """
     coverage = Coverage(log)
-    add_events(router, log, stream, coverage)
+    add_events(router, log, stream, coverage, explanations)
     add_explanations(router, explanations)
     add_cars(router, log, coverage)
     add_relations(router, explanations)
