@@ -1,4 +1,4 @@
-"""Who changed something over HTTP, when, and with what answer? A row each in the log, which only grows."""
+"""Who changed something over HTTP, when, and with what answer? A row each in the log."""
 
 from msgspec import Struct
 from msgspec.structs import asdict

@@ -21,7 +21,10 @@ from service.store.writer import take_seqs
 KEPT_FOR_EVER = FRAMES.name
 """By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""
 
-PRUNABLE = ("events", *(name for name in CHUNK_KINDS if name != KEPT_FOR_EVER))
+AUDIT = schema.audit.name
+"""Rows of no run, by the time at which they were written."""
+
+PRUNABLE = ("events", AUDIT, *(name for name in CHUNK_KINDS if name != KEPT_FOR_EVER))
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,10 +174,12 @@ def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run
     removed = dict.fromkeys(keep_us, (0, 0))
     with explained(log.place, "a log that can be pruned"), engine.begin() as connection:
         for run in log.runs():
-            before_us = {kind: now_utc_us - us - run.start_utc_us for kind, us in keep_us.items()}
+            before_us = {kind: now_utc_us - us - run.start_utc_us for kind, us in keep_us.items() if kind != AUDIT}
             for kind, us in before_us.items() if run.start_from != "unknown" else ():
                 rows, size_bytes = _remove(connection, run.id, kind, us, dry_run=dry_run)
                 removed[kind] = removed[kind][0] + rows, removed[kind][1] + size_bytes
+        if AUDIT in keep_us:
+            removed[AUDIT] = _remove(connection, "", AUDIT, now_utc_us - keep_us[AUDIT], dry_run=dry_run)
     engine.dispose()
     if not dry_run and any(rows for rows, _ in removed.values()):
         log.place.compact()
@@ -194,6 +199,12 @@ def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, d
             delete(revisions).where(revisions.c.revised.in_(old_ids)),
             delete(events).where(is_old),
         ]
+    elif kind == AUDIT:
+        audit = schema.audit
+        is_old = audit.c.at_us < before_us
+        texts = audit.c.token + audit.c.method + audit.c.path + audit.c.request_id
+        sizes = select(func.count(), func.sum(func.length(texts))).where(is_old)
+        statements = [delete(audit).where(is_old)]
     else:
         chunks = schema.chunks
         is_old = (chunks.c.run_no == run_no) & (chunks.c.kind == kind) & chunks.c.data.is_not(None)
