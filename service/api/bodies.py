@@ -97,9 +97,10 @@ class JobStatus(Struct, frozen=True):
 
 
 class JobList(Struct, frozen=True):
-    """The jobs of the log, in their order."""
+    """The jobs of the log, in their order; `next_cursor` is null on the last page."""
 
     items: list[JobStatus]
+    next_cursor: str | None
 
 
 class EventExplanation(Struct, frozen=True):

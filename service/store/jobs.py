@@ -97,10 +97,10 @@ class Jobs:
             insert_rows(connection, schema.jobs, [astuple(job)])
             return job
 
-    def listed(self) -> list[Job]:
-        """List all jobs in their order."""
+    def listed(self, *, after: int = 0, most: int | None = None) -> list[Job]:
+        """List all jobs in their order, or so many at most behind a number."""
         with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
-            return _read(connection)
+            return _read(connection, schema.jobs.c.number > after, most=most)
 
     def take(self, *, but: Collection[str] = ()) -> "TakenJob | None":
         """Begin the first job that waits, or where none does one that its worker has left; None if there is none.

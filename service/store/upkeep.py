@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # rows of any kind
 
-from sqlalchemy import Connection, Delete, Update, delete, func, select, update
+from sqlalchemy import ColumnElement, Connection, Delete, Update, delete, func, select, update
 
 from service.errors import LogError
 from service.store import schema
@@ -189,6 +189,7 @@ def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run
 def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, dry_run: bool) -> tuple[int, int]:
     """Remove what of a kind ended before a time; return how many rows, and of how many bytes."""
     run_no = select(schema.runs.c.run_no).where(schema.runs.c.id == run_id).scalar_subquery()
+    is_old: ColumnElement[bool]
     if kind == "events":
         events, roles, revisions = schema.events, schema.event_roles, schema.revisions
         is_old = (events.c.run_no == run_no) & (events.c.end_us < before_us)

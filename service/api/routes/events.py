@@ -5,7 +5,7 @@ from contextlib import suppress
 from functools import lru_cache, partial
 from hashlib import sha1
 from typing import Annotated, NamedTuple
-from urllib.parse import parse_qsl, urlencode
+from urllib.parse import parse_qsl
 
 import msgspec
 from anyio import to_thread
@@ -27,7 +27,7 @@ from service.api.parameters import (
     read_query,
     read_stream_question,
 )
-from service.api.routes.answering import json_answer
+from service.api.routes.answering import json_answer, link_to_next
 from service.errors import LogError
 from service.export.events import exported
 from service.questions.coverage import Coverage
@@ -124,10 +124,7 @@ def _made(log: EventLog, coverage: Coverage, query: str) -> _Page:
     body = b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:])
     # To be kept, and asked for each time.
     headers = {"ETag": f'W/"{sha1(body, usedforsecurity=False).hexdigest()}"', "Cache-Control": "private, no-cache"}
-    if page.next_cursor is not None:
-        next_page = urlencode([*(pair for pair in pairs if pair[0] != "cursor"), ("cursor", page.next_cursor)])
-        headers["Link"] = f'<{_PATH}?{next_page}>; rel="next"'
-    return _Page(body, headers)
+    return _Page(body, headers | link_to_next(_PATH, pairs, page.next_cursor))
 
 
 def _sent(page: _Page, request: Request) -> Response:
