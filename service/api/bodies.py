@@ -18,10 +18,7 @@ from service.records import (
     RunStatus,
     StartFrom,
 )
-from service.store.chronicle_texts import ChronicleText
-from service.store.deliveries import Undelivered, WebhookState
-from service.store.jobs import JobState
-from service.store.sources import Source
+from service.store.entries import ChronicleText, JobState, Source, Undelivered, WebhookState
 from service.store.upkeep import Holding
 
 

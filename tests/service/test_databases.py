@@ -11,7 +11,8 @@ from service.cli.app import run as run_cli
 from service.errors import LogError
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.runs.processing import RunRequest, process
-from service.store.audit import Written, list_written, note_written
+from service.store.audit import list_written, note_written
+from service.store.entries import Written
 from service.store.log import open_log
 from service.store.upkeep import Pruned, damage, holdings, prune
 from tests.service.conftest import NewLog

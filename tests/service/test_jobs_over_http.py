@@ -13,9 +13,10 @@ from service.runs.requests import read_request
 from service.runs.worker import work
 from service.store.chronicle_texts import ChronicleTexts
 from service.store.databases.location import database_of
+from service.store.entries import Source
 from service.store.jobs import Jobs
 from service.store.log import open_log
-from service.store.sources import Source, Sources
+from service.store.sources import Sources
 from tests.service.http import Client
 from tests.service.logs import write_log
 

@@ -20,9 +20,10 @@ from service.api.access.callers import LOOPBACK, Callers, address_of
 from service.api.access.settings import Access
 from service.api.problems import REQUEST_ID, answer_refusal
 from service.errors import LogError
-from service.store.audit import Written, note_written
+from service.store.audit import note_written
+from service.store.entries import Scope as TokenScope
+from service.store.entries import Written
 from service.store.log import EventLog
-from service.store.tokens import Scope as TokenScope
 
 OPEN: Final = frozenset({"/healthz", "/readyz", "/logout"})
 """What anybody may ask who reaches the server."""

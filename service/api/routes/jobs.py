@@ -22,7 +22,8 @@ from service.questions.cursors import decode_cursor, encode_cursor
 from service.records import SourceText
 from service.runs.requests import RunRequest, as_text, job_id
 from service.store.chronicle_texts import ChronicleTexts
-from service.store.jobs import Job, Jobs
+from service.store.entries import Job
+from service.store.jobs import Jobs
 from service.store.log import EventLog
 from service.store.sources import Sources
 from service.times import parse_utc_us
