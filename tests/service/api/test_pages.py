@@ -17,6 +17,8 @@ QUERIES = (
     "as_of=4&limit=2",
     "count=exact&limit=1",
     "type=overtaking",
+    "road=rode1",
+    "from=10:00",
     "road=road1&role.overtaker=car7",
 )
 
