@@ -189,14 +189,17 @@ async def bench_http(url: str, events: int) -> None:
         return f"/api/v1/events?type={rng.choice(TYPES)}&from={rng.randrange(events // 2) * EVENT_GAP_US}"
 
     with started(HELLO) as (hello, hello_port), started([*SERVE, url]) as (service, port):
-        cases = ((hello, hello_port, lambda: "/"), (service, port, page))
-        rounds = [[await times(*case) for case in cases] for _ in range(ROUNDS + 1)][1:]  # the first one warms up
-    wall = statistics.median(hello_ms / page_ms for (hello_ms, _), (page_ms, _) in rounds)
-    cpu = statistics.median(hello_ms / page_ms for (_, hello_ms), (_, page_ms) in rounds)
-    page_ms, page_cpu_ms = (statistics.median(of_page[at] for _, of_page in rounds) for at in (0, 1))
-    print(f"GET /api/v1/events, 100 of {events:,}, {CONNECTIONS} connections: {1e3 / page_ms:,.0f} requests/s")
-    print(f"  processor time: {page_cpu_ms:.2f} ms a request")
-    print(f"  requests/s / those of a bare server: {wall:.2f}   by processor time: {cpu:.2f}")
+        cases = {
+            "a bare server": (hello, hello_port, lambda: "/"),
+            f"100 of {events:,} events by type and time": (service, port, page),
+            "the same 100 each time": (service, port, lambda: "/api/v1/events"),
+        }
+        rounds = [[await times(*case) for case in cases.values()] for _ in range(ROUNDS + 1)][1:]  # the first warms up
+    print(f"requests over HTTP, {CONNECTIONS} connections")
+    for at, name in enumerate(cases):
+        wall_ms, cpu_ms = (statistics.median(one[at][of] for one in rounds) for of in (0, 1))
+        wall, cpu = (statistics.median(one[0][of] / one[at][of] for one in rounds) for of in (0, 1))
+        print(f"  {name}: {1e3 / wall_ms:,.0f}/s, {wall:.2f} of a bare server; processor {cpu_ms:.2f} ms, {cpu:.2f}")
 
 
 @contextmanager
