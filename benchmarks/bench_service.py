@@ -2,21 +2,26 @@
 
 Prints floors and ratios: rows inserted a second, a deep page against the first one, an overlap against a start query,
 counts by index against counts of rows, an export, and requests a second of `GET /api/v1/events` (100 events of a
-million) through the ASGI application.
+million) beside those of a bare server of the same framework.
 
     python -m benchmarks.bench_service [EVENTS] [STATES]
 """
 
 import asyncio
 import random
+import socket
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
+
+import psutil
 
 from service.export.events import ExportFormat, exported
 from service.questions.queries import MAX_LIMIT, EventFilter, find_events
@@ -32,9 +37,25 @@ FRAME_US = 40_000
 EVENT_GAP_US = 50_000
 TYPES = tuple(f"type{number}" for number in range(20))
 CONNECTIONS = 16
-REQUESTS = 1_500
+REQUESTS = 300
+ROUNDS = 9
 BINS = 500
 EXPORTED = 100_000
+SERVE = [sys.executable, "-c", "from service.cli.app import main; main()", "serve", "--workers", "0"]
+HELLO = [
+    sys.executable,
+    "-c",
+    """
+import sys
+import uvicorn
+from fastapi import FastAPI
+app = FastAPI()
+@app.get("/")
+async def hello() -> dict[str, str]:
+    return {"hello": "world"}
+uvicorn.run(app, port=int(sys.argv[2]), access_log=False)
+""",
+]
 
 
 def main() -> None:
@@ -161,49 +182,65 @@ def print_median(what: str, work: Callable[[], object], repeats: int = 100) -> f
 
 
 async def bench_http(url: str, events: int) -> None:
-    """Ask for pages of 100 events by type and time, from 16 clients at once, without sockets."""
-    from service.api.app import create_app
-
-    app = create_app(url, shipped=())
+    """Ask a server for pages of 100 events by type and time, and a bare one of the framework for a word, in turns."""
     rng = random.Random(2)
+
+    def page() -> str:
+        return f"/api/v1/events?type={rng.choice(TYPES)}&from={rng.randrange(events // 2) * EVENT_GAP_US}"
+
+    with started(HELLO) as (hello, hello_port), started([*SERVE, url]) as (service, port):
+        cases = {
+            "a bare server": (hello, hello_port, lambda: "/"),
+            f"100 of {events:,} events by type and time": (service, port, page),
+            "the same 100 each time": (service, port, lambda: "/api/v1/events"),
+        }
+        rounds = [[await times(*case) for case in cases.values()] for _ in range(ROUNDS + 1)][1:]  # the first warms up
+    print(f"requests over HTTP, {CONNECTIONS} connections")
+    for at, name in enumerate(cases):
+        wall_ms, cpu_ms = (statistics.median(one[at][of] for one in rounds) for of in (0, 1))
+        wall, cpu = (statistics.median(one[0][of] / one[at][of] for one in rounds) for of in (0, 1))
+        print(f"  {name}: {1e3 / wall_ms:,.0f}/s, {wall:.2f} of a bare server; processor {cpu_ms:.2f} ms, {cpu:.2f}")
+
+
+@contextmanager
+def started(command: list[str]) -> Iterator[tuple[psutil.Process, int]]:
+    """Start a server; give its process and its port."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.DEVNULL) as server:
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", port)).close()
+                break
+            except OSError:
+                assert server.poll() is None, command
+                time.sleep(0.05)
+        try:
+            yield psutil.Process(server.pid), port
+        finally:
+            server.terminate()
+
+
+async def times(server: psutil.Process, port: int, path: Callable[[], str]) -> tuple[float, float]:
+    """Ask from 16 connections at once; give the milliseconds that a request takes, and those of the processor."""
     left = REQUESTS
 
     async def client() -> None:
         nonlocal left
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
         while left > 0:
             left -= 1
-            query = f"type={rng.choice(TYPES)}&from={rng.randrange(events // 2) * EVENT_GAP_US}"
-            assert await ask(app, query) > 10_000
+            writer.write(f"GET {path()} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            head = (await reader.readuntil(b"\r\n\r\n")).decode().lower()
+            assert " 200 " in head, head
+            await reader.readexactly(int(head.partition("content-length: ")[2].partition("\r")[0]))
+        writer.close()
 
-    async with app.router.lifespan_context(app):
-        began_s, began_cpu_s = time.perf_counter(), time.process_time()
-        await asyncio.gather(*(client() for _ in range(CONNECTIONS)))
-        elapsed_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
-    print(f"GET /api/v1/events, 100 of {events:,}: {REQUESTS / elapsed_s:,.0f} requests/s")
-    print(f"  processor time: {cpu_s / REQUESTS * 1e3:.2f} ms a request")
-
-
-async def ask(app: Callable[..., object], query: str) -> int:
-    """Send one request to an ASGI application; return the length of the answer."""
-    length = 0
-    scope = {
-        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "GET", "scheme": "http",
-        "path": "/api/v1/events", "raw_path": b"/api/v1/events", "query_string": query.encode(), "root_path": "",
-        "headers": [(b"host", b"localhost")], "client": ("127.0.0.1", 1), "server": ("127.0.0.1", 80),
-    }  # fmt: skip
-
-    async def receive() -> dict[str, object]:
-        return {"type": "http.request", "body": b"", "more_body": False}
-
-    async def send(message: dict[str, object]) -> None:
-        nonlocal length
-        assert message.get("status", 200) == 200, message
-        body = message.get("body", b"")
-        assert isinstance(body, bytes)
-        length += len(body)
-
-    await app(scope, receive, send)  # type: ignore[misc]  # an ASGI application is awaitable
-    return length
+    began_s, began_cpu_s = time.perf_counter(), sum(server.cpu_times()[:2])
+    await asyncio.gather(*(client() for _ in range(CONNECTIONS)))
+    elapsed_s, cpu_s = time.perf_counter() - began_s, sum(server.cpu_times()[:2]) - began_cpu_s
+    return elapsed_s / REQUESTS * 1e3, cpu_s / REQUESTS * 1e3
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJson
 from service.api.parameters import MEDIA_TIME, ROLE_PREFIX
 from service.errors import FilterError, QueryError
 from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
+from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT
 from service.times import parse_media_us
 
 DEFAULT_NEAR_MISSES = 5
@@ -30,6 +31,13 @@ class NoParameters(BaseModel, extra="forbid"):
 
 def take_none(asked: Annotated[NoParameters, Query()]) -> None:
     """Take no parameters: what routes depend on that take none."""
+
+
+class Paged(NoParameters):
+    """Which page of a list is asked for."""
+
+    limit: int = Field(DEFAULT_LIMIT, ge=1, le=MAX_LIMIT, description="Items on a page.")
+    cursor: str | None = Field(None, description="`next_cursor` of the page before.")
 
 
 class OfRun(NoParameters):

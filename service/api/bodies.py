@@ -18,10 +18,7 @@ from service.records import (
     RunStatus,
     StartFrom,
 )
-from service.store.chronicle_texts import ChronicleText
-from service.store.deliveries import Undelivered, WebhookState
-from service.store.jobs import JobState
-from service.store.sources import Source
+from service.store.entries import ChronicleText, JobState, Source, Undelivered, WebhookState
 from service.store.upkeep import Holding
 
 
@@ -97,9 +94,10 @@ class JobStatus(Struct, frozen=True):
 
 
 class JobList(Struct, frozen=True):
-    """The jobs of the log, in their order."""
+    """The jobs of the log, in their order; `next_cursor` is null on the last page."""
 
     items: list[JobStatus]
+    next_cursor: str | None
 
 
 class EventExplanation(Struct, frozen=True):

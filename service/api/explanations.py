@@ -8,11 +8,14 @@ from functools import cache
 import msgspec
 
 from chronicles.explanation.json_form import to_json
+from service.api.bodies import EventSummary
 from service.api.process_pool import ProcessPool
 from service.machine import look_seldom
 from service.questions.coverage import Coverage
 from service.questions.explaining import AbsenceQuestion, Explainer
+from service.questions.queries import EventFilter
 from service.questions.relation_intervals import RelationQuestion, relation_intervals
+from service.questions.summaries import By, summarise
 from service.store.log import EventLog, open_log
 
 
@@ -43,6 +46,10 @@ class Explanations:
     async def relations(self, question: RelationQuestion) -> bytes:
         """Say which relations held."""
         return await self._pool.ask(_relations, self._log, question)
+
+    async def summary(self, wanted: EventFilter, by: By, bin_us: int | None, limit: int) -> bytes:
+        """Count events."""
+        return await self._pool.ask(_summary, self._log, wanted, by, bin_us, limit)
 
     async def trial(self, question: AbsenceQuestion, text: str) -> bytes:
         """Try a text."""
@@ -75,6 +82,11 @@ def _awaited(log: str, question: AbsenceQuestion) -> bytes:
 
 def _relations(log: str, question: RelationQuestion) -> bytes:
     return msgspec.json.encode(relation_intervals(_opened(log), question, _coverage(log)))
+
+
+def _summary(log: str, wanted: EventFilter, by: By, bin_us: int | None, limit: int) -> bytes:
+    as_of_seq, items = summarise(_opened(log), wanted, by, bin_us=bin_us, limit=limit)
+    return msgspec.json.encode(EventSummary(by, bin_us, as_of_seq, items, _coverage(log).beside(wanted)))
 
 
 def _trial(log: str, about: tuple[AbsenceQuestion, str]) -> bytes:

@@ -7,8 +7,8 @@ text; and each is counted.
 
 import re
 import time
-import uuid
 from http import HTTPStatus
+from secrets import token_hex
 
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
@@ -45,7 +45,7 @@ class RequestFrame:
             await self._app(scope, receive, send)
             return
         given = Headers(scope=scope).get("x-request-id", "")
-        request_id = given if _PLAIN_ID.fullmatch(given) else uuid.uuid4().hex
+        request_id = given if _PLAIN_ID.fullmatch(given) else token_hex(16)
         method = scope["method"]
         inner = {**scope, REQUEST_ID: request_id, "method": "GET" if method == "HEAD" else method}
         answer = _Answer(self._metrics, method, inner, receive, send)

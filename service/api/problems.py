@@ -4,6 +4,7 @@ The framework has its own bodies for wrong parameters, unknown paths and wrong m
 so that a client needs one way to read an error.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
@@ -39,6 +40,7 @@ MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
 
 _TOO_LARGE = "Content Too Large"  # as Starlette's limit of bodies says it
+_FOLDERS = re.compile(r"(?:^|(?<=['\"]))/[^:'\"\n]*/|(?<![\w/:.'\"])/(?:[^\s/:'\"]+/)+")
 BAD_PARAMETER = "urn:dyknow:problem:bad-parameter"
 
 # What each error of ours is over HTTP. A chronicle error means that the log holds another version of the chronicle than
@@ -152,7 +154,21 @@ async def _on_ours(request: Request, error: Exception) -> Response:
     details = [ProblemDetail(str(error), error.parameter)] if isinstance(error, QueryError) else []
     headers = {"Retry-After": "1"} if status == HTTPStatus.SERVICE_UNAVAILABLE else None
     findings = error.findings if isinstance(error, TextRefusedError) else ()
-    return problem(request, status, str(error), kind=kind, errors=details, findings=findings, headers=headers)
+    detail = str(error) if isinstance(error, QueryError) else without_folders(str(error))
+    return problem(request, status, detail, kind=kind, errors=details, findings=findings, headers=headers)
+
+
+def without_folders(text: str) -> str:
+    """Leave the names of files in a text: where they lie is the server's affair.
+
+    A path with blanks is known as one at the beginning and between quotation marks.
+
+    Examples
+    --------
+    >>> without_folders("/srv/my logs/day.db: expected a log, got '/srv/my logs/x.mp4', see /etc/a/b.toml:3")
+    "day.db: expected a log, got 'x.mp4', see b.toml:3"
+    """
+    return _FOLDERS.sub("", text)
 
 
 def answer_bug(request: Request) -> Response:

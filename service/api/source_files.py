@@ -19,7 +19,8 @@ from fastapi import HTTPException
 from starlette.requests import ClientDisconnect
 
 from service.errors import CrowdedError, QueryError, TakenError
-from service.store.sources import Source, Sources
+from service.store.entries import Source
+from service.store.sources import Sources
 
 UPLOAD_GB = 20.0
 MOST_UPLOADS = 4

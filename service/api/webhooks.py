@@ -26,7 +26,8 @@ from service.errors import LogError, QueryError, RunBusyError
 from service.questions.queries import EventFilter, check_filter, find_rows
 from service.runs.inputs.toml_tables import Text, read_toml, wrong
 from service.store.databases.location import database_of
-from service.store.deliveries import Deliveries, Undelivered, WebhookState
+from service.store.deliveries import Deliveries
+from service.store.entries import Undelivered, WebhookState
 from service.store.log import EventLog, open_log
 
 FIRST_PAUSE_S, MOST_PAUSE_S = 1.0, 300.0

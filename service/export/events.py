@@ -9,10 +9,10 @@ import csv
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
+from operator import attrgetter
 from typing import Literal, TextIO
 
 import msgspec
-from msgspec.structs import asdict
 
 from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records import EventRecord
@@ -27,6 +27,19 @@ COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
     "confidence", "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
 )  # fmt: skip
+_OF_EVENT = attrgetter(
+    "id", "seq", "type", "chronicle.name", "chronicle.version", "source", "run", "start", "end", "start_us", "end_us",
+    "status", "confidence", "revises",
+)  # fmt: skip
+_OF_PLACE = attrgetter("road", "x_m", "y_m")
+_NOWHERE = (None, None, None)
+
+
+class _Line(EventRecord, frozen=True, kw_only=True):
+    """An event whose lists stay JSON."""
+
+    hypotheses: msgspec.Raw  # type: ignore[assignment]  # in place of what they are read into
+    sub_events: msgspec.Raw  # type: ignore[assignment]
 
 
 def write_events_jsonl(texts: Iterable[str], out: TextIO) -> int:
@@ -50,8 +63,11 @@ def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextI
     if with_header:
         table.writerow([*COLUMNS, *(ROLE_PREFIX + name for name in role_names)])
     count = 0
-    for event in map(decode_event, texts):
-        table.writerow([*_cells(event), *(event.roles.get(name, "") for name in role_names)])
+    for event in map(msgspec.json.Decoder(_Line).decode, texts):
+        place = _OF_PLACE(event.place) if event.place else _NOWHERE
+        lists = (bytes(event.hypotheses).decode(), bytes(event.sub_events).decode())
+        roles = [event.roles.get(name, "") for name in role_names]
+        table.writerow((*_OF_EVENT(event), *place, event.recognised_us, *lists, *roles))
         count += 1
     return count
 
@@ -98,15 +114,3 @@ def _cue(event: EventRecord, zero_us: int) -> str:
     start, end = (text if text.count(":") == 1 else text.zfill(12) for text in map(format_media, times_us))
     said = ", ".join(f"{role} {actor}" for role, actor in event.roles.items())
     return f"\n{start} --> {end}\n{escape(f'{event.type}: {said}', quote=False)}\n"
-
-
-def _cells(event: EventRecord) -> list[object]:
-    cells = asdict(event) | {
-        "chronicle": event.chronicle.name,
-        "version": event.chronicle.version,
-        "hypotheses": msgspec.json.encode(event.hypotheses).decode(),
-        "sub_events": msgspec.json.encode(event.sub_events).decode(),
-    }
-    if event.place:
-        cells |= {f"place_{name}": value for name, value in asdict(event.place).items()}
-    return [cells.get(name) for name in COLUMNS]

@@ -72,8 +72,13 @@ class Coverage:
     def __init__(self, log: EventLog, *, look_every_s: float = LOOK_EVERY_S) -> None:
         self._log = log
         self._look_every_s = look_every_s
-        self._looked_s = -math.inf
+        self.looked_s = -math.inf
         self._known: dict[str, tuple[_State, LookedAt]] = {}
+
+    @property
+    def is_fresh(self) -> bool:
+        """Tell whether the log need not be looked at for the next answer."""
+        return time.monotonic() < self.looked_s + self._look_every_s
 
     def of(self, wanted: EventFilter) -> list[LookedAt] | None:
         """Tell it of the runs that a filter asks for; None if these are more than `MAX_RUNS`."""
@@ -84,17 +89,21 @@ class Coverage:
         ]
         return found if len(found) <= MAX_RUNS else None
 
+    def beside(self, wanted: EventFilter) -> list[LookedAt] | None:
+        """Tell what stands beside a list; nothing of an older state of the log, which must stay as it was."""
+        return self.of(wanted) if wanted.as_of is None else None
+
     def of_run(self, run: RunRecord) -> list[LookedAt]:
         """Tell it of one run, which may have begun this moment."""
         return [self.of_all().get(run.id) or LookedAt(run.id, run.source, ())]
 
     def of_all(self) -> dict[str, LookedAt]:
         """Tell it of all runs, by their identifiers."""
-        now_s = time.monotonic()
-        if now_s >= self._looked_s + self._look_every_s:
+        if not self.is_fresh:
+            now_s = time.monotonic()
             # Replaced at once, since several threads ask.
             self._known = {row.id: (row, self._look(row)) for row in self._states()}
-            self._looked_s = now_s
+            self.looked_s = now_s
         return {run: told for run, (_, told) in self._known.items()}
 
     def _states(self) -> list[_State]:

@@ -12,12 +12,12 @@ from service.errors import CursorError
 _CURSOR = struct.Struct(">qq8s")
 
 
-def encode_cursor(key: tuple[int, int], wanted: Struct) -> str:
-    """Make the cursor behind a key, for the same filters only."""
+def encode_cursor(key: tuple[int, int], wanted: Struct | None) -> str:
+    """Make the cursor behind a key, for the same filters only; None where there are none."""
     return base64.urlsafe_b64encode(_CURSOR.pack(*key, _digest(wanted))).decode().rstrip("=")
 
 
-def decode_cursor(cursor: str, wanted: Struct) -> tuple[int, int]:
+def decode_cursor(cursor: str, wanted: Struct | None) -> tuple[int, int]:
     """Read the key of a cursor.
 
     Raises
@@ -36,8 +36,8 @@ def decode_cursor(cursor: str, wanted: Struct) -> tuple[int, int]:
     return start_us, seq
 
 
-def _digest(wanted: Struct) -> bytes:
+def _digest(wanted: Struct | None) -> bytes:
     """Digest what is asked for, whatever the order in which alternatives were written."""
-    fields = msgspec.structs.asdict(wanted)
+    fields = msgspec.structs.asdict(wanted) if wanted else {}
     plain = {name: sorted(value) if isinstance(value, tuple) else value for name, value in fields.items()}
     return hashlib.blake2b(msgspec.json.encode(plain, order="deterministic"), digest_size=8).digest()

@@ -200,8 +200,7 @@ def find_rows(log: EventLog, wanted: EventFilter, after_seq: int) -> EventRows:
         # An inner query with a limit is answered by itself, by the key.
         walked = f"SELECT * FROM events WHERE seq > ? AND seq <= ? LIMIT {_NUMBERS_AT_ONCE}"
         query = f"SELECT seq, status, body FROM ({walked}) AS events WHERE {text} ORDER BY seq"
-        rows = rows_of(connection, query, after_seq, until_seq, *values)
-        return EventRows(tuple((row.seq, row.status, row.body) for row in rows), until_seq, as_of_seq)
+        return EventRows(tuple(rows_of(connection, query, after_seq, until_seq, *values)), until_seq, as_of_seq)
 
 
 def find_event(log: EventLog, event_id: str) -> str | None:

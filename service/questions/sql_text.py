@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from itertools import chain
 from typing import Any
 
-from sqlalchemy import Connection, CursorResult
+from sqlalchemy import Connection
+
+from service.store.databases.database import driver_rows
 
 Sql = tuple[str, tuple[object, ...]]
 """A piece of SQL, and a value for each of its question marks."""
@@ -33,16 +35,16 @@ def value_of(connection: Connection, query: str, *values: object) -> Any:
     return next(iter(values_of(connection, query, *values)), None)
 
 
-def values_of(connection: Connection, query: str, *values: object) -> Iterable[Any]:
+def values_of(connection: Connection, query: str, *values: object) -> list[Any]:
     """Give the first column of all rows."""
-    return rows_of(connection, query, *values).scalars()
+    return [row[0] for row in rows_of(connection, query, *values)]
 
 
-def rows_of(connection: Connection, query: str, *values: object) -> CursorResult[Any]:
+def rows_of(connection: Connection, query: str, *values: object) -> list[tuple[Any, ...]]:
     """Ask a question; its values stand where its question marks are."""
     if connection.dialect.name != "sqlite":
         query = query.replace("%", "%%").replace("?", "%s")
-    return connection.exec_driver_sql(query, values)
+    return driver_rows(connection, query, values)
 
 
 def number_of(connection: Connection, query: str, *values: object) -> int:

@@ -115,4 +115,4 @@ def _cells(
         taking = "JOIN (SELECT DISTINCT seq, actor FROM event_roles) AS taking ON taking.seq = events.seq"
         rows = f"events {taking}" if by == "actor" else "events"
         query = f"SELECT {key}, events.start_us / {size_us}, count(*) FROM {rows} WHERE {text} GROUP BY 1, 2"
-    return [tuple(row) for row in rows_of(connection, query, *values)]
+    return rows_of(connection, query, *values)

@@ -10,7 +10,8 @@ from chronicles.errors import ChronicleError
 from dyknow.errors import DyKnowError
 from service.errors import LogError, RunBusyError, ServiceError
 from service.store.databases.location import database_of
-from service.store.jobs import Jobs, JobState, TakenJob
+from service.store.entries import JobState
+from service.store.jobs import Jobs, TakenJob
 from vision.errors import VisionError
 
 if TYPE_CHECKING:

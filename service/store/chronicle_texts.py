@@ -2,31 +2,16 @@
 
 import time
 
-from msgspec import Struct
 from msgspec.structs import astuple
 from sqlalchemy import Connection, exists, select
 
 from service.errors import NotInLogError, VersionError
 from service.store import schema
+from service.store.entries import ChronicleText
 from service.store.log import EventLog
 from service.store.writer import insert_rows, lock_seqs
 
 _TEXTS = schema.chronicle_texts.c
-
-
-class ChronicleText(Struct, frozen=True):
-    """A version of a text; one without a text says that it ended.
-
-    Attributes
-    ----------
-    version : counts from 1 for each name, ends too.
-    made_us : when it was stored, UTC.
-    """
-
-    name: str
-    version: int
-    text: str | None
-    made_us: int
 
 
 class ChronicleTexts:

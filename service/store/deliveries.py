@@ -1,39 +1,15 @@
 """How far is each webhook of a log, and what could not be delivered? Kept in the log, so a restart goes on there."""
 
-from msgspec import Struct
 from msgspec.structs import astuple
 from sqlalchemy import delete, select, update
 
 from service.errors import NotInLogError
 from service.store import schema
+from service.store.entries import Undelivered, WebhookState
 from service.store.log import EventLog
 from service.store.writer import insert_rows, lock_seqs
 
 _WEBHOOKS, _UNDELIVERED = schema.webhooks.c, schema.undelivered.c
-
-
-class WebhookState(Struct, frozen=True):
-    """How far a webhook is.
-
-    Attributes
-    ----------
-    seq : all up to this sequence number is delivered or given up.
-    message : what keeps the next one from being delivered; empty if nothing does.
-    """
-
-    name: str
-    seq: int
-    message: str = ""
-
-
-class Undelivered(Struct, frozen=True):
-    """An event that was given up: what came of the last attempt, and whether it is to be tried once more."""
-
-    webhook: str
-    seq: int
-    body: str
-    message: str
-    is_due: bool = False
 
 
 class Deliveries:

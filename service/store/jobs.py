@@ -4,59 +4,23 @@ A worker that has a job holds a lock of the database, which goes with its proces
 run, and can take its lock, knows that its worker is gone, and takes it up again. No clock is asked, so none is wrong.
 """
 
-import json
 from collections.abc import Collection
 from contextlib import ExitStack
-from typing import Literal
 
-from msgspec import Struct
 from msgspec.structs import astuple
 from sqlalchemy import ColumnElement, Connection, func, select, update
 
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
 from service.store.databases.database import Database, Lock, explained
+from service.store.entries import Job, JobState
 from service.store.log import EventLog
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import insert_rows, lock_seqs
 
-JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
-
 MOST_ATTEMPTS = 3
 """What was begun so many times without an end is not tried again by itself."""
 _MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
-
-
-class Job(Struct, frozen=True):
-    """Something to be processed.
-
-    Attributes
-    ----------
-    number : by which jobs are taken, from 1.
-    id : the same for the same request.
-    request : as `service.runs.requests` writes it.
-    attempts : how often it was begun.
-    cancel_requested : somebody asked for its end.
-    message : how far it has come, or what went wrong.
-    """
-
-    number: int
-    id: str
-    request: str
-    state: JobState = "waiting"
-    attempts: int = 0
-    cancel_requested: bool = False
-    message: str = ""
-
-    @property
-    def input(self) -> str:
-        """The path of what is to be processed."""
-        return str(json.loads(self.request)["input"])
-
-    @property
-    def run(self) -> str | None:
-        """The run that it became, once it has finished."""
-        return self.message.removeprefix("run ") if self.state == "finished" else None
 
 
 class Jobs:
@@ -97,10 +61,10 @@ class Jobs:
             insert_rows(connection, schema.jobs, [astuple(job)])
             return job
 
-    def listed(self) -> list[Job]:
-        """List all jobs in their order."""
+    def listed(self, *, after: int = 0, most: int | None = None) -> list[Job]:
+        """List all jobs in their order, or so many at most behind a number."""
         with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
-            return _read(connection)
+            return _read(connection, schema.jobs.c.number > after, most=most)
 
     def take(self, *, but: Collection[str] = ()) -> "TakenJob | None":
         """Begin the first job that waits, or where none does one that its worker has left; None if there is none.

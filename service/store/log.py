@@ -17,6 +17,8 @@ Questions about events are in `service.questions.queries`.
 
 import heapq
 import re
+import sqlite3
+import time
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from types import MappingProxyType
@@ -51,8 +53,9 @@ from service.store.chunks import (
     ChunkKind,
     Where,
 )
-from service.store.databases.database import Database, Lock, explained
+from service.store.databases.database import Database, Lock, driver_rows, explained
 from service.store.databases.location import database_of
+from service.store.databases.sqlite_file import SqliteFile
 from service.store.repeats import take_place
 from service.store.versions import create_schema, up_to_date
 from service.store.writer import RunWriter, insert_rows, lock_seqs
@@ -70,6 +73,8 @@ _Record = TypeVar("_Record", bound=Struct)
 _RUN_ID = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 _ROWS_AT_ONCE = 5_000
 _CHUNKS_AT_ONCE = 8
+HASTY_S = 0.01  # ten times what a page of events takes
+_STEPS = 1_000  # of SQLite's machine between two looks at the clock; a page takes some thousands
 
 
 def open_log(url: str, mode: Mode = "r") -> "EventLog":
@@ -180,6 +185,11 @@ class EventLog:
         engine = database.writing()
         self._closing.callback(engine.dispose)
         return engine
+
+    def hasty(self) -> "HastyLog | None":
+        """Give this log once more, for a thread that may not wait; None if it is on a server. Closed with this one."""
+        place = self.read_from
+        return self._closing.enter_context(HastyLog(place, "r")) if isinstance(place, SqliteFile) else None
 
     def close(self) -> None:
         """Close all connections; rows that were not flushed are lost, and their runs may be written anew."""
@@ -411,6 +421,34 @@ class EventLog:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+class HastyLog(EventLog):
+    """A log in a file, read by one thread that may not wait: what takes longer than `HASTY_S` is a `LogError`."""
+
+    def __init__(self, place: Database, mode: Mode) -> None:
+        super().__init__(place, mode)
+        with super().connect():
+            assert self._reading is not None
+        self._kept = self._closing.enter_context(self._reading.connect())
+        self._due_s = 0.0
+        driver = self._kept.connection.driver_connection
+        assert isinstance(driver, sqlite3.Connection)
+        driver.execute("PRAGMA busy_timeout = 0")
+        driver.set_progress_handler(lambda: time.monotonic() > self._due_s, _STEPS)
+
+    @contextmanager
+    def connect(self) -> Iterator[Connection]:
+        """Give the one connection, in one transaction."""
+        self._due_s = time.monotonic() + HASTY_S
+        with explained(self.place, "an answer at once"), self._kept.begin():
+            yield self._kept
+
+    def version(self) -> int:
+        """Give a number that is another one after anybody has changed the log."""
+        self._due_s = time.monotonic() + HASTY_S
+        with explained(self.place, "an answer at once"):
+            return int(driver_rows(self._kept, "PRAGMA data_version")[0][0])
 
 
 def _of_run(run_no: ColumnElement[int], run_id: str) -> ColumnElement[bool]:

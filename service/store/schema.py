@@ -13,7 +13,17 @@ from typing import Any
 
 import msgspec
 from msgspec import Struct
-from msgspec.inspect import FloatType, IntType, LiteralType, StrType, StructType, UnionType, VarTupleType, type_info
+from msgspec.inspect import (
+    BoolType,
+    FloatType,
+    IntType,
+    LiteralType,
+    StrType,
+    StructType,
+    UnionType,
+    VarTupleType,
+    type_info,
+)
 from sqlalchemy import (
     BigInteger,
     Boolean,
@@ -28,10 +38,12 @@ from sqlalchemy import (
     Table,
     Text,
     TypeDecorator,
+    UniqueConstraint,
     column,
 )
 
 from service.records import CarRecord, HypothesisRecord, LinkRecord
+from service.store.entries import ChronicleText, Job, Source, Token, Undelivered, WebhookState, Written
 
 SCHEMA_VERSION = 10  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
@@ -64,7 +76,7 @@ def _numbered_table(name: str, *items: Column[Any] | Index) -> Table:
     return _run_table(name, Column("number", Integer, primary_key=True), *items, with_rowid=True)
 
 
-_COLUMN_TYPES = {FloatType: Float, StrType: Text, LiteralType: Text, VarTupleType: JsonArray}
+_COLUMN_TYPES = {BoolType: Boolean, FloatType: Float, StrType: Text, LiteralType: Text, VarTupleType: JsonArray}
 
 
 def _columns(kind: type[Struct], *key: str) -> Iterator[Column[Any]]:
@@ -73,9 +85,9 @@ def _columns(kind: type[Struct], *key: str) -> Iterator[Column[Any]]:
     assert isinstance(described, StructType)
     for field in described.fields:
         types = field.type.types if isinstance(field.type, UnionType) else (field.type,)
-        whole = BigInteger if field.name.endswith("_us") else Integer
+        whole = BigInteger if field.name.endswith(("_us", "seq", "size")) else Integer
         sql_type = whole if isinstance(types[0], IntType) else _COLUMN_TYPES[type(types[0])]
-        yield Column(field.name, sql_type, primary_key=field.name in key, nullable=len(types) > 1)
+        yield Column(field.name, sql_type, primary_key=field.name in key, nullable=len(types) > 1, autoincrement=False)
 
 
 # Keys: application, schema_version, last_seq.
@@ -178,79 +190,22 @@ streams = _numbered_table("streams", Column("body", Text, nullable=False))  # St
 # What a clock measured of each process, in microseconds in its code: the one table in which a repeated run differs.
 costs = _numbered_table("costs", Column("label", Text, nullable=False), Column("busy_us", BigInteger, nullable=False))
 
-# What is still to be processed, see `service.store.jobs`. It belongs to no run, since none has begun.
-jobs = Table(
-    "jobs",
-    metadata,
-    Column("number", Integer, primary_key=True, autoincrement=False),
-    Column("id", Text, nullable=False, unique=True),
-    Column("request", Text, nullable=False),
-    Column("state", Text, nullable=False),
-    Column("attempts", Integer, nullable=False),
-    Column("cancel_requested", Boolean, nullable=False),
-    Column("message", Text, nullable=False),
-)
+# What is still to be processed. It belongs to no run, since none has begun.
+jobs = Table("jobs", metadata, *_columns(Job, "number"), UniqueConstraint("id"))
 
-# See `service.store.deliveries`. What was given up is kept with its text, since a run may be repeated.
-webhooks = Table(
-    "webhooks",
-    metadata,
-    Column("name", Text, primary_key=True),
-    Column("seq", BigInteger, nullable=False),
-    Column("message", Text, nullable=False),
-)
-undelivered = Table(
-    "undelivered",
-    metadata,
-    Column("webhook", Text, primary_key=True),
-    Column("seq", BigInteger, primary_key=True, autoincrement=False),
-    Column("body", Text, nullable=False),
-    Column("message", Text, nullable=False),
-    Column("is_due", Boolean, nullable=False),
-)
+# What was given up is kept with its text, since a run may be repeated.
+webhooks = Table("webhooks", metadata, *_columns(WebhookState, "name"))
+undelivered = Table("undelivered", metadata, *_columns(Undelivered, "webhook", "seq"))
 
 # Who may ask over HTTP, and who has written; of a token only a digest is known.
-tokens = Table(
-    "tokens",
-    metadata,
-    Column("name", Text, primary_key=True),
-    Column("digest", Text, nullable=False),
-    Column("scope", Text, nullable=False),
-    Column("made_us", BigInteger, nullable=False),
-    Column("expires_us", BigInteger),
-)
-audit = Table(
-    "audit",
-    metadata,
-    Column("number", Integer, primary_key=True),
-    Column("at_us", BigInteger, nullable=False),
-    Column("token", Text, nullable=False),
-    Column("method", Text, nullable=False),
-    Column("path", Text, nullable=False),
-    Column("status", Integer, nullable=False),
-    Column("request_id", Text, nullable=False),
-)
+tokens = Table("tokens", metadata, *_columns(Token, "name"))
+audit = Table("audit", metadata, Column("number", Integer, primary_key=True), *_columns(Written))
 
 # What is processed by its name: a file that was uploaded, or one that the operator allows.
-sources = Table(
-    "sources",
-    metadata,
-    Column("name", Text, primary_key=True),
-    Column("file", Text, nullable=False),
-    Column("digest", Text, nullable=False),
-    Column("size", BigInteger, nullable=False),
-    Column("made_us", BigInteger, nullable=False),
-)
+sources = Table("sources", metadata, *_columns(Source, "name"))
 
 # A version is never edited; one without a text says that the chronicles of that name ended.
-chronicle_texts = Table(
-    "chronicle_texts",
-    metadata,
-    Column("name", Text, primary_key=True),
-    Column("version", Integer, primary_key=True, autoincrement=False),
-    Column("text", Text),
-    Column("made_us", BigInteger, nullable=False),
-)
+chronicle_texts = Table("chronicle_texts", metadata, *_columns(ChronicleText, "name", "version"))
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
 RUN_TABLES = tuple(table for table in metadata.tables.values() if "run_no" in table.c and table is not runs)

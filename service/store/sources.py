@@ -2,34 +2,16 @@
 
 from collections.abc import Callable
 
-from msgspec import Struct
 from msgspec.structs import astuple
 from sqlalchemy import delete, select
 
 from service.errors import NotInLogError, TakenError
 from service.store import schema
+from service.store.entries import Source
 from service.store.log import EventLog
 from service.store.writer import insert_rows, lock_seqs
 
 _SOURCES = schema.sources.c
-
-
-class Source(Struct, frozen=True):
-    """Something that can be processed.
-
-    Attributes
-    ----------
-    file : its path; of what was uploaded, within the folder of uploads.
-    digest : SHA-256 of what was uploaded, hexadecimal; empty of other files.
-    size : bytes, when it became a source.
-    made_us : when that was, UTC.
-    """
-
-    name: str
-    file: str
-    digest: str
-    size: int
-    made_us: int
 
 
 class Sources:

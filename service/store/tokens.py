@@ -6,52 +6,17 @@ A token is 256 random bits, so its plain SHA-256 is enough: nobody can try them 
 import hashlib
 import re
 import secrets
-from typing import Literal, get_args
 
-from msgspec import Struct
 from msgspec.structs import asdict
 from sqlalchemy import delete, insert, select
 
 from service.errors import NotInLogError, QueryError
 from service.store import schema
+from service.store.entries import Scope, Token
 from service.store.log import EventLog
 
-Scope = Literal["read", "write", "admin"]
-"""What a token allows, from the least to the most; each allows what those before it do."""
-
-SCOPES: tuple[Scope, ...] = get_args(Scope)
 _PREFIX = "dyknow_"  # by which who looks for secrets that got away finds one
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
-
-
-class Token(Struct, frozen=True):
-    """What is known of a token.
-
-    Attributes
-    ----------
-    name : unique in its log; the audit names it.
-    expires_us : when it ends, since 1970-01-01 UTC; None for never.
-    """
-
-    name: str
-    digest: str
-    scope: Scope
-    made_us: int
-    expires_us: int | None = None
-
-    def allows(self, scope: Scope) -> bool:
-        """Tell whether the scope is no more than its own.
-
-        Examples
-        --------
-        >>> [Token("office", "", "write", 0).allows(one) for one in SCOPES]
-        [True, True, False]
-        """
-        return SCOPES.index(scope) <= SCOPES.index(self.scope)
-
-    def is_valid(self, now_us: int) -> bool:
-        """Tell whether it has not ended."""
-        return self.expires_us is None or now_us < self.expires_us
 
 
 def digest_of(secret: str) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any  # rows of any kind
 
-from sqlalchemy import Connection, Delete, Update, delete, func, select, update
+from sqlalchemy import ColumnElement, Connection, Delete, Update, delete, func, select, update
 
 from service.errors import LogError
 from service.store import schema
@@ -21,7 +21,10 @@ from service.store.writer import take_seqs
 KEPT_FOR_EVER = FRAMES.name
 """By its frames a log knows what time it covers, so that nobody takes what was pruned for what never was."""
 
-PRUNABLE = ("events", *(name for name in CHUNK_KINDS if name != KEPT_FOR_EVER))
+AUDIT = schema.audit.name
+"""Rows of no run, by the time at which they were written."""
+
+PRUNABLE = ("events", AUDIT, *(name for name in CHUNK_KINDS if name != KEPT_FOR_EVER))
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,10 +174,12 @@ def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run
     removed = dict.fromkeys(keep_us, (0, 0))
     with explained(log.place, "a log that can be pruned"), engine.begin() as connection:
         for run in log.runs():
-            before_us = {kind: now_utc_us - us - run.start_utc_us for kind, us in keep_us.items()}
+            before_us = {kind: now_utc_us - us - run.start_utc_us for kind, us in keep_us.items() if kind != AUDIT}
             for kind, us in before_us.items() if run.start_from != "unknown" else ():
                 rows, size_bytes = _remove(connection, run.id, kind, us, dry_run=dry_run)
                 removed[kind] = removed[kind][0] + rows, removed[kind][1] + size_bytes
+        if AUDIT in keep_us:
+            removed[AUDIT] = _remove(connection, "", AUDIT, now_utc_us - keep_us[AUDIT], dry_run=dry_run)
     engine.dispose()
     if not dry_run and any(rows for rows, _ in removed.values()):
         log.place.compact()
@@ -184,6 +189,7 @@ def prune(log: EventLog, keep_us: Mapping[str, int], now_utc_us: int, *, dry_run
 def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, dry_run: bool) -> tuple[int, int]:
     """Remove what of a kind ended before a time; return how many rows, and of how many bytes."""
     run_no = select(schema.runs.c.run_no).where(schema.runs.c.id == run_id).scalar_subquery()
+    is_old: ColumnElement[bool]
     if kind == "events":
         events, roles, revisions = schema.events, schema.event_roles, schema.revisions
         is_old = (events.c.run_no == run_no) & (events.c.end_us < before_us)
@@ -194,6 +200,12 @@ def _remove(connection: Connection, run_id: str, kind: str, before_us: int, *, d
             delete(revisions).where(revisions.c.revised.in_(old_ids)),
             delete(events).where(is_old),
         ]
+    elif kind == AUDIT:
+        audit = schema.audit
+        is_old = audit.c.at_us < before_us
+        texts = audit.c.token + audit.c.method + audit.c.path + audit.c.request_id
+        sizes = select(func.count(), func.sum(func.length(texts))).where(is_old)
+        statements = [delete(audit).where(is_old)]
     else:
         chunks = schema.chunks
         is_old = (chunks.c.run_no == run_no) & (chunks.c.kind == kind) & chunks.c.data.is_not(None)

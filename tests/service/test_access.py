@@ -22,7 +22,7 @@ from service.errors import LogError
 from service.store.audit import list_written
 from service.store.log import open_log
 from service.store.tokens import Scope, make_token, revoke_token
-from tests.service.http import Client
+from tests.service.http import Client, serving
 from tests.service.logs import write_log
 
 EVENTS = "/api/v1/events"
@@ -148,6 +148,25 @@ def test_too_many_wrong_tokens_are_told_to_wait_and_the_right_one_is_not(new_cli
     assert "expected fewer than 10 wrong ones a minute" in refused(answer, 429)
     assert 0 < int(answer.headers["retry-after"]) <= 60
     assert client.get(EVENTS, headers=good).status_code == 200
+
+
+def test_a_client_has_so_many_requests_at_once_and_streams_are_such(url: str) -> None:
+    good = made(url, "read")
+    with serving(create_app(url, shipped=(), access=Access(most_at_once=2))) as (_, address), ExitStack() as streams:
+        client = streams.enter_context(httpx.Client(base_url=address, timeout=None))
+        for _ in range(2):
+            streams.enter_context(client.stream("GET", f"{EVENTS}/stream"))
+        answer = client.get(EVENTS)
+        wanted = "requests: expected at most 2 of '127.0.0.1' at once, got one more; ask again later"
+        assert (refused(answer, 429), answer.headers["retry-after"]) == (wanted, "1")
+        assert {client.get(one).status_code for one in ("/healthz", "/readyz", "/metrics")} == {200}
+        assert client.get(EVENTS, headers=good).status_code == 200
+    with serving(create_app(url, shipped=(), access=Access(most_at_once=1))) as (_, address):
+        with httpx.stream("GET", f"{address}{EVENTS}/stream") as one:
+            assert one.status_code == 200
+        while httpx.get(f"{address}{EVENTS}").status_code == 429:  # the server hears of its end a little later
+            time.sleep(0.01)
+        assert httpx.get(f"{address}{EVENTS}").status_code == 200
 
 
 @pytest.mark.parametrize("scheme", ["http", "https"])

@@ -252,7 +252,7 @@ def test_a_fault_of_ours_tells_nothing_but_the_request(client: Client, monkeypat
         raise RuntimeError("secret")
 
     monkeypatch.setattr("service.api.routes.events.find_events", fail)
-    body = get_problem(client, "/api/v1/events", 500)
+    body = get_problem(client, "/api/v1/events?limit=7", 500)
     assert body.detail == "/api/v1/events: expected an answer, got an internal error"
 
 
@@ -261,7 +261,7 @@ def test_a_log_that_breaks_is_unavailable(client: Client, monkeypatch: pytest.Mo
         raise LogError("log 'a.db': expected a log that can be read, got 'disk I/O error'")
 
     monkeypatch.setattr("service.api.routes.events.find_events", fail)
-    assert get_problem(client, "/api/v1/events", 503).type == "urn:dyknow:problem:log-unavailable"
+    assert get_problem(client, "/api/v1/events?limit=7", 503).type == "urn:dyknow:problem:log-unavailable"
 
 
 def test_parameters_checked_by_the_framework_give_problems_too(app: FastAPI, client: Client) -> None:

@@ -11,8 +11,10 @@ from service.cli.app import run as run_cli
 from service.errors import LogError
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.runs.processing import RunRequest, process
+from service.store.audit import list_written, note_written
+from service.store.entries import Written
 from service.store.log import open_log
-from service.store.upkeep import damage, holdings, prune
+from service.store.upkeep import Pruned, damage, holdings, prune
 from tests.service.conftest import NewLog
 from tests.service.http import Client
 from tests.service.logs import kept_rows, overtake, read_all, read_rows, run, write_log
@@ -90,6 +92,19 @@ def test_old_rows_are_pruned_on_both(new_log: NewLog) -> None:
         assert [(one.kind, one.rows) for one in prune(log, {"events": 2 * DAY_US}, now_us)] == [("events", 1)]
         assert [(one.kind, one.rows) for one in holdings(log, "r1")] == [("events", 1)]
         assert list(damage(log)) == []
+
+
+def test_old_rows_of_the_audit_are_pruned_whatever_the_runs_are(new_log: NewLog) -> None:
+    url = write_log(new_log(), [overtake()], record=run(start_from="unknown"))
+    with open_log(url, "w") as log:
+        for day in range(4):
+            note_written(log, Written(day * DAY_US, "office", "PUT", "/api/v1/ä", 204, str(day)))
+        keep_us, now_us = {"audit": 2 * DAY_US}, 4 * DAY_US
+        would_go = prune(log, keep_us, now_us, dry_run=True)
+        assert len(list_written(log, limit=9)) == 4
+        assert prune(log, keep_us, now_us) == would_go == [Pruned("audit", 2, 2 * len("officePUT/api/v1/ä0"))]
+        assert [one.request_id for one in list_written(log, limit=9)] == ["3", "2"]
+        assert [(one.kind, one.rows) for one in holdings(log, "r1")] == [("events", 1)]
 
 
 def test_a_server_that_does_not_answer_is_told_without_its_password() -> None:

@@ -7,14 +7,16 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
+from service.api.problems import without_folders
 from service.api.source_files import SourceFolders
 from service.runs.requests import read_request
 from service.runs.worker import work
 from service.store.chronicle_texts import ChronicleTexts
 from service.store.databases.location import database_of
+from service.store.entries import Source
 from service.store.jobs import Jobs
 from service.store.log import open_log
-from service.store.sources import Source, Sources
+from service.store.sources import Sources
 from tests.service.http import Client
 from tests.service.logs import write_log
 
@@ -62,6 +64,55 @@ def test_the_same_request_is_the_same_job(client: Client) -> None:
     assert first == second
     assert other["id"] != first["id"]
     assert [one["id"] for one in client.get("/api/v1/jobs").json()["items"]] == [first["id"], other["id"]]
+
+
+def test_jobs_are_listed_page_by_page(client: Client) -> None:
+    begun = [begin(client, min_confidence=number / 10)["id"] for number in range(5)]
+    listed, path = [], "/api/v1/jobs?limit=2"
+    for count in (2, 2, 1):
+        page = client.get(path)
+        assert len(page.json()["items"]) == count
+        listed += [one["id"] for one in page.json()["items"]]
+        path = page.headers.get("link", "").partition("<")[2].partition(">")[0]
+    assert (listed, page.json()["next_cursor"], path) == (begun, None, "")
+    assert client.get("/api/v1/jobs?limit=5").json()["next_cursor"] is None
+    of_events = client.get("/api/v1/events?cursor=" + client.get("/api/v1/jobs?limit=1").json()["next_cursor"])
+    assert (of_events.status_code, of_events.json()["type"]) == (400, "urn:dyknow:problem:bad-cursor")
+    assert [client.get(f"/api/v1/jobs?{one}").status_code for one in ("limit=0", "cursor=x", "state=failed")] == [
+        422,
+        400,
+        422,
+    ]
+
+
+def test_messages_tell_of_files_their_names_alone(client: Client, url: str, tracks: Path) -> None:
+    bad = tracks.with_name("bad.csv")
+    bad.write_text("no table")
+    with open_log(url) as log:
+        sources = Sources(log)
+        sources.add(Source("bad", str(bad), "", 1, 1))
+    job = begin(client, source="bad")
+    work(url, stays=False, tell=lambda _: None)
+    failed = client.get(f"/api/v1/jobs/{job['id']}").json()
+    assert (failed["state"], failed["message"].partition(":")[0]) == ("failed", "bad.csv")
+    with closing(Jobs(database_of(url))) as jobs:
+        assert jobs.find(str(job["id"])).message == f"{tracks.parent}/{failed['message']}"
+    problem = client.get("/api/v1/cars?run=none").json()
+    assert problem["detail"].startswith("log 'a.db': expected a run 'none'")
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [
+        ("/srv/my videos/a b.mp4: expected a video", "a b.mp4: expected a video"),
+        ("log '/srv/my logs/a.db': expected x, got '/x/y'", "log 'a.db': expected x, got 'y'"),
+        ("read (/etc/a/b.toml:3) at 5/6 km/h", "read (b.toml:3) at 5/6 km/h"),
+        ("http://localhost/a/b and //a/b stay, and a/b/c", "http://localhost/a/b and //a/b stay, and a/b/c"),
+        ("", ""),
+    ],
+)
+def test_folders_are_left_out_of_texts(text: str, left: str) -> None:
+    assert without_folders(text) == left
 
 
 def test_a_run_has_the_texts_of_when_it_was_asked_for(client: Client, url: str) -> None:

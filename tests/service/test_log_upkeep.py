@@ -105,7 +105,7 @@ def test_a_run_of_which_nobody_knows_when_it_was_stays_whole(
 def test_frames_and_unknown_kinds_are_not_pruned(tmp_path: Path) -> None:
     with open_log(write_small_log(tmp_path / "a.db"), "w") as log:
         for kind in ("frames", "cars", ""):
-            with pytest.raises(LogError, match=f"prune: expected kinds among events, car_states, .* got '{kind}'"):
+            with pytest.raises(LogError, match=f"prune: expected kinds among events, audit, car_.* got '{kind}'"):
                 prune(log, {kind: 0}, START_UTC_US)
 
 

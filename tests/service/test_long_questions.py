@@ -44,12 +44,13 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.parametrize(("name", "path"), [("_why", "r1-1/why"), ("_summary", "summary?by=actor")])
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
-    log: Path, monkeypatch: pytest.MonkeyPatch
+    log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str
 ) -> None:
     with Client(create_app(str(log), shipped=[], within_s=0.5)) as client:
-        monkeypatch.setattr("service.api.explanations._why", _stay)
-        answer = client.get("/api/v1/events/r1-1/why")
+        monkeypatch.setattr(f"service.api.explanations.{name}", _stay)
+        answer = client.get(f"/api/v1/events/{path}")
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
         told = msgspec.json.decode(answer.content, type=Problem)
         assert told.type == "urn:dyknow:problem:unanswered"
@@ -101,8 +102,8 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     asyncio.run(ask())
 
 
-def _stay(_log: str, _event_id: str) -> None:
-    """Take an hour, in place of an explanation."""
+def _stay(*_: object) -> None:
+    """Take an hour, in place of an answer."""
     time.sleep(3600.0)
 
 

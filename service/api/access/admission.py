@@ -6,6 +6,7 @@ are refused here, before any route. What may change something leaves a row in th
 
 import logging
 import time
+from collections import Counter
 from functools import partial
 from http import HTTPStatus
 from typing import Final
@@ -15,13 +16,14 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.access.callers import Callers
+from service.api.access.callers import LOOPBACK, Callers, address_of
 from service.api.access.settings import Access
 from service.api.problems import REQUEST_ID, answer_refusal
 from service.errors import LogError
-from service.store.audit import Written, note_written
+from service.store.audit import note_written
+from service.store.entries import Scope as TokenScope
+from service.store.entries import Written
 from service.store.log import EventLog
-from service.store.tokens import Scope as TokenScope
 
 OPEN: Final = frozenset({"/healthz", "/readyz", "/logout"})
 """What anybody may ask who reaches the server."""
@@ -61,6 +63,7 @@ class Admission:
         self._app, self._access, self._log = app, access, log
         self._callers = Callers(log, needs_token=access.needs_token)
         self._limiter = CapacityLimiter(1)
+        self._at_once: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one connection."""
@@ -71,13 +74,28 @@ class Admission:
         needed = needed_scope(scope["method"], scope["path"])
         try:
             caller = await self._admitted(request, needed)
+            who = self._entered(request, caller)
         except HTTPException as refused:
             await answer_refusal(request, refused)(scope, receive, send)
             return
-        if needed == "read" or caller is None:
-            await self._app(scope, receive, send)
-        else:
-            await self._noted(caller, scope, receive, send)
+        try:
+            if needed == "read" or caller is None:
+                await self._app(scope, receive, send)
+            else:
+                await self._noted(caller, scope, receive, send)
+        finally:
+            self._at_once -= Counter((who,))  # which drops who has none left
+
+    def _entered(self, request: Request, caller: str | None) -> str:
+        """Count a request until its answer has ended, and say whose it is: a token's, or else an address's."""
+        if caller is None or request.scope["path"] == "/metrics":
+            return ""
+        who, most = address_of(request) if caller == LOOPBACK.name else caller, self._access.most_at_once
+        if self._at_once[who] >= most:
+            detail = f"requests: expected at most {most} of {who!r} at once, got one more; ask again later"
+            raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, detail, {"Retry-After": "1"})
+        self._at_once[who] += 1
+        return who
 
     async def _admitted(self, request: Request, needed: TokenScope) -> str | None:
         """Let a request through, and name who sent it if anybody had to; raises an `HTTPException`."""

@@ -14,8 +14,9 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from service.errors import LogError
+from service.store.entries import Token
 from service.store.log import EventLog
-from service.store.tokens import Token, digest_of, list_tokens
+from service.store.tokens import digest_of, list_tokens
 
 COOKIE = "dyknow_token"
 LOOPBACK = Token("loopback", "", "admin", 0)
@@ -53,7 +54,7 @@ class Callers:
         """
         given = bearer(request)
         secret = given or request.cookies.get(COOKIE, "")
-        token = await self._known(secret, request.client.host if request.client else "") if secret else None
+        token = await self._known(secret, address_of(request)) if secret else None
         if token is not None:
             return token
         if given or self._needs_token:
@@ -83,6 +84,11 @@ class Callers:
         with suppress(LogError):  # those that are known stay so while it cannot be read
             tokens = await to_thread.run_sync(list_tokens, self._log, limiter=self._limiter)
             self._tokens = {one.digest: one for one in tokens}
+
+
+def address_of(request: Request) -> str:
+    """Give the address that a request comes from."""
+    return request.client.host if request.client else ""
 
 
 def bearer(request: Request) -> str:

@@ -26,12 +26,14 @@ class Access(Struct, frozen=True):
     takes_addresses : also by any address in digits, as where it listens on all; no name leads to those.
     origins : of foreign pages that may ask and write, such as `https://desk.example`.
     needs_token : whether who has no token is refused.
+    most_at_once : requests of one token, or of one address without a token, that are answered at the same time.
     """
 
     hosts: frozenset[str] = LOOPBACK
     takes_addresses: bool = False
     origins: tuple[str, ...] = ()
     needs_token: bool = False
+    most_at_once: int = 200
 
     @classmethod
     def at(

@@ -21,7 +21,8 @@ from service.api.routes.answering import json_answer
 from service.api.routes.chronicles import SentText
 from service.errors import NotInLogError, QueryError, TextRefusedError, VersionError
 from service.questions.trials import Difference, Trial
-from service.store.chronicle_texts import ChronicleText, ChronicleTexts
+from service.store.chronicle_texts import ChronicleTexts
+from service.store.entries import ChronicleText
 from service.store.log import EventLog
 from service.texts.chronicle_files import check_chronicles, chronicle_names
 

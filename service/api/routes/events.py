@@ -1,11 +1,14 @@
 """Which events are there? They are sent as the text that is stored: nothing is decoded on the way."""
 
 from collections.abc import Mapping
-from hashlib import blake2b
-from typing import Annotated
-from urllib.parse import urlencode
+from contextlib import suppress
+from functools import lru_cache, partial
+from hashlib import sha1
+from typing import Annotated, NamedTuple
+from urllib.parse import parse_qsl
 
 import msgspec
+from anyio import to_thread
 from fastapi import APIRouter, HTTPException, Query, Request
 from starlette.responses import Response, StreamingResponse
 
@@ -13,68 +16,124 @@ from service.api.asked import NoParameters
 from service.api.bodies import EventList, EventSummary
 from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.event_stream import EventStream
+from service.api.explanations import Explanations
 from service.api.openapi import answers, problems
 from service.api.parameters import (
     EventQuery,
     ExportQuery,
-    Pairs,
     StreamQuery,
     SummaryQuery,
     describe_query,
     read_query,
     read_stream_question,
 )
-from service.api.routes.answering import json_answer
+from service.api.routes.answering import json_answer, link_to_next
+from service.errors import LogError
 from service.export.events import exported
-from service.questions.coverage import Coverage, LookedAt
+from service.questions.coverage import Coverage
 from service.questions.notes import name_notes, run_notes
-from service.questions.queries import EventFilter, EventPage, find_event, find_events
-from service.questions.summaries import count_events, summarise
+from service.questions.queries import find_event, find_events
+from service.questions.summaries import count_events
 from service.records import EventRecord
-from service.store.log import EventLog
+from service.store.log import EventLog, HastyLog
 
+MOST_KEPT = 32
+
+_PATH = "/api/v1/events"
 _MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt"}
 _EXPORTED = problems(400, 422) | {
     200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
 }
 
 
-def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage) -> None:
+def add_events(
+    router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage, explanations: Explanations
+) -> None:
     """Add the routes about events.
 
     Parameters
     ----------
-    stream, coverage : of the same log.
+    stream, coverage, explanations : of the same log.
     """
     _add_page(router, log, coverage)
     _add_stream(router, stream)
-    _add_summary(router, log, coverage)
+    _add_summary(router, explanations)
     _add_export(router, log)
     _add_event(router, log)  # last, as `{event_id}` fits the paths above too
 
 
 def _add_page(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+    hasty = log.hasty()
+    kept = _KeptPages(hasty, coverage) if hasty else None
+
     @router.get(
-        "/api/v1/events",
+        _PATH,
         name="events",
         summary="List events",
         description="Repeated parameters are alternatives; different parameters must all hold.",
         responses=answers(EventList, 400, 422),
         openapi_extra={"parameters": describe_query(EventQuery)},
     )
-    def list_events(request: Request) -> Response:
-        """Answer with one page of the events that were asked for."""
-        pairs = request.query_params.multi_items()
-        asked, wanted = read_query(pairs, EventQuery)
-        page = find_events(log, wanted, limit=asked.limit, cursor=asked.cursor)
-        told: dict[str, object] = {"looked_at": _looked_at(coverage, wanted)}
-        if asked.count == "exact":
-            told["count"] = count_events(log, wanted)
-        # What is told of an older state does not change.
-        if not page.items and asked.cursor is None and wanted.as_of is None:
-            notes = (*name_notes([log], wanted), *run_notes([log], wanted))
-            told |= {"notes": notes} if notes else {}
-        return _event_page(page, request, pairs, told)
+    async def list_events(request: Request) -> Response:
+        """Answer with one page of the events that were asked for; by a thread, if that takes long."""
+        query = request.scope["query_string"].decode("latin-1")
+        page = kept.find(query) if kept else None
+        if page is None:
+            page = await to_thread.run_sync(_made, log, coverage, query)
+        return _sent(page, request)
+
+
+class _Page(NamedTuple):
+    body: bytes
+    headers: Mapping[str, str]
+
+
+class _KeptPages:
+    """Pages that were asked for since the log changed, or it was last looked at for coverage; for a second at most."""
+
+    def __init__(self, log: HastyLog, coverage: Coverage) -> None:
+        self._log, self._coverage = log, coverage
+        self._state = 0, 0.0
+        self._made = lru_cache(MOST_KEPT)(partial(_made, log, coverage))
+
+    def find(self, query: str) -> _Page | None:
+        """Give a page; None if it takes long."""
+        if not self._coverage.is_fresh:
+            return None
+        with suppress(LogError):
+            state = self._log.version(), self._coverage.looked_s
+            if state != self._state:
+                self._made.cache_clear()
+                self._state = state
+            return self._made(query)
+        return None
+
+
+def _made(log: EventLog, coverage: Coverage, query: str) -> _Page:
+    pairs = parse_qsl(query, keep_blank_values=True)
+    asked, wanted = read_query(pairs, EventQuery)
+    page = find_events(log, wanted, limit=asked.limit, cursor=asked.cursor)
+    told: dict[str, object] = {"looked_at": coverage.beside(wanted)}
+    if asked.count == "exact":
+        told["count"] = count_events(log, wanted)
+    # What is told of an older state does not change.
+    if not page.items and asked.cursor is None and wanted.as_of is None:
+        if isinstance(log, HastyLog):
+            raise LogError(f"log {log.place.name!r}: expected an answer at once, got notes, which read much of it")
+        notes = (*name_notes([log], wanted), *run_notes([log], wanted))
+        told |= {"notes": notes} if notes else {}
+    beside = {"next_cursor": page.next_cursor, "as_of_seq": page.as_of_seq, **told}
+    body = b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:])
+    # To be kept, and asked for each time.
+    headers = {"ETag": f'W/"{sha1(body, usedforsecurity=False).hexdigest()}"', "Cache-Control": "private, no-cache"}
+    return _Page(body, headers | link_to_next(_PATH, pairs, page.next_cursor))
+
+
+def _sent(page: _Page, request: Request) -> Response:
+    """Answer with a page, or that the client has it."""
+    if page.headers["ETag"] in request.headers.get("if-none-match", ""):
+        return Response(status_code=304, headers={name: page.headers[name] for name in ("ETag", "Cache-Control")})
+    return json_answer(page.body, headers=page.headers)
 
 
 def _add_stream(router: APIRouter, stream: EventStream) -> None:
@@ -92,7 +151,7 @@ def _add_stream(router: APIRouter, stream: EventStream) -> None:
         return await stream.answer(*read_stream_question(*given))
 
 
-def _add_summary(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+def _add_summary(router: APIRouter, explanations: Explanations) -> None:
     @router.get(
         "/api/v1/events/summary",
         name="summary",
@@ -100,12 +159,10 @@ def _add_summary(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         responses=answers(EventSummary, 400, 422),
         openapi_extra={"parameters": describe_query(SummaryQuery)},
     )
-    def summarise_events(request: Request) -> Response:
+    async def summarise_events(request: Request) -> Response:
         """Answer with counts by type, road, object or hour, the highest first, and bins of media time."""
         asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
-        bin_us = asked.bin_us or None
-        as_of_seq, items = summarise(log, wanted, asked.by, bin_us=bin_us, limit=asked.limit)
-        return json_answer(EventSummary(asked.by, bin_us, as_of_seq, items, _looked_at(coverage, wanted)))
+        return json_answer(await explanations.summary(wanted, asked.by, asked.bin_us or None, asked.limit))
 
 
 def _add_export(router: APIRouter, log: EventLog) -> None:
@@ -135,22 +192,3 @@ def _add_event(router: APIRouter, log: EventLog) -> None:
         if text is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
         return json_answer(text.encode())
-
-
-def _looked_at(coverage: Coverage, wanted: EventFilter) -> list[LookedAt] | None:
-    """Say what was looked at; not of an older state of the log, which must stay as it was."""
-    return coverage.of(wanted) if wanted.as_of is None else None
-
-
-def _event_page(page: EventPage, request: Request, pairs: Pairs, told: Mapping[str, object]) -> Response:
-    """Answer with a page, or that the client has it; `told` is what stands beside its items."""
-    beside = {"next_cursor": page.next_cursor, "as_of_seq": page.as_of_seq, **told}
-    body = b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:])
-    tag = f'W/"{blake2b(body, digest_size=12).hexdigest()}"'
-    headers = {"ETag": tag, "Cache-Control": "private, no-cache"}  # to be kept, and asked for each time
-    if tag in request.headers.get("if-none-match", ""):
-        return Response(status_code=304, headers=headers)
-    if page.next_cursor is not None:
-        query = urlencode([*(pair for pair in pairs if pair[0] != "cursor"), ("cursor", page.next_cursor)])
-        headers["Link"] = f'<{request.url.path}?{query}>; rel="next"'
-    return json_answer(body, headers=headers)

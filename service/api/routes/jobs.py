@@ -5,21 +5,25 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, closing
 from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Path
+from fastapi import APIRouter, HTTPException, Path, Query
 from msgspec import convert
 from msgspec.structs import replace
 from starlette.responses import Response
 
+from service.api.asked import Paged
 from service.api.bodies import JobList, JobStatus
 from service.api.openapi import answers, problems
 from service.api.orders import RunOrder
-from service.api.routes.answering import json_answer
+from service.api.problems import without_folders
+from service.api.routes.answering import json_answer, link_to_next
 from service.api.source_files import SourceFolders
 from service.errors import InputError, NotInLogError, QueryError
+from service.questions.cursors import decode_cursor, encode_cursor
 from service.records import SourceText
 from service.runs.requests import RunRequest, as_text, job_id
 from service.store.chronicle_texts import ChronicleTexts
-from service.store.jobs import Job, Jobs
+from service.store.entries import Job
+from service.store.jobs import Jobs
 from service.store.log import EventLog
 from service.store.sources import Sources
 from service.times import parse_utc_us
@@ -48,12 +52,6 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
         with opened_jobs(log) as jobs:
             return _accepted(jobs.add(name, as_text(wanted)))
 
-    @router.get("/jobs", name="jobs", responses=answers(JobList, 422))
-    def list_jobs() -> Response:
-        """List what was queued for the log, in its order."""
-        with opened_jobs(log) as jobs:
-            return json_answer(JobList([_status(one) for one in jobs.listed()]))
-
     @router.get(_JOB, name="job", responses=answers(JobStatus, 404, 422))
     def get_job(job: JobName) -> Response:
         """Say what has become of a job."""
@@ -77,6 +75,22 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
     def retry(job: JobName) -> Response:
         """Let a job wait again that failed or was cancelled."""
         return change(job, Jobs.retry)
+
+
+def add_job_list(router: APIRouter, log: EventLog) -> None:
+    """Add the list of all jobs."""
+    path = "/api/v1/jobs"
+
+    @router.get(path, name="jobs", responses=answers(JobList, 400, 422))
+    def list_jobs(asked: Annotated[Paged, Query()]) -> Response:
+        """List what was queued for the log, in its order."""
+        after = 0 if asked.cursor is None else decode_cursor(asked.cursor, None)[0]
+        with opened_jobs(log) as jobs:
+            found = jobs.listed(after=after, most=asked.limit + 1)
+        shown = found[: asked.limit]
+        cursor = encode_cursor((shown[-1].number, 0), None) if len(found) > len(shown) else None
+        headers = link_to_next(path, [("limit", str(asked.limit))], cursor)
+        return json_answer(JobList([_status(one) for one in shown], cursor), headers=headers)
 
 
 def opened_jobs(log: EventLog) -> AbstractContextManager[Jobs]:
@@ -107,7 +121,7 @@ def _request(order: RunOrder, log: EventLog, folders: SourceFolders) -> RunReque
 
 def _status(job: Job) -> JobStatus:
     status = convert(job, JobStatus, from_attributes=True)
-    return replace(status, input=status.input.rpartition("/")[2])  # where files lie is the server's affair
+    return replace(status, input=without_folders(status.input), message=without_folders(status.message))
 
 
 def _accepted(job: Job) -> Response:

@@ -18,8 +18,9 @@ from service.api.routes.answering import json_answer
 from service.api.routes.jobs import opened_jobs
 from service.api.source_files import SourceFolders, Uploads
 from service.errors import TakenError
+from service.store.entries import Source
 from service.store.log import EventLog
-from service.store.sources import Source, Sources
+from service.store.sources import Sources
 
 SourceName = Annotated[str, PathPart(pattern=SOURCE_NAME)]
 ContentDigest = Annotated[str, Header(description="`sha-256=:BASE64:` of the body, RFC 9530.")]

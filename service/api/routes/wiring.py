@@ -14,7 +14,7 @@ from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
 from service.api.routes.index import add_index
-from service.api.routes.jobs import add_jobs
+from service.api.routes.jobs import add_job_list, add_jobs
 from service.api.routes.media import add_media
 from service.api.routes.relations import add_relations
 from service.api.routes.runs import add_runs
@@ -48,12 +48,13 @@ def add_routes(
     version : of the software, for the index.
     """
     coverage = Coverage(log)
-    add_events(router, log, stream, coverage)
+    add_events(router, log, stream, coverage, explanations)
     add_explanations(router, explanations)
     add_cars(router, log, coverage)
     add_relations(router, explanations)
     add_runs(router, log, coverage)
     add_media(router, log, media_folders)
+    add_job_list(router, log)
     add_chronicles(router, log, tuple(shipped))
     plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
     add_chronicle_texts(plain, log, explanations)

@@ -35,6 +35,9 @@ def serve(
     require_token: Annotated[
         bool, typer.Option("--require-token", help="Ask for a token on this machine too, as behind a proxy.")
     ] = False,
+    most_at_once: Annotated[
+        int, typer.Option(min=1, help="Requests of a client that are answered at the same time.")
+    ] = 200,
     allow_host: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Name by which the server may be called; may be repeated.")
     ] = None,
@@ -44,6 +47,8 @@ def serve(
     ] = None,
 ) -> None:
     """Answer questions to an event log over HTTP, and process what is queued for it, until interrupted."""
+    from msgspec.structs import replace
+
     from service.api.access.settings import Access
     from service.api.app import Server, create_app
     from service.api.source_files import SourceFolders
@@ -56,6 +61,7 @@ def serve(
         if not folder.is_dir():
             raise InputError(f"{folder}: expected a folder, got none")
     access = Access.at(host, hosts=allow_host or (), origins=allow_origin or (), needs_token=require_token)
+    access = replace(access, most_at_once=most_at_once)
     if access.needs_token:
         check_tokens(log, host)
     folders = SourceFolders(uploads, upload_gb, tuple(allow_folder or ()))

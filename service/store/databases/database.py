@@ -7,9 +7,9 @@ who may write a run, where a repeated run is written, and what of the database i
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol  # Any: what the rows of a question hold
 
-from sqlalchemy import Engine
+from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import DBAPIError
 
 from service.errors import LogError
@@ -97,3 +97,21 @@ def explained(database: Database, wanted: str) -> Iterator[None]:
     except DBAPIError as error:
         came = str(error.orig).partition("\n")[0]
         raise LogError(f"log {database.name!r}: expected {wanted}, got {came!r}") from error
+
+
+def driver_rows(connection: Connection, query: str, values: tuple[object, ...] = ()) -> list[tuple[Any, ...]]:
+    """Ask the driver, in the transaction of a connection: SQLAlchemy takes longer to ask than SQLite to answer.
+
+    Raises
+    ------
+    DBAPIError
+        If the database refuses.
+    """
+    cursor = connection.connection.cursor()
+    try:
+        cursor.execute(query, values)
+        return list(cursor.fetchall())
+    except connection.dialect.loaded_dbapi.Error as error:
+        raise DBAPIError(query, values, error) from error
+    finally:
+        cursor.close()

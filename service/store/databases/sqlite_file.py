@@ -17,7 +17,7 @@ from sqlalchemy import Connection, Engine, create_engine, event, text
 from sqlalchemy.pool import QueuePool
 
 from service.errors import LogError
-from service.store.databases.database import Database, explained
+from service.store.databases.database import Database, driver_rows, explained
 from service.store.databases.run_lock import RunLock
 
 BUSY_TIMEOUT_S = 30.0
@@ -176,6 +176,6 @@ def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> Engine:
 
     @event.listens_for(engine, "begin")
     def open_transaction(connection: Connection) -> None:
-        connection.exec_driver_sql(begin)
+        driver_rows(connection, begin)
 
     return engine

@@ -3,12 +3,13 @@
 import random
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any  # what a row holds
 
 import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sqlalchemy import event
+from sqlalchemy import Connection
 
 from service.errors import CursorError, FilterError, QueryError
 from service.questions.queries import (
@@ -24,6 +25,7 @@ from service.questions.queries import (
     iterate_pages,
 )
 from service.records import EventRecord, EventStatus
+from service.store.databases.database import driver_rows
 from service.store.log import EventLog, open_log
 from service.times import TimePoint, parse_time
 from tests.service.conftest import NewLog
@@ -287,18 +289,20 @@ def test_other_times_are_refused_with_the_parameter(text: str) -> None:
 
 
 @pytest.mark.parametrize("statuses", [("retracted",), ("doubtful",), ("retracted", "doubtful")])
-def test_hidden_events_are_found_by_their_own_index(log: EventLog, statuses: tuple[EventStatus, ...]) -> None:
+def test_hidden_events_are_found_by_their_own_index(
+    log: EventLog, monkeypatch: pytest.MonkeyPatch, statuses: tuple[EventStatus, ...]
+) -> None:
     if not log.place.url.startswith("sqlite"):
         pytest.skip("a server has statistics, by which it walks through 400 rows")
     asked: list[tuple[str, tuple[object, ...]]] = []
 
-    def note(_connection: object, _cursor: object, statement: str, parameters: tuple[object, ...], *_: object) -> None:
-        asked.append((statement, parameters))
+    def note(connection: Connection, query: str, values: tuple[object, ...]) -> list[tuple[Any, ...]]:
+        asked.append((query, values))
+        return driver_rows(connection, query, values)
 
+    monkeypatch.setattr("service.questions.sql_text.driver_rows", note)
+    list(iterate_events(log, EventFilter(statuses=statuses)))
+    [(query, values)] = [one for one in asked if "FROM events" in one[0]]
     with log.connect() as connection:
-        event.listen(connection.engine, "before_cursor_execute", note)
-        list(iterate_events(log, EventFilter(statuses=statuses)))
-        event.remove(connection.engine, "before_cursor_execute", note)
-        [(statement, parameters)] = [one for one in asked if "FROM events" in one[0]]
-        plan = connection.exec_driver_sql(f"explain query plan {statement}", parameters).fetchall()
+        plan = driver_rows(connection, f"explain query plan {query}", values)
     assert "events_by_status" in str(plan)
