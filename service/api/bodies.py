@@ -4,6 +4,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from service.questions.awaited import AwaitedList
 from service.questions.car_tracks import CarColumns
 from service.questions.coverage import LookedAt, Spans
 from service.questions.identity import CarIdentity, IdentityLink
@@ -115,6 +116,12 @@ class EventExplanation(Struct, frozen=True):
     identities: dict[str, list[IdentityLink]]
 
 
+class AwaitedAnswer(AwaitedList, frozen=True, kw_only=True):
+    """The same; `looked_at` says in which time anything could come."""
+
+    looked_at: list[LookedAt]
+
+
 class CarList(Struct, frozen=True):
     """The cars of a run, in the order of first sight; `looked_at` says in which time there could be any."""
 
@@ -124,11 +131,12 @@ class CarList(Struct, frozen=True):
 
 
 class LinkList(Struct, frozen=True):
-    """The links by which a car was the car it was, oldest first."""
+    """The links by which a car was the car it was, oldest first; `looked_at` says when it could be seen."""
 
     run: str
     car: str
     items: list[IdentityLink]
+    looked_at: list[LookedAt]
 
 
 class Tracks(Struct, frozen=True):

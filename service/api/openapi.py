@@ -13,6 +13,7 @@ from chronicles.explanation.json_form import schema as explanation_schema
 from service.api.access.callers import COOKIE
 from service.api.bodies import Problem
 from service.api.problems import MEDIA_TYPE
+from service.questions.coverage import LookedAt
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
@@ -84,6 +85,8 @@ def describe_bodies(app: FastAPI) -> None:
             _, components = msgspec.json.schema_components([Problem], ref_template=_REF)
             own = {name: one for name, one in document["components"]["schemas"].items() if name not in _FOREIGN}
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
+            looked_at = {"type": "array", "items": msgspec.json.schema(LookedAt)["$defs"][LookedAt.__name__]}
+            explanation["$defs"]["why_not"]["properties"]["looked_at"] = looked_at  # which the server adds
             components |= {EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}
             document["components"] = {"schemas": {**own, **components}}
             document["components"]["securitySchemes"] = _SECURITY

@@ -54,7 +54,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     def get_links(car: str, asked: Annotated[OfRun, Query()]) -> Response:
         """Answer with the identity chain of a car, oldest link first."""
         record = log.run(asked.run)
-        return json_answer(LinkList(record.id, car, links_of(log, record, car)))
+        return json_answer(LinkList(record.id, car, links_of(log, record, car), coverage.of_run(record)))
 
     @router.get(
         "/api/v1/cars/{car}/trajectory",

@@ -388,6 +388,10 @@ def test_why_not_over_http(client: Client) -> None:
     answer = client.get("/api/v1/chronicles/met/why-not?role.b=car3&from=9s&limit=1")
     assert answer.status_code == 200
     assert (answer.json()["kind"], len(answer.json()["near_misses"])) == ("why_not", 1)
+    assert answer.json()["looked_at"] == client.get("/api/v1/cars").json()["looked_at"]
+    document = client.get("/openapi.json").json()
+    explained = document["components"]["schemas"]["Explanation"]
+    assert answer.json().keys() <= explained["$defs"]["why_not"]["properties"].keys()
 
 
 @pytest.mark.parametrize(
