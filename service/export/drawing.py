@@ -105,7 +105,12 @@ def _moved(state: CarState, t_us: int) -> CarState:
 
 
 def draw_overlay(
-    picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None, lens: Lens | None = None
+    picture: ByteArray,
+    overlay: Overlay,
+    pixel_from_ground: FloatArray | None,
+    lens: Lens | None = None,
+    *,
+    scale: float = 1.0,
 ) -> ByteArray:
     """Draw cars, trails and events on a copy of a picture.
 
@@ -118,12 +123,13 @@ def draw_overlay(
     pixel_from_ground : (3, 3) homography, positive third coordinate in front of the camera; None where the camera of
         a moving view did not know where it looked, which is then said instead of the cars.
     lens : bends the picture of the homography; None for a straight one.
+    scale : by which the picture is larger than that of the homography.
     """
     canvas = picture.copy()
     if pixel_from_ground is None:
         write_text(canvas, "view lost", (8, canvas.shape[0] - 10), WHITE)
     else:
-        _draw_traffic(canvas, overlay, partial(_project, pixel_from_ground=pixel_from_ground, lens=lens))
+        _draw_traffic(canvas, overlay, partial(_project, pixel_from_ground=pixel_from_ground, lens=lens, scale=scale))
     for line, event in enumerate(overlay.events):
         roles = ", ".join(f"{role} {symbol}" for role, symbol in event.roles.items())
         write_text(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
@@ -204,12 +210,13 @@ def write_text(canvas: ByteArray, text: str, at_px: tuple[int, int], colour: Col
     cv2.putText(canvas, text, at_px, FONT, size, colour, 1, cv2.LINE_AA)
 
 
-def _project(points_m: FloatArray, pixel_from_ground: FloatArray, lens: Lens | None) -> FloatArray:
+def _project(points_m: FloatArray, pixel_from_ground: FloatArray, lens: Lens | None, scale: float) -> FloatArray:
     """Map ground points to pixels; nan for those behind the camera."""
     scaled = np.column_stack((points_m, np.ones(len(points_m)))) @ pixel_from_ground.T
     depth = np.where(scaled[:, 2:] > 0, scaled[:, 2:], np.nan)
     straight_px = np.asarray(scaled[:, :2] / depth, np.float64)
-    return straight_px if lens is None else lens.bend(straight_px)
+    points_px = straight_px if lens is None else lens.bend(straight_px)
+    return (points_px + 0.5) * scale - 0.5
 
 
 def in_front(points_px: FloatArray) -> list[NDArray[np.int32]]:
