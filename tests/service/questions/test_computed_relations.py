@@ -10,7 +10,7 @@ import pytest
 
 from chronicles import library
 from service.cli.app import run
-from service.errors import LogError
+from service.errors import InputError, LogError
 from service.questions import recognition
 from service.questions.stored_events import Unwatched, relations_of, streamed_events, unwatched_relations
 from service.records import RelationRecord, RunRecord
@@ -136,7 +136,7 @@ def test_a_log_that_knows_no_site_file_or_thins_its_cars_is_refused(tmp_path: Pa
             record = RunRecord(id=f"r{number}", source="a.mp4", start_utc_us=0, **fields)
             log.begin_run(record).finish("finished")
         with pytest.raises(
-            LogError, match=r"site file of 'bend' as it was, to compute close .* none in this older log"
+            InputError, match=r"site file of 'bend' as it was, to compute close .* none in this older log"
         ):
             unwatched_relations(log, log.run("r0"), ["close"])
         with pytest.raises(LogError, match="expected one that watched close, got one that watched none and whose"):
