@@ -5,6 +5,7 @@ That takes milliseconds or minutes, as the window and the traffic are.
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import TypeVar, TypeVarTuple
 
 import msgspec
@@ -12,6 +13,7 @@ from msgspec.structs import asdict
 
 from chronicles.explanation.json_form import to_json
 from service.api.process_pool import ProcessPool
+from service.errors import InputError
 from service.machine import look_seldom
 from service.questions.coverage import Coverage, LookedAt
 from service.questions.explaining import AbsenceQuestion, Explainer
@@ -71,6 +73,21 @@ def trial(log: str, question: AbsenceQuestion, text: str) -> bytes:
 def difference(log: str, question: AbsenceQuestion, before: str, after: str) -> bytes:
     """Compare two texts."""
     return msgspec.json.encode(_explainer(log).compare_texts(question, before, after))
+
+
+def site(log: str, run_id: str, is_geojson: bool) -> bytes:
+    """Tell the roads of a run."""
+    from service.export.geojson import known_frame_of, site_features
+    from service.questions.run_sites import run_site
+
+    run = opened(log).run(run_id)
+    frame = known_frame_of(run) if is_geojson else None
+    try:
+        found = run_site(run)
+    except InputError as error:
+        assert run.site_file  # its place on the disk is nobody's affair
+        raise InputError(str(error).replace(run.site_file.path, Path(run.site_file.path).name)) from error
+    return msgspec.json.encode(found) if frame is None else site_features(found, frame)
 
 
 def unfit_video(_: str, path: str) -> str:

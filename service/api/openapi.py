@@ -4,6 +4,7 @@ The answers are encoded by msgspec and never pass through the framework's models
 too: the description cannot drift from what is sent.
 """
 
+from collections.abc import Sequence
 from typing import Any  # JSON schemas have no narrower type
 
 import msgspec
@@ -61,11 +62,19 @@ VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-s
 
 
 def answers(
-    body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json", status: int = 200
+    body: type[msgspec.Struct] | str,
+    *errors: int,
+    media_type: str = "application/json",
+    status: int = 200,
+    also: Sequence[str] = (),
 ) -> Answers:
-    """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
+    """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give.
+
+    `also` are media types of other forms of the body.
+    """
     schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
-    return {status: {"description": "OK", "content": {media_type: {"schema": schema}}}} | problems(*errors)
+    content: JsonObject = {media_type: {"schema": schema}, **{one: {} for one in also}}
+    return {status: {"description": "OK", "content": content}} | problems(*errors)
 
 
 def problems(*errors: int) -> Answers:

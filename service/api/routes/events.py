@@ -33,7 +33,7 @@ from service.questions.summaries import count_events, summarise
 from service.records import EventRecord
 from service.store.log import EventLog
 
-_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt"}
+_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": "application/geo+json"}
 _EXPORTED = problems(400, 422) | {
     200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
 }

@@ -52,7 +52,7 @@ def add_routes(
     add_explanations(router, explanations)
     add_cars(router, log, coverage)
     add_relations(router, explanations)
-    add_runs(router, log, coverage)
+    add_runs(router, log, explanations, coverage)
     add_media(router, log, explanations, media_folders)
     add_chronicles(router, log, tuple(shipped))
     plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
