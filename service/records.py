@@ -358,6 +358,16 @@ class MonitorRecord(Struct, frozen=True):
     text: str
 
 
+class MonitorVerdict(Struct, frozen=True):
+    """What a monitor told of some objects: since when they had been looked at, and when the outcome was certain."""
+
+    monitor: ChronicleRef
+    outcome: str
+    roles: dict[str, str]
+    since_us: int
+    t_us: int
+
+
 class CameraRecord(Struct, frozen=True, omit_defaults=True):
     """How the ground maps to the image: nine numbers row by row, the frame size in pixels, the lens after that."""
 

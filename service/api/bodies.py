@@ -4,6 +4,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from dyknow.monitors.monitors import MonitorReport
 from service.questions.awaited import AwaitedList
 from service.questions.car_tracks import CarColumns
 from service.questions.coverage import LookedAt, Spans
@@ -16,6 +17,8 @@ from service.records import (
     EventRecord,
     InputFile,
     InputKind,
+    MonitorRecord,
+    MonitorVerdict,
     RunStatus,
     StartFrom,
 )
@@ -176,11 +179,21 @@ class RunDetail(RunSummary, frozen=True, kw_only=True):
     settings: dict[str, str]
     relations: tuple[str, ...]
     chronicles: tuple[ChronicleRef, ...]
-    monitors: tuple[ChronicleRef, ...]
+    monitors: tuple[MonitorRecord, ...]
     covered_us: tuple[int, int] | None = None
     lost_us: Spans = ()
     cars: int = 0
     holds: list[Holding] = []
+
+
+class MonitorTrial(Struct, frozen=True):
+    """What monitors would have told of a run: the first of `count` verdicts, and what became of each monitor."""
+
+    run: str
+    count: int
+    items: list[MonitorVerdict]
+    monitors: tuple[MonitorReport, ...]
+    looked_at: list[LookedAt]
 
 
 class RunList(Struct, frozen=True):

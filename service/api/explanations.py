@@ -12,11 +12,13 @@ import msgspec
 from msgspec.structs import asdict
 
 from chronicles.explanation.json_form import to_json
+from service.api.bodies import MonitorTrial
 from service.api.process_pool import ProcessPool
-from service.errors import InputError
+from service.errors import InputError, TextRefusedError
 from service.machine import look_seldom
 from service.questions.coverage import Coverage, LookedAt
 from service.questions.explaining import AbsenceQuestion, Explainer
+from service.questions.queries import MAX_LIMIT
 from service.questions.relation_intervals import RelationQuestion, relation_intervals
 from service.store.log import EventLog, open_log
 
@@ -88,6 +90,21 @@ def site(log: str, run_id: str, is_geojson: bool) -> bytes:
         assert run.site_file  # its place on the disk is nobody's affair
         raise InputError(str(error).replace(run.site_file.path, Path(run.site_file.path).name)) from error
     return msgspec.json.encode(found) if frame is None else site_features(found, frame)
+
+
+def monitors_tried(log: str, run_id: str | None, text: str) -> bytes:
+    """Say what monitors would have told of a run."""
+    from dyknow.errors import FormulaError
+    from service.monitoring.stored_monitoring import monitor_run, verdicts
+
+    run = opened(log).run(run_id)
+    try:
+        found = monitor_run(opened(log), run, [("text", text)])
+    except FormulaError as error:
+        raise TextRefusedError(str(error), error.diagnostics) from error
+    told = verdicts(found)
+    looked_at = _coverage(log).of_run(run)
+    return msgspec.json.encode(MonitorTrial(run.id, len(told), told[:MAX_LIMIT], found.report, looked_at))
 
 
 def unfit_video(_: str, path: str) -> str:

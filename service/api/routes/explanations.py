@@ -2,13 +2,14 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Query
+from fastapi import APIRouter, Depends, HTTPException, Query
 from starlette.responses import Response
 
-from service.api.asked import Absence, Awaited, NoParameters
-from service.api.bodies import AwaitedAnswer, EventExplanation
-from service.api.explanations import Explanations, awaited, why, why_not
+from service.api.asked import Absence, Awaited, NoParameters, take_none
+from service.api.bodies import AwaitedAnswer, EventExplanation, MonitorTrial
+from service.api.explanations import Explanations, awaited, monitors_tried, why, why_not
 from service.api.openapi import EXPLANATION, answers
+from service.api.orders import MonitorOrder
 from service.api.parameters import describe_roles
 from service.api.routes.answering import json_answer
 
@@ -52,3 +53,14 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     async def get_partial(name: str, asked: Annotated[Awaited, Query()]) -> Response:
         """Answer with the instances under way, and those that ended in the window."""
         return json_answer(await explanations.ask(awaited, asked.about(name, asked.from_, asked.at)))
+
+    @router.post(
+        "/api/v1/monitors/try",
+        name="try_monitors",
+        summary="Say what monitors would have told",
+        responses=answers(MonitorTrial, 400, 404, 409, 413, 422),
+        dependencies=[Depends(take_none)],
+    )
+    async def try_monitors(order: MonitorOrder) -> Response:
+        """Run monitors over the stored cars and relations of a run; nothing is written."""
+        return json_answer(await explanations.ask(monitors_tried, order.run, order.text))
