@@ -5,7 +5,6 @@ That takes milliseconds or minutes, as the window and the traffic are.
 
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import TypeVar, TypeVarTuple
 
 import msgspec
@@ -14,7 +13,7 @@ from msgspec.structs import asdict
 from chronicles.explanation.json_form import to_json
 from service.api.bodies import MonitorTrial
 from service.api.process_pool import ProcessPool
-from service.errors import InputError, TextRefusedError
+from service.errors import TextRefusedError
 from service.machine import look_seldom
 from service.questions.coverage import Coverage, LookedAt
 from service.questions.explaining import AbsenceQuestion, Explainer
@@ -84,12 +83,7 @@ def site(log: str, run_id: str, is_geojson: bool) -> bytes:
 
     run = opened(log).run(run_id)
     frame = known_frame_of(run) if is_geojson else None
-    try:
-        found = run_site(run)
-    except InputError as error:
-        assert run.site_file  # its place on the disk is nobody's affair
-        raise InputError(str(error).replace(run.site_file.path, Path(run.site_file.path).name)) from error
-    return msgspec.json.encode(found) if frame is None else site_features(found, frame)
+    return msgspec.json.encode(run_site(run)) if frame is None else site_features(run_site(run), frame)
 
 
 def monitors_tried(log: str, run_id: str | None, text: str) -> bytes:

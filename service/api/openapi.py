@@ -4,7 +4,6 @@ The answers are encoded by msgspec and never pass through the framework's models
 too: the description cannot drift from what is sent.
 """
 
-from collections.abc import Sequence
 from typing import Any  # JSON schemas have no narrower type
 
 import msgspec
@@ -19,6 +18,7 @@ from service.questions.coverage import LookedAt
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
+_JSON = "application/json"
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, which we never send
@@ -62,18 +62,14 @@ VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-s
 
 
 def answers(
-    body: type[msgspec.Struct] | str,
-    *errors: int,
-    media_type: str = "application/json",
-    status: int = 200,
-    also: Sequence[str] = (),
+    body: type[msgspec.Struct] | str, *errors: int, media_type: str = _JSON, status: int = 200, also: str = ""
 ) -> Answers:
     """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give.
 
-    `also` are media types of other forms of the body.
+    `also` is the media type of another form of the body, if there is one.
     """
     schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
-    content: JsonObject = {media_type: {"schema": schema}, **{one: {} for one in also}}
+    content = {media_type: {"schema": schema}} | ({also: {}} if also else {})
     return {status: {"description": "OK", "content": content}} | problems(*errors)
 
 

@@ -79,7 +79,7 @@ def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url
     assert [str(one) for one in (*request.monitor_files, request.kpl_file, request.linkage_file)] == [*named.values()]
     work(url, stays=False, tell=lambda _: None)
     done = client.get(f"/api/v1/jobs/{job['id']}").json()
-    assert done['state'] == 'finished', done
+    assert done["state"] == "finished", done
     found = client.get(f"/api/v1/runs/{done['run']}").json()
     assert [one["name"] for one in found["monitors"]] == ["slow"]
 

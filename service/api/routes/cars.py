@@ -62,7 +62,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         "/api/v1/cars/{car}/trajectory",
         name="trajectory",
         summary="Say where a car was",
-        responses=answers(Tracks, 400, 404, 409, 422, also=[GEOJSON]),
+        responses=answers(Tracks, 400, 404, 409, 422, also=GEOJSON),
     )
     def get_trajectory(car: str, asked: Annotated[_Stepwise, Query()]) -> Response:
         """Answer with the states of a car over its life, or in a window."""
@@ -74,7 +74,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         "/api/v1/tracks",
         name="tracks",
         summary="Say where all cars were",
-        responses=answers(Tracks, 400, 404, 409, 422, also=[GEOJSON]),
+        responses=answers(Tracks, 400, 404, 409, 422, also=GEOJSON),
     )
     def get_tracks(asked: Annotated[_Window, Query()]) -> Response:
         """Answer with the states of all cars in a window."""

@@ -71,7 +71,7 @@ def add_runs(router: APIRouter, log: EventLog, explanations: Explanations, cover
         "/api/v1/runs/{run}/site",
         name="site",
         summary="Get the roads of a run",
-        responses=answers(RunSite, 404, 409, 422, also=[GEOJSON]),
+        responses=answers(RunSite, 404, 409, 422, also=GEOJSON),
     )
     async def get_site(run: str, asked: Annotated[_Site, Query()]) -> Response:
         """Answer with the lanes and junctions that the run knew, if its site file is still there."""
