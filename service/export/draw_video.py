@@ -8,6 +8,7 @@ import av
 import cv2
 import numpy as np
 
+from gis.camera import GroundCamera
 from service.errors import InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
 from service.export.tracks import Views
@@ -17,7 +18,7 @@ from service.records import CameraRecord, RunRecord
 from service.store.databases.location import log_files
 from service.store.log import EventLog, open_log
 from service.times import TimePoint, format_media
-from vision.objects import ByteArray, FloatArray
+from vision.objects import ByteArray
 from vision.video.frames import Frame, VideoSource, open_video
 
 MICROSECOND = Fraction(1, 1_000_000)
@@ -74,7 +75,7 @@ def picture_at(
         return picture
     camera = _camera(run, source)
     [(_, overlay, view)] = _overlays(log, run, camera, [frame], from_us=frame.t_us, to_us=frame.t_us + 1)
-    return draw_overlay(picture, overlay, view, camera.lens, scale=scale)
+    return draw_overlay(picture, overlay, view, scale=scale)
 
 
 def draw_video(
@@ -125,13 +126,13 @@ def _drawn_frames(
     source = open_video(video)
     camera = _camera(run, source)
     for frame, overlay, view in _overlays(log, run, camera, source, from_us=from_us, to_us=to_us):
-        yield frame.t_us, draw_overlay(frame.to_bgr(), overlay, view, camera.lens)
+        yield frame.t_us, draw_overlay(frame.to_bgr(), overlay, view)
 
 
 def _overlays(
     log: EventLog, run: RunRecord, camera: CameraRecord, frames: Iterable[Frame], *, from_us: int, to_us: int | None
-) -> Iterator[tuple[Frame, Overlay, FloatArray | None]]:
-    """Give the frames of [from_us, to_us) with what is drawn on each, and where the camera looked; None if unknown."""
+) -> Iterator[tuple[Frame, Overlay, GroundCamera | None]]:
+    """Give the frames of [from_us, to_us) with what is drawn on each, and how the camera looked; None if unknown."""
     end = None if to_us is None else TimePoint(to_us, "media")
     near = EventFilter(runs=(run.id,), from_=TimePoint(from_us - EVENT_LINGER_US, "media"), to=end)
     events = [decode_event(text) for text in iterate_events(log, near)]
@@ -146,9 +147,7 @@ def _overlays(
         if to_us is not None and frame.t_us >= to_us:
             return
         if frame.t_us >= from_us:
-            numbers = views.at(frame.t_us)
-            view = None if numbers is None else np.array(numbers).reshape(3, 3)
-            yield frame, reader.at(frame.t_us, looked_us=looked_us), view
+            yield frame, reader.at(frame.t_us, looked_us=looked_us), views.at(frame.t_us)
 
 
 def _camera(run: RunRecord, video: VideoSource) -> CameraRecord:
