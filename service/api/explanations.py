@@ -76,14 +76,15 @@ def difference(log: str, question: AbsenceQuestion, before: str, after: str) -> 
     return msgspec.json.encode(_explainer(log).compare_texts(question, before, after))
 
 
-def site(log: str, run_id: str, is_geojson: bool) -> bytes:
-    """Tell the roads of a run."""
+def site(log: str, run_id: str, form: str) -> bytes:
+    """Tell the roads of a run, as JSON or GeoJSON."""
     from service.export.geojson import known_frame_of, site_features
     from service.questions.run_sites import run_site
 
     run = opened(log).run(run_id)
-    frame = known_frame_of(run) if is_geojson else None
-    return msgspec.json.encode(run_site(run)) if frame is None else site_features(run_site(run), frame)
+    if form == "geojson":
+        return site_features(run_site(run), known_frame_of(run))
+    return msgspec.json.encode(run_site(run))
 
 
 def monitors_tried(log: str, run_id: str | None, text: str) -> bytes:
@@ -96,8 +97,7 @@ def monitors_tried(log: str, run_id: str | None, text: str) -> bytes:
         found = monitor_run(opened(log), run, [("text", text)])
     except FormulaError as error:
         raise TextRefusedError(str(error), error.diagnostics) from error
-    told = verdicts(found)
-    looked_at = _coverage(log).of_run(run)
+    told, looked_at = verdicts(found), _coverage(log).of_run(run)
     return msgspec.json.encode(MonitorTrial(run.id, len(told), told[:MAX_LIMIT], found.report, looked_at))
 
 

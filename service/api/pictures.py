@@ -8,8 +8,6 @@ from service.api.explanations import opened
 from service.errors import InputError, NotInLogError
 from service.records import RunRecord
 
-_QUALITY = 90
-
 
 def video_of(run: RunRecord, folders: Iterable[Path]) -> Path:
     """Say where the video of a run lies, if it may be sent.
@@ -47,4 +45,4 @@ def picture(
         image = picture_at(opened(log), run, video, t_us, is_drawn=is_drawn, width_px=width_px)
     except (InputError, VisionError) as error:  # which name the file
         raise InputError(str(error).replace(str(video), video.name)) from error
-    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
+    return cv2.imencode(".jpg", image)[1].tobytes()

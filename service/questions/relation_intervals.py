@@ -103,8 +103,7 @@ def relation_intervals(
         # All that began before, and as many of those that began then.
         start_us, among = decode_cursor(cursor, filters)
         begin = bisect_left(found, start_us, key=_START_US) + among
-    items = found[begin : begin + question.limit]
-    more = None
+    items, more = found[begin : begin + question.limit], None
     if items and begin + len(items) < len(found):
         first = bisect_left(found, items[-1].start_us, key=_START_US)
         more = encode_cursor((items[-1].start_us, begin + len(items) - first), filters)

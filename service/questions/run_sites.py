@@ -8,8 +8,6 @@ from service.errors import NotInLogError
 from service.questions.computed_relations import ground_of
 from service.records import RunRecord
 
-Line = list[tuple[float, float]]
-
 
 class SiteLane(Struct, frozen=True):
     """A lane: of `edge`, whose lanes run side by side, the one of this index, from the outer side of the road."""
@@ -21,14 +19,14 @@ class SiteLane(Struct, frozen=True):
     direction: int
     width_m: float
     speed_limit_mps: float
-    centre_line_m: Line
+    centre_line_m: list[tuple[float, float]]
 
 
 class SiteJunction(Struct, frozen=True):
     """An area where roads meet."""
 
     id: str
-    outline_m: Line
+    outline_m: list[tuple[float, float]]
 
 
 class RunSite(Struct, frozen=True):

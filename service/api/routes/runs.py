@@ -75,9 +75,8 @@ def add_runs(router: APIRouter, log: EventLog, explanations: Explanations, cover
     )
     async def get_site(run: str, asked: Annotated[_Site, Query()]) -> Response:
         """Answer with the lanes and junctions that the run knew, if its site file is still there."""
-        is_geojson = asked.format == "geojson"
-        found = await explanations.ask(site, run, is_geojson)
-        return Response(found, media_type=GEOJSON) if is_geojson else json_answer(found)
+        found = await explanations.ask(site, run, asked.format)
+        return json_answer(found) if asked.format == "json" else Response(found, media_type=GEOJSON)
 
     @router.get(
         "/api/v1/runs/{run}/streams",
