@@ -11,7 +11,7 @@ import numpy as np
 from gis.camera import GroundCamera
 from service.errors import InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
-from service.export.tracks import Views
+from service.export.tracks import END, Views
 from service.questions.notes import covered
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord, RunRecord
@@ -22,7 +22,6 @@ from vision.objects import ByteArray
 from vision.video.frames import Frame, VideoSource, open_video
 
 MICROSECOND = Fraction(1, 1_000_000)
-END = (0, 1 << 62)  # of the frames that a run looked at
 
 
 def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str | None = None) -> None:

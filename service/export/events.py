@@ -14,12 +14,13 @@ from typing import Literal, TextIO
 import msgspec
 from msgspec.structs import asdict
 
+from service.export.ocel import ocel
 from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records import EventRecord
 from service.store.log import EventLog
 from service.times import format_media
 
-ExportFormat = Literal["jsonl", "csv", "vtt", "geojson"]
+ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel"]
 
 ROLE_PREFIX = "role."
 _SHORTEST_CUE_US = 1_000_000
@@ -76,6 +77,8 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
             from service.export.geojson import event_features, frame_of  # loads what projects
 
             return event_features(pages, {run.id: frame_of(run) for run in log.runs()})
+        case "ocel":
+            return ocel(pages, lambda run: {one.car: one.car_class for one in log.cars(run)})
 
 
 def _jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:

@@ -13,10 +13,10 @@ from msgspec.structs import asdict
 
 from gis.frames import LocalFrame
 from service.errors import ExportError
+from service.export.ocel import json_items
 from service.questions.car_tracks import CarColumns
-from service.questions.queries import decode_event
 from service.questions.run_sites import RunSite
-from service.records import RunRecord
+from service.records import EventRecord, RunRecord
 
 Json = dict[str, Any]
 _DECIMALS = 8  # a millimetre
@@ -72,15 +72,13 @@ def event_features(pages: Iterable[Iterable[str]], frames: Mapping[str, LocalFra
     ----------
     frames : by run.
     """
+
+    def feature(event: EventRecord) -> Json:
+        points_m = [(event.place.x_m, event.place.y_m)] if event.place else []
+        return _feature(frames.get(event.run), "Point", points_m, msgspec.to_builtins(event))
+
     yield '{"type":"FeatureCollection","features":['
-    before = "\n"
-    for page in pages:
-        features = []
-        for event in map(decode_event, page):
-            points_m = [(event.place.x_m, event.place.y_m)] if event.place else []
-            features.append(_feature(frames.get(event.run), "Point", points_m, msgspec.to_builtins(event)))
-        yield before + ",\n".join(msgspec.json.encode(one).decode() for one in features)
-        before = ",\n"
+    yield from json_items(pages, feature)
     yield "\n]}\n"
 
 

@@ -26,7 +26,7 @@ Box = tuple[float, float, float, float]
 
 # In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
 _MOT_OFFSET_PX = 1.5
-_END = (0, 1 << 62)  # behind the frames
+END = (0, 1 << 62)  # behind the frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,10 +152,10 @@ def _numbered(
 ) -> Iterator[tuple[int | None, int, list[CarState]]]:
     """Join states and frames by time, both read once: number, time, states; no number between frames."""
     walk = iter(frames)
-    number, frame_us = next(walk, _END)
+    number, frame_us = next(walk, END)
     for t_us, cars in groupby(states, key=attrgetter("t_us")):
         while frame_us < t_us:
-            number, frame_us = next(walk, _END)
+            number, frame_us = next(walk, END)
         yield (number if frame_us == t_us else None), t_us, list(cars)
 
 

@@ -9,7 +9,7 @@ import msgspec
 from fastapi import APIRouter, HTTPException, Query, Request
 from starlette.responses import Response, StreamingResponse
 
-from service.api.asked import NoParameters
+from service.api.asked import GEOJSON, NoParameters
 from service.api.bodies import EventList, EventSummary
 from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.event_stream import EventStream
@@ -33,7 +33,9 @@ from service.questions.summaries import count_events, summarise
 from service.records import EventRecord
 from service.store.log import EventLog
 
-_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": "application/geo+json"}
+_MEDIA_TYPES = {
+    "jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": GEOJSON, "ocel": "application/json",
+}  # fmt: skip
 _EXPORTED = problems(400, 422) | {
     200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
 }
