@@ -35,11 +35,12 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
     explanations : whose processes look whether a file is a video.
     """
     sources = Sources(log)
-    uploads = (
-        None
-        if folders.uploads is None
-        else Uploads(folders.uploads, sources, lambda path: explanations.ask(unfit_video, path))
-    )
+
+    async def unfit(path: str) -> str:
+        """Say why a file is no video, in a process."""
+        return await explanations.ask(unfit_video, path)
+
+    uploads = None if folders.uploads is None else Uploads(folders.uploads, sources, unfit)
     created = answers(Source, 400, 403, 409, 413, 415, 422, 507, status=201)
 
     @router.get("/sources", name="sources", responses=answers(SourceList, 422))
@@ -51,7 +52,7 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
     async def name_file(order: SourceOrder) -> Response:
         """Make a file in its place a source, if the operator allows its folder. No address is opened."""
         path = folders.permitted(order.file)
-        if path.suffix.lower() != ".csv" and (reason := await explanations.ask(unfit_video, str(path))):
+        if path.suffix.lower() != ".csv" and (reason := await unfit(str(path))):
             raise HTTPException(415, f"file: expected a video, or trajectories (.csv), got {reason}")
         source = Source(order.name, str(path), "", path.stat().st_size, time.time_ns() // 1_000)
         await to_thread.run_sync(sources.add, source)
