@@ -36,9 +36,7 @@ from service.store.log import EventLog
 _MEDIA_TYPES = {
     "jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": GEOJSON, "ocel": "application/json",
 }  # fmt: skip
-_EXPORTED = problems(400, 422) | {
-    200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
-}
+_EXPORTED = problems(400, 422) | {200: {"description": "OK", "content": {one: {} for one in _MEDIA_TYPES.values()}}}
 
 
 def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage) -> None:
