@@ -358,6 +358,16 @@ class MonitorRecord(Struct, frozen=True):
     text: str
 
 
+class MonitorVerdict(Struct, frozen=True):
+    """What a monitor told of some objects: since when they had been looked at, and when the outcome was certain."""
+
+    monitor: ChronicleRef
+    outcome: str
+    roles: dict[str, str]
+    since_us: int
+    t_us: int
+
+
 class CameraRecord(Struct, frozen=True, omit_defaults=True):
     """How the ground maps to the image: nine numbers row by row, the frame size in pixels, the lens after that."""
 
@@ -394,11 +404,16 @@ class InputFile(Struct, frozen=True, kw_only=True):
     height_px: int | None = None
 
 
-class SiteRecord(Struct, frozen=True):
-    """The site file that a run read: its absolute path then, and a digest of all files that it depends on."""
+class SiteRecord(Struct, frozen=True, omit_defaults=True):
+    """The site file that a run read: its absolute path then, and a digest of all files that it depends on.
+
+    `origin_deg` is the latitude and longitude of the point (0, 0), WGS84; None where the file, or an older log, does
+    not say.
+    """
 
     path: str
     digest: str
+    origin_deg: tuple[float, float] | None = None
 
 
 class RunRecord(Struct, frozen=True, kw_only=True):

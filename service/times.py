@@ -95,7 +95,7 @@ def parse_media_us(text: str, *, parameter: str) -> int:
 
 
 def parse_utc_us(text: str, *, parameter: str) -> int:
-    """Read when a source started, in microseconds since 1970-01-01 UTC.
+    """Read a moment, such as when a source started, in microseconds since 1970-01-01 UTC.
 
     Raises
     ------

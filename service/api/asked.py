@@ -3,7 +3,7 @@
 Requests about events, of which there are most, are read by msgspec: see `parameters`.
 """
 
-from typing import Annotated, Self
+from typing import Annotated, Final, Literal, Self
 
 from fastapi import Query
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
@@ -23,6 +23,10 @@ def _media_us(value: object, given: ValidationInfo) -> int:
 
 
 MediaTime = Annotated[int, BeforeValidator(_media_us), WithJsonSchema(MEDIA_TIME)]
+
+
+Form = Annotated[Literal["json", "geojson"], Field(description="GeoJSON needs a site file with [frame].")]
+GEOJSON: Final = "application/geo+json"
 
 
 class NoParameters(BaseModel, extra="forbid"):

@@ -4,6 +4,8 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from dyknow.monitors.monitors import MonitorReport
+from service.questions.awaited import AwaitedList
 from service.questions.car_tracks import CarColumns
 from service.questions.coverage import LookedAt, Spans
 from service.questions.identity import CarIdentity, IdentityLink
@@ -15,6 +17,8 @@ from service.records import (
     EventRecord,
     InputFile,
     InputKind,
+    MonitorRecord,
+    MonitorVerdict,
     RunStatus,
     StartFrom,
 )
@@ -113,6 +117,12 @@ class EventExplanation(Struct, frozen=True):
     identities: dict[str, list[IdentityLink]]
 
 
+class AwaitedAnswer(AwaitedList, frozen=True, kw_only=True):
+    """The same; `looked_at` says in which time anything could come."""
+
+    looked_at: list[LookedAt]
+
+
 class CarList(Struct, frozen=True):
     """The cars of a run, in the order of first sight; `looked_at` says in which time there could be any."""
 
@@ -122,11 +132,12 @@ class CarList(Struct, frozen=True):
 
 
 class LinkList(Struct, frozen=True):
-    """The links by which a car was the car it was, oldest first."""
+    """The links by which a car was the car it was, oldest first; `looked_at` says when it could be seen."""
 
     run: str
     car: str
     items: list[IdentityLink]
+    looked_at: list[LookedAt]
 
 
 class Tracks(Struct, frozen=True):
@@ -166,11 +177,21 @@ class RunDetail(RunSummary, frozen=True, kw_only=True):
     settings: dict[str, str]
     relations: tuple[str, ...]
     chronicles: tuple[ChronicleRef, ...]
-    monitors: tuple[ChronicleRef, ...]
+    monitors: tuple[MonitorRecord, ...]
     covered_us: tuple[int, int] | None = None
     lost_us: Spans = ()
     cars: int = 0
     holds: list[Holding] = []
+
+
+class MonitorTrial(Struct, frozen=True):
+    """What monitors would have told of a run: the first of `count` verdicts, and what became of each monitor."""
+
+    run: str
+    count: int
+    items: list[MonitorVerdict]
+    monitors: tuple[MonitorReport, ...]
+    looked_at: list[LookedAt]
 
 
 class RunList(Struct, frozen=True):

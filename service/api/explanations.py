@@ -3,24 +3,31 @@
 That takes milliseconds or minutes, as the window and the traffic are.
 """
 
+from collections.abc import Callable
 from functools import cache
+from typing import TypeVar, TypeVarTuple
 
 import msgspec
+from msgspec.structs import asdict
 
 from chronicles.explanation.json_form import to_json
-from service.api.bodies import EventSummary
+from service.api.bodies import EventSummary, MonitorTrial
 from service.api.process_pool import ProcessPool
+from service.errors import TextRefusedError
 from service.machine import look_seldom
-from service.questions.coverage import Coverage
+from service.questions.coverage import Coverage, LookedAt
 from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.queries import EventFilter
+from service.questions.queries import MAX_LIMIT, EventFilter
 from service.questions.relation_intervals import RelationQuestion, relation_intervals
 from service.questions.summaries import By, summarise
 from service.store.log import EventLog, open_log
 
+_Arguments = TypeVarTuple("_Arguments")
+_Answer = TypeVar("_Answer")
+
 
 class Explanations:
-    """Gives the explanations of one log, as JSON.
+    """Gives the explanations of one log, as JSON, and what else is looked for in processes.
 
     Parameters
     ----------
@@ -31,89 +38,99 @@ class Explanations:
     def __init__(self, log: str, pool: ProcessPool) -> None:
         self._log, self._pool = log, pool
 
-    async def why(self, event_id: str) -> bytes | None:
-        """Explain an event; None if the log has no such event."""
-        return await self._pool.ask(_why, self._log, event_id)
-
-    async def why_not(self, question: AbsenceQuestion) -> bytes:
-        """Explain the absence of a chronicle."""
-        return await self._pool.ask(_why_not, self._log, question)
-
-    async def awaited(self, question: AbsenceQuestion) -> bytes:
-        """Say what a chronicle waits for."""
-        return await self._pool.ask(_awaited, self._log, question)
-
-    async def relations(self, question: RelationQuestion) -> bytes:
-        """Say which relations held."""
-        return await self._pool.ask(_relations, self._log, question)
-
-    async def summary(self, wanted: EventFilter, by: By, bin_us: int | None, limit: int) -> bytes:
-        """Count events."""
-        return await self._pool.ask(_summary, self._log, wanted, by, bin_us, limit)
-
-    async def trial(self, question: AbsenceQuestion, text: str) -> bytes:
-        """Try a text."""
-        return await self._pool.ask(_trial, self._log, (question, text))
-
-    async def difference(self, question: AbsenceQuestion, before: str, after: str) -> bytes:
-        """Compare two texts."""
-        return await self._pool.ask(_difference, self._log, (question, before, after))
-
-    async def unfit(self, path: str) -> str:
-        """Say why a file is no video, or nothing: FFmpeg may crash or take long at what somebody made up."""
-        return await self._pool.ask(_unfit, self._log, path)
+    async def ask(self, function: Callable[[str, *_Arguments], _Answer], *arguments: *_Arguments) -> _Answer:
+        """Call a function of a module with the log and more, in a process."""
+        return await self._pool.ask(function, self._log, *arguments)
 
 
 # What follows runs in such a process.
 
 
-def _why(log: str, event_id: str) -> bytes | None:
+def why(log: str, event_id: str) -> bytes | None:
+    """Explain an event; None if the log has no such event."""
     found = _explainer(log).explain_event(event_id)
     return None if found is None else msgspec.json.encode(found.as_record())
 
 
-def _why_not(log: str, question: AbsenceQuestion) -> bytes:
-    return msgspec.json.encode(to_json(_explainer(log).explain_absence(question)))
+def why_not(log: str, question: AbsenceQuestion) -> bytes:
+    """Explain the absence of a chronicle."""
+    return msgspec.json.encode(to_json(_explainer(log).explain_absence(question)) | _looked_at(log, question.run))
 
 
-def _awaited(log: str, question: AbsenceQuestion) -> bytes:
-    return msgspec.json.encode(_explainer(log).awaited(question))
+def awaited(log: str, question: AbsenceQuestion) -> bytes:
+    """Say what a chronicle waits for."""
+    return msgspec.json.encode(asdict(_explainer(log).awaited(question)) | _looked_at(log, question.run))
 
 
-def _relations(log: str, question: RelationQuestion) -> bytes:
-    return msgspec.json.encode(relation_intervals(_opened(log), question, _coverage(log)))
+def relations(log: str, question: RelationQuestion, cursor: str | None) -> bytes:
+    """Say which relations held."""
+    return msgspec.json.encode(relation_intervals(opened(log), question, _coverage(log), cursor=cursor))
 
 
-def _summary(log: str, wanted: EventFilter, by: By, bin_us: int | None, limit: int) -> bytes:
-    as_of_seq, items = summarise(_opened(log), wanted, by, bin_us=bin_us, limit=limit)
+def summary(log: str, wanted: EventFilter, by: By, bin_us: int | None, limit: int) -> bytes:
+    """Count events."""
+    as_of_seq, items = summarise(opened(log), wanted, by, bin_us=bin_us, limit=limit)
     return msgspec.json.encode(EventSummary(by, bin_us, as_of_seq, items, _coverage(log).beside(wanted)))
 
 
-def _trial(log: str, about: tuple[AbsenceQuestion, str]) -> bytes:
-    return msgspec.json.encode(_explainer(log).try_text(*about))
+def trial(log: str, question: AbsenceQuestion, text: str) -> bytes:
+    """Try a text."""
+    return msgspec.json.encode(_explainer(log).try_text(question, text))
 
 
-def _difference(log: str, about: tuple[AbsenceQuestion, str, str]) -> bytes:
-    return msgspec.json.encode(_explainer(log).compare_texts(*about))
+def difference(log: str, question: AbsenceQuestion, before: str, after: str) -> bytes:
+    """Compare two texts."""
+    return msgspec.json.encode(_explainer(log).compare_texts(question, before, after))
 
 
-def _unfit(_: str, path: str) -> str:
+def site(log: str, run_id: str, form: str) -> bytes:
+    """Tell the roads of a run, as JSON or GeoJSON."""
+    from service.export.geojson import known_frame_of, site_features
+    from service.questions.run_sites import run_site
+
+    run = opened(log).run(run_id)
+    if form == "geojson":
+        return site_features(run_site(run), known_frame_of(run))
+    return msgspec.json.encode(run_site(run))
+
+
+def monitors_tried(log: str, run_id: str | None, text: str) -> bytes:
+    """Say what monitors would have told of a run."""
+    from dyknow.errors import FormulaError
+    from service.monitoring.stored_monitoring import monitor_run, verdicts
+
+    run = opened(log).run(run_id)
+    try:
+        found = monitor_run(opened(log), run, [("text", text)])
+    except FormulaError as error:
+        raise TextRefusedError(str(error), error.diagnostics) from error
+    told, looked_at = verdicts(found), _coverage(log).of_run(run)
+    return msgspec.json.encode(MonitorTrial(run.id, len(told), told[:MAX_LIMIT], found.report, looked_at))
+
+
+def unfit_video(_: str, path: str) -> str:
+    """Say why a file is no video, or nothing: FFmpeg may crash or take long at what somebody made up."""
     from vision.video.decoding import unfit
 
     return unfit(path)
 
 
 @cache
+def opened(log: str) -> EventLog:
+    """Open the log that a process is asked about."""
+    look_seldom()
+    return open_log(log)
+
+
+def _looked_at(log: str, run: str | None) -> dict[str, list[LookedAt]]:
+    return {"looked_at": _coverage(log).of_run(opened(log).run(run))}
+
+
+@cache
 def _explainer(log: str) -> Explainer:
-    return Explainer(_opened(log))
+    return Explainer(opened(log))
 
 
 @cache
 def _coverage(log: str) -> Coverage:
-    return Coverage(_opened(log))
-
-
-@cache
-def _opened(log: str) -> EventLog:
-    look_seldom()
-    return open_log(log)
+    return Coverage(opened(log))

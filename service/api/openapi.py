@@ -13,10 +13,12 @@ from chronicles.explanation.json_form import schema as explanation_schema
 from service.api.access.callers import COOKIE
 from service.api.bodies import Problem
 from service.api.problems import MEDIA_TYPE
+from service.questions.coverage import LookedAt
 
 JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
+_JSON = "application/json"
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
 FINDINGS = "Findings"
 _FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, which we never send
@@ -60,11 +62,15 @@ VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-s
 
 
 def answers(
-    body: type[msgspec.Struct] | str, *errors: int, media_type: str = "application/json", status: int = 200
+    body: type[msgspec.Struct] | str, *errors: int, media_type: str = _JSON, status: int = 200, also: str = ""
 ) -> Answers:
-    """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give."""
+    """Describe the answers of a route: its body, a struct or the name of a schema, and the errors it may give.
+
+    `also` is the media type of another form of the body, if there is one.
+    """
     schema = _ref(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=_REF)
-    return {status: {"description": "OK", "content": {media_type: {"schema": schema}}}} | problems(*errors)
+    content = {media_type: {"schema": schema}} | ({also: {}} if also else {})
+    return {status: {"description": "OK", "content": content}} | problems(*errors)
 
 
 def problems(*errors: int) -> Answers:
@@ -84,6 +90,8 @@ def describe_bodies(app: FastAPI) -> None:
             _, components = msgspec.json.schema_components([Problem], ref_template=_REF)
             own = {name: one for name, one in document["components"]["schemas"].items() if name not in _FOREIGN}
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
+            looked_at = {"type": "array", "items": msgspec.json.schema(LookedAt)["$defs"][LookedAt.__name__]}
+            explanation["$defs"]["why_not"]["properties"]["looked_at"] = looked_at  # which the server adds
             components |= {EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}
             document["components"] = {"schemas": {**own, **components}}
             document["components"]["securitySchemes"] = _SECURITY

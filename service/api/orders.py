@@ -39,6 +39,13 @@ class DifferenceOrder(TextWindow):
     after: Text
 
 
+class MonitorOrder(BaseModel, extra="forbid"):
+    """Monitors to try."""
+
+    text: Text
+    run: Text | None = Field(None, description="Identifier of a run; may be left out if the log holds one.")
+
+
 class SourceOrder(BaseModel, extra="forbid"):
     """A file in its place that is to be a source."""
 
@@ -54,6 +61,9 @@ class RunOrder(BaseModel, extra="forbid"):
     detector: str | None = Field(None, pattern=_DETECTOR)
     rate_hz: Annotated[float, Field(gt=0)] | Literal["full"] | None = None
     site: Text | None = Field(None, description="The whole path of a site file.")
+    monitors: list[Text] = Field([], description="The whole paths of files of monitors.")
+    kpl: Text | None = Field(None, description="The whole path of a file that declares the streams.")
+    linkage: Text | None = Field(None, description="The whole path of a file of classes and links.")
     start_utc: Text | None = Field(None, description="RFC 3339.")
     min_confidence: float | None = Field(None, ge=0, le=1)
     final: bool = False

@@ -25,6 +25,7 @@ from service.api.bodies import Problem, ProblemDetail
 from service.errors import (
     CrowdedError,
     CursorError,
+    ExportError,
     FilterError,
     InputError,
     LogError,
@@ -54,6 +55,7 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     UnansweredError: (503, "urn:dyknow:problem:unanswered"),
     CrowdedError: (503, "urn:dyknow:problem:crowded"),
     ChronicleError: (409, "urn:dyknow:problem:cannot-explain"),
+    ExportError: (409, "urn:dyknow:problem:cannot-export"),
     InputError: (409, "urn:dyknow:problem:unusable-input"),
     TakenError: (409, "urn:dyknow:problem:taken"),
     TextRefusedError: (422, "urn:dyknow:problem:bad-chronicle"),

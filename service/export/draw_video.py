@@ -1,6 +1,6 @@
 """Where do drawn frames go? A log's overlay on its video, as a new video or as one picture."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -8,34 +8,73 @@ import av
 import cv2
 import numpy as np
 
-from service.errors import InputError, LogError
-from service.export.drawing import TRAIL_US, OverlayReader, draw_overlay
-from service.export.tracks import Views
+from gis.camera import GroundCamera
+from service.errors import InputError, LogError, NotInLogError
+from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
+from service.export.tracks import END, Views
+from service.questions.notes import covered
 from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import CameraRecord
+from service.records import CameraRecord, RunRecord
 from service.store.databases.location import log_files
-from service.store.log import open_log
+from service.store.log import EventLog, open_log
+from service.times import TimePoint, format_media
 from vision.objects import ByteArray
-from vision.video.frames import Frame, open_video
+from vision.video.frames import Frame, VideoSource, open_video
 
 MICROSECOND = Fraction(1, 1_000_000)
-END = (0, 1 << 62)  # of the frames that a run looked at
 
 
 def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str | None = None) -> None:
-    """Write the first frame at or after a time, with its overlay, as a picture.
+    """Write the frame that is shown at a time, with its overlay, as a picture.
 
     Raises
     ------
     LogError, InputError, VisionError
-        If the log holds no camera for the video, the video ends before the time, or a file cannot be used.
+        If the log holds no camera for the video, no frame is shown at the time, or a file cannot be used.
     """
     _check_target(out, video, *log_files(log_url))
-    for _, picture in _drawn_frames(video, log_url, from_us=at_us, to_us=None, run=run):
-        if not cv2.imwrite(str(out), picture):
-            raise InputError(f"{out}: expected a path that can be written, got a refusal")
-        return
-    raise InputError(f"{video}: expected a frame at or after {at_us} us, got the end of the video")
+    with open_log(log_url) as log:
+        picture = picture_at(log, log.run(run), video, at_us)
+    if not cv2.imwrite(str(out), picture):
+        raise InputError(f"{out}: expected a path that can be written, got a refusal")
+
+
+def picture_at(
+    log: EventLog, run: RunRecord, video: Path, t_us: int, *, is_drawn: bool = True, width_px: int | None = None
+) -> ByteArray:
+    """Give the frame that is shown at a time.
+
+    Parameters
+    ----------
+    is_drawn : with its overlay.
+    width_px : of the picture at most.
+
+    Returns
+    -------
+    (h, w, 3) blue, green, red.
+
+    Raises
+    ------
+    NotInLogError
+        If no frame is shown at the time.
+    LogError, InputError, VisionError
+        As `draw_picture`.
+    """
+    source = open_video(video)
+    frame = source.frame_at(t_us)
+    if frame is None:
+        expected = f"expected a time in its video, of which it covers {covered(log, run)}"
+        raise NotInLogError(f"run {run.id!r}: {expected}, got {format_media(t_us)}")
+    picture = frame.to_bgr()
+    scale = 1.0 if width_px is None else min(1.0, width_px / picture.shape[1])
+    if scale < 1.0:
+        size_px = max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale))
+        picture = np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.uint8)
+    if not is_drawn:
+        return picture
+    camera = _camera(run, source)
+    [(_, overlay, view)] = _overlays(log, run, camera, [frame], from_us=frame.t_us, to_us=frame.t_us + 1)
+    return draw_overlay(picture, overlay, view, scale=scale)
 
 
 def draw_video(
@@ -49,26 +88,27 @@ def draw_video(
         If the log holds no camera for the video, no frame lies in the interval, or a file cannot be used.
     """
     _check_target(out, video, *log_files(log_url))
-    drawn = _drawn_frames(video, log_url, from_us=from_us, to_us=to_us, run=run)
-    first = next(drawn, None)
-    if first is None:
-        raise InputError(f"{video}: expected frames from {from_us} us on, got none")
-    height_px, width_px = first[1].shape[:2]
-    try:
-        container = av.open(str(out), "w", options={"movflags": "faststart"})
-    except OSError as error:
-        raise InputError(f"{out}: expected a path that can be written, got {error.strerror}") from error
-    with container:
-        stream = container.add_stream("libx264", rate=Fraction(25), options={"crf": "20", "preset": "veryfast"})
-        # An odd side cannot be halved for chroma: the last row or column is left out.
-        stream.width, stream.height, stream.pix_fmt = width_px // 2 * 2, height_px // 2 * 2, "yuv420p"
-        stream.codec_context.time_base = MICROSECOND
-        for t_us, picture in (first, *drawn):
-            cut = np.ascontiguousarray(picture[: stream.height, : stream.width])
-            frame = av.VideoFrame.from_ndarray(cut, format="bgr24")
-            frame.pts, frame.time_base = t_us - first[0], MICROSECOND
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode(None))
+    with open_log(log_url) as log:
+        drawn = _drawn_frames(log, log.run(run), video, from_us=from_us, to_us=to_us)
+        first = next(drawn, None)
+        if first is None:
+            raise InputError(f"{video}: expected frames from {from_us} us on, got none")
+        height_px, width_px = first[1].shape[:2]
+        try:
+            container = av.open(str(out), "w", options={"movflags": "faststart"})
+        except OSError as error:
+            raise InputError(f"{out}: expected a path that can be written, got {error.strerror}") from error
+        with container:
+            stream = container.add_stream("libx264", rate=Fraction(25), options={"crf": "20", "preset": "veryfast"})
+            # An odd side cannot be halved for chroma: the last row or column is left out.
+            stream.width, stream.height, stream.pix_fmt = width_px // 2 * 2, height_px // 2 * 2, "yuv420p"
+            stream.codec_context.time_base = MICROSECOND
+            for t_us, picture in (first, *drawn):
+                cut = np.ascontiguousarray(picture[: stream.height, : stream.width])
+                frame = av.VideoFrame.from_ndarray(cut, format="bgr24")
+                frame.pts, frame.time_base = t_us - first[0], MICROSECOND
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode(None))
 
 
 def _check_target(out: Path, *used: Path) -> None:
@@ -80,31 +120,41 @@ def _check_target(out: Path, *used: Path) -> None:
 
 
 def _drawn_frames(
-    video: Path, log_url: str, *, from_us: int, to_us: int | None, run: str | None
+    log: EventLog, run: RunRecord, video: Path, *, from_us: int, to_us: int | None
 ) -> Iterator[tuple[int, ByteArray]]:
-    with open_log(log_url) as log:
-        record = log.run(run)
-        if record.camera is None:
-            raise LogError(f"log {log_url!r}: expected a run on a video, got one on {record.input!r}")
-        events = [decode_event(text) for text in iterate_events(log, EventFilter(runs=(record.id,)))]
-        reader = OverlayReader(log.states(record.id, from_us=from_us - TRAIL_US, to_us=to_us), events)
-        views = Views(record.camera, log.views(record.id))
-        lens, frames = record.camera.lens, log.frames(record.id)
-        (_, looked_us), (_, next_us) = next(frames, END), next(frames, END)
-        for frame in _frames(video, record.camera):
-            while next_us <= frame.t_us:
-                looked_us, (_, next_us) = next_us, next(frames, END)
-            if to_us is not None and frame.t_us >= to_us:
-                return
-            if frame.t_us >= from_us:
-                numbers = views.at(frame.t_us)
-                view = None if numbers is None else np.array(numbers).reshape(3, 3)
-                yield frame.t_us, draw_overlay(frame.to_bgr(), reader.at(frame.t_us, looked_us=looked_us), view, lens)
-
-
-def _frames(video: Path, camera: CameraRecord) -> Iterator[Frame]:
     source = open_video(video)
-    if (source.width_px, source.height_px) != (camera.width_px, camera.height_px):
-        expected, came = f"{camera.width_px} x {camera.height_px}", f"{source.width_px} x {source.height_px}"
-        raise InputError(f"{video}: expected the video of the run, {expected} pixels, got {came}")
-    yield from source
+    camera = _camera(run, source)
+    for frame, overlay, view in _overlays(log, run, camera, source, from_us=from_us, to_us=to_us):
+        yield frame.t_us, draw_overlay(frame.to_bgr(), overlay, view)
+
+
+def _overlays(
+    log: EventLog, run: RunRecord, camera: CameraRecord, frames: Iterable[Frame], *, from_us: int, to_us: int | None
+) -> Iterator[tuple[Frame, Overlay, GroundCamera | None]]:
+    """Give the frames of [from_us, to_us) with what is drawn on each, and how the camera looked; None if unknown."""
+    end = None if to_us is None else TimePoint(to_us, "media")
+    near = EventFilter(runs=(run.id,), from_=TimePoint(from_us - EVENT_LINGER_US, "media"), to=end)
+    events = [decode_event(text) for text in iterate_events(log, near)]
+    reader = OverlayReader(log.states(run.id, from_us=from_us - TRAIL_US, to_us=to_us), events)
+    views = Views(camera, log.views(run.id))
+    # Where the run looked long before, cars have no rows that are drawn either.
+    looked = log.frames(run.id, from_us=from_us - TRAIL_US, to_us=to_us)
+    (_, looked_us), (_, next_us) = next(looked, END), next(looked, END)
+    for frame in frames:
+        while next_us <= frame.t_us:
+            looked_us, (_, next_us) = next_us, next(looked, END)
+        if to_us is not None and frame.t_us >= to_us:
+            return
+        if frame.t_us >= from_us:
+            yield frame, reader.at(frame.t_us, looked_us=looked_us), views.at(frame.t_us)
+
+
+def _camera(run: RunRecord, video: VideoSource) -> CameraRecord:
+    """Give the camera of a run, if a video is that of the run."""
+    camera = run.camera
+    if camera is None:
+        raise LogError(f"run {run.id!r}: expected one on a video, got one on {run.input!r}")
+    expected, came = f"{camera.width_px} x {camera.height_px}", f"{video.width_px} x {video.height_px}"
+    if expected != came:
+        raise InputError(f"{video.path}: expected the video of the run, {expected} pixels, got {came}")
+    return camera

@@ -5,7 +5,6 @@ import math
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import groupby
 
 import cv2
@@ -13,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from gis.lens import Lens
+from gis.camera import GroundCamera
 from service.export.tracks import footprint_corners
 from service.records import CarState, EventRecord
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
@@ -104,9 +103,7 @@ def _moved(state: CarState, t_us: int) -> CarState:
     return replace(state, t_us=t_us, x_m=x_m, y_m=y_m)
 
 
-def draw_overlay(
-    picture: ByteArray, overlay: Overlay, pixel_from_ground: FloatArray | None, lens: Lens | None = None
-) -> ByteArray:
+def draw_overlay(picture: ByteArray, overlay: Overlay, camera: GroundCamera | None, *, scale: float = 1.0) -> ByteArray:
     """Draw cars, trails and events on a copy of a picture.
 
     A car that is seen has a closed box with a dot at its front; one that is only predicted, as when something hides
@@ -115,15 +112,14 @@ def draw_overlay(
     Parameters
     ----------
     picture : (h, w, 3) blue, green, red.
-    pixel_from_ground : (3, 3) homography, positive third coordinate in front of the camera; None where the camera of
-        a moving view did not know where it looked, which is then said instead of the cars.
-    lens : bends the picture of the homography; None for a straight one.
+    camera : None where that of a moving view did not know where it looked, which is then said instead of the cars.
+    scale : by which the picture is larger than that of the camera.
     """
     canvas = picture.copy()
-    if pixel_from_ground is None:
+    if camera is None:
         write_text(canvas, "view lost", (8, canvas.shape[0] - 10), WHITE)
     else:
-        _draw_traffic(canvas, overlay, partial(_project, pixel_from_ground=pixel_from_ground, lens=lens))
+        _draw_traffic(canvas, overlay, lambda points_m: (camera.to_pixels(points_m) + 0.5) * scale - 0.5)
     for line, event in enumerate(overlay.events):
         roles = ", ".join(f"{role} {symbol}" for role, symbol in event.roles.items())
         write_text(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
@@ -202,14 +198,6 @@ def write_text(canvas: ByteArray, text: str, at_px: tuple[int, int], colour: Col
     for x_px, y_px in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         cv2.putText(canvas, text, (at_px[0] + x_px, at_px[1] + y_px), FONT, size, BLACK, 1, cv2.LINE_AA)
     cv2.putText(canvas, text, at_px, FONT, size, colour, 1, cv2.LINE_AA)
-
-
-def _project(points_m: FloatArray, pixel_from_ground: FloatArray, lens: Lens | None) -> FloatArray:
-    """Map ground points to pixels; nan for those behind the camera."""
-    scaled = np.column_stack((points_m, np.ones(len(points_m)))) @ pixel_from_ground.T
-    depth = np.where(scaled[:, 2:] > 0, scaled[:, 2:], np.nan)
-    straight_px = np.asarray(scaled[:, :2] / depth, np.float64)
-    return straight_px if lens is None else lens.bend(straight_px)
 
 
 def in_front(points_px: FloatArray) -> list[NDArray[np.int32]]:

@@ -14,12 +14,13 @@ from typing import Literal, TextIO
 
 import msgspec
 
+from service.export.ocel import ocel
 from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records import EventRecord
 from service.store.log import EventLog
 from service.times import format_media
 
-ExportFormat = Literal["jsonl", "csv", "vtt"]
+ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel"]
 
 ROLE_PREFIX = "role."
 _SHORTEST_CUE_US = 1_000_000
@@ -88,6 +89,12 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
             return _csv(pages, find_role_names(log, wanted))
         case "vtt":
             return _vtt(pages, {run.id: run.file.first_pts_us or 0 for run in log.runs() if run.file})
+        case "geojson":
+            from service.export.geojson import event_features, frame_of  # loads what projects
+
+            return event_features(pages, {run.id: frame_of(run) for run in log.runs()})
+        case "ocel":
+            return ocel(pages, lambda run: {one.car: one.car_class for one in log.cars(run)})
 
 
 def _jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:

@@ -176,8 +176,6 @@ def _with_legend(image: ByteArray, site: Site, found: Review, step_m: int) -> By
         (GRID, f"grid {step_m} m"),
         (LANE, "lane"),
         (BEYOND, f"error x {ERROR_SCALE}, lane beyond the points, lane end"),
-    ]
-    keys += [
         (MARK, "point"),
         (HULL, "hull of the points"),
         (HORIZON, "horizon"),

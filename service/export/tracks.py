@@ -8,11 +8,13 @@ import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from itertools import groupby
+from operator import attrgetter
 from typing import TextIO
 
 import numpy as np
 
+from gis.camera import GroundCamera
 from service.records import CameraRecord, CarState, ViewRecord
 
 COLUMNS = (
@@ -24,6 +26,7 @@ Box = tuple[float, float, float, float]
 
 # In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
 _MOT_OFFSET_PX = 1.5
+END = (0, 1 << 62)  # behind the frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,18 +73,18 @@ def write_tracks_mot(
     views : of a moving camera, ordered by time; none for a fixed one. A car has no box while the view is lost.
     """
     walk = Views(camera, iter(views))
-    oriented = lru_cache(maxsize=1)(lambda numbers: _oriented(numbers, camera))
     without_frame = outside = 0
-    for number, one in _numbered(states, frames):
-        numbers = walk.at(one.t_us)
-        box = None if numbers is None else _box(one, oriented(numbers), camera)
-        if number is None:
-            without_frame += 1
-        elif box is None:
-            outside += 1
-        else:
-            left, top, width, height = (f"{value:.2f}" for value in box)
-            out.write(f"{number},{car_numbers[one.car]},{left},{top},{width},{height},{int(one.linked)},-1,-1,-1\n")
+    for number, t_us, cars in _numbered(states, frames):
+        view = walk.at(t_us)
+        boxes = [None] * len(cars) if view is None else _boxes(cars, view, camera)
+        for one, box in zip(cars, boxes, strict=True):
+            if number is None:
+                without_frame += 1
+            elif box is None:
+                outside += 1
+            else:
+                left, top, width, height = (f"{value:.2f}" for value in box)
+                out.write(f"{number},{car_numbers[one.car]},{left},{top},{width},{height},{int(one.linked)},-1,-1,-1\n")
     return MotReport(without_frame, outside)
 
 
@@ -113,15 +116,22 @@ class Views:
 
     def __init__(self, camera: CameraRecord, views: Iterator[ViewRecord]) -> None:
         self._views = views
+        self._lens = camera.lens
         self._next = next(views, None)
         looks_on = self._next is None or not self._next.pixel_from_ground
         self._last = ViewRecord(0, camera.pixel_from_ground) if looks_on else None
 
-    def at(self, t_us: int) -> tuple[float, ...] | None:
-        """Return the map from the ground to the image at this time, None if not known; times must not decrease.
+    def at(self, t_us: int) -> GroundCamera | None:
+        """Return the camera as it looks at this time, None if that is not known; times must not decrease.
 
         Between two views it is the mean of both, weighted by time.
         """
+        numbers = self._at(t_us)
+        if numbers is None:
+            return None
+        return GroundCamera.from_homography(np.linalg.inv(np.array(numbers).reshape(3, 3)), self._lens)
+
+    def _at(self, t_us: int) -> tuple[float, ...] | None:
         while self._next is not None and self._next.t_us < t_us:
             self._last, self._next = self._next, next(self._views, None)
         last, coming = self._last, self._next
@@ -137,38 +147,23 @@ class Views:
         return tuple(mean.tolist())
 
 
-def _numbered(states: Iterable[CarState], frames: Iterable[tuple[int, int]]) -> Iterator[tuple[int | None, CarState]]:
-    """Join states and frames by time, both read once; None for a state between frames."""
+def _numbered(
+    states: Iterable[CarState], frames: Iterable[tuple[int, int]]
+) -> Iterator[tuple[int | None, int, list[CarState]]]:
+    """Join states and frames by time, both read once: number, time, states; no number between frames."""
     walk = iter(frames)
-    number, t_us = next(walk, (0, None))
-    for state in states:
-        while t_us is not None and t_us < state.t_us:
-            number, t_us = next(walk, (0, None))
-        yield (number if t_us == state.t_us else None), state
+    number, frame_us = next(walk, END)
+    for t_us, cars in groupby(states, key=attrgetter("t_us")):
+        while frame_us < t_us:
+            number, frame_us = next(walk, END)
+        yield (number if frame_us == t_us else None), t_us, list(cars)
 
 
-def _oriented(pixel_from_ground: Sequence[float], camera: CameraRecord) -> Sequence[float]:
-    """Give a homography, whose scale is free, the sign with which depth is positive in front of the camera.
-
-    A point that is in front is the ground at the middle of the lower edge, which is never above the horizon.
-    """
-    ground_from_pixel = np.linalg.inv(np.array(pixel_from_ground).reshape(3, 3))
-    is_turned = ground_from_pixel[2] @ ((camera.width_px - 1) / 2, camera.height_px - 1, 1) < 0
-    return [-number for number in pixel_from_ground] if is_turned else pixel_from_ground
-
-
-def _box(state: CarState, h: Sequence[float], camera: CameraRecord) -> Box | None:
-    """Return left, top, width and height as MOT counts them; None if not in the image."""
-    points: list[Point] = []
-    for x_m, y_m in footprint_corners(state):
-        depth = h[6] * x_m + h[7] * y_m + h[8]
-        if depth <= 0:
-            return None
-        points.append(((h[0] * x_m + h[1] * y_m + h[2]) / depth, (h[3] * x_m + h[4] * y_m + h[5]) / depth))
-    if (lens := camera.lens) is not None:
-        points = lens.bend(points).tolist()
-    left, right = min(x for x, _ in points), max(x for x, _ in points)
-    top, bottom = min(y for _, y in points), max(y for _, y in points)
-    if right < -0.5 or bottom < -0.5 or left > camera.width_px - 0.5 or top > camera.height_px - 0.5:
-        return None
-    return left + _MOT_OFFSET_PX, top + _MOT_OFFSET_PX, right - left, bottom - top
+def _boxes(states: Sequence[CarState], view: GroundCamera, camera: CameraRecord) -> list[Box | None]:
+    """Give left, top, width and height of each as MOT counts them; None if not in the image."""
+    corners_m = np.array([footprint_corners(one) for one in states])
+    corners_px = view.to_pixels(corners_m.reshape(-1, 2)).reshape(corners_m.shape)
+    low_px, high_px = corners_px.min(axis=1), corners_px.max(axis=1)  # nan with a corner behind the camera
+    is_seen = ((high_px >= -0.5) & (low_px <= np.array([camera.width_px, camera.height_px]) - 0.5)).all(axis=1)
+    boxes = np.hstack((low_px + _MOT_OFFSET_PX, high_px - low_px)).tolist()
+    return [tuple(box) if seen else None for box, seen in zip(boxes, is_seen, strict=True)]

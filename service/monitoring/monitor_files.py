@@ -101,40 +101,45 @@ NO_MONITORS = LoadedMonitors()
 
 
 def load_monitor_files(paths: Sequence[Path], given: Given | None = NO_EVENTS) -> LoadedMonitors:
-    """Read and check files of monitors, all in one name space.
+    """Read and check files of monitors; as `load_monitor_texts`, with an `InputError` if a file cannot be read."""
+    return load_monitor_texts([(str(path), read_text(path)) for path in paths], given)
+
+
+def load_monitor_texts(texts: Sequence[tuple[str, str]], given: Given | None = NO_EVENTS) -> LoadedMonitors:
+    """Check texts of monitors, all in one name space.
 
     Parameters
     ----------
+    texts : what messages call each, and the text.
     given : the events that the monitors may look at; None if that is not known yet, and then any name may be one.
 
     Raises
     ------
     InputError
-        If a file cannot be read or has no monitor.
+        If a text has no monitor.
     FormulaError
         If a text is malformed, names what there is not, compares what cannot be compared, or has a monitor with the
         name of another one.
     """
     signature = None if given is None else signature_with(given)
     definitions: list[Monitor] = []
-    file_of: dict[str, Path] = {}
-    for path in paths:
-        text = read_text(path)
-        found = parse_monitors(text, name=str(path), signature=signature)
+    text_of: dict[str, str] = {}
+    for name, text in texts:
+        found = parse_monitors(text, name=name, signature=signature)
         if not found:
-            raise InputError(f"{path}: expected at least one monitor, got none")
-        _refuse_known_names(text, path, found, file_of)
-        file_of |= dict.fromkeys((one.name for one in found), path)
+            raise InputError(f"{name}: expected at least one monitor, got none")
+        _refuse_known_names(text, name, found, text_of)
+        text_of |= dict.fromkeys((one.name for one in found), name)
         definitions += found
     used = features_of(definitions)
     known = SIGNATURE.features.keys()
     return LoadedMonitors(tuple(definitions), used & known, used - known)
 
 
-def _refuse_known_names(text: str, path: Path, found: Sequence[Monitor], file_of: Mapping[str, Path]) -> None:
-    reporter = Reporter({str(path): normalised(text)})
+def _refuse_known_names(text: str, name: str, found: Sequence[Monitor], text_of: Mapping[str, str]) -> None:
+    reporter = Reporter({name: normalised(text)})
     for one in found:
-        if one.name in file_of:
-            message = f"expected a new name of a monitor, got {one.name!r} as in {file_of[one.name]}"
+        if one.name in text_of:
+            message = f"expected a new name of a monitor, got {one.name!r} as in {text_of[one.name]}"
             reporter.error("F0206", message, one.span)
     reporter.raise_if_any(FormulaError)

@@ -19,14 +19,22 @@ from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
 from service.errors import InputError
-from service.monitoring.monitor_files import load_monitor_files
+from service.monitoring.monitor_files import load_monitor_texts
 from service.monitoring.monitored_states import TrafficState, TrafficStates
 from service.monitoring.standing_events import StandingEvents
 from service.monitoring.stream_processes import MonitoringUnit
 from service.questions.stored_events import relations_of, stored_events, unwatched_relations
-from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
+from service.records import (
+    CarState,
+    ChronicleRef,
+    HypothesisRecord,
+    LinkRecord,
+    MonitorVerdict,
+    RelationRecord,
+    RunRecord,
+)
 from service.store.log import EventLog, open_log
-from service.texts.chronicle_files import with_relations
+from service.texts.chronicle_files import read_text, with_relations
 
 _Row = TypeVar("_Row", LinkRecord, RelationRecord, HypothesisRecord)
 _NEVER_US = -(2**62)
@@ -44,14 +52,31 @@ class Monitored:
     report: tuple[MonitorReport, ...]
 
 
+def verdicts(found: Monitored) -> list[MonitorVerdict]:
+    """Give what was told as records."""
+    return [
+        MonitorVerdict(ChronicleRef(one.monitor, one.version), one.outcome, dict(one.roles), one.since_us, one.t_us)
+        for one in found.events
+    ]
+
+
 def monitor_log(
     url: str, monitor_files: Sequence[Path], *, run: str | None = None, site_file: Path | None = None
+) -> Monitored:
+    """Run monitors in files over a run of a log; parameters and errors as those of `monitor_run`."""
+    texts = [(str(path), read_text(path)) for path in monitor_files]
+    with open_log(url) as log:
+        return monitor_run(log, log.run(run), texts, site_file)
+
+
+def monitor_run(
+    log: EventLog, run: RunRecord, texts: Sequence[tuple[str, str]], site_file: Path | None = None
 ) -> Monitored:
     """Run monitors over a run of a log; they tell what they would have told while it was processed.
 
     Parameters
     ----------
-    run : which run; may be left out when there is only one.
+    texts : of the monitors, each after what messages call it.
     site_file : of the run, for relations that it did not watch; None for where the site file was.
 
     Raises
@@ -59,26 +84,24 @@ def monitor_log(
     LogError, InputError, DyKnowError
         If the log or the monitors cannot be used, or the run did not watch a relation that the monitors look at.
     """
-    asked = load_monitor_files(monitor_files, None).events
-    with open_log(url) as log:
-        record = log.run(run)
-        chronicles = _chronicles(record, asked)
-        monitors = load_monitor_files(monitor_files, chronicles.given)
-        monitors.check_names(chronicles)
-        _check_complete(record)
-        monitors.check_roads(f"run {record.id!r}", has_roads=bool(record.site))
-        feeding = chronicles.feeding(monitors.events)
-        looked_at = monitors.relations | relations_of(feeding)
-        computed = tuple(unwatched_relations(log, record, looked_at, site_file).changes)
-        lag_us = RelationSettings().backdate_us
-        standing = StandingEvents(feeding, monitors.events, lag_us=lag_us)
-        if monitors.events:
-            stored = stored_events(log, record.id, computed=computed)
-            standing.finish(recognise(feeding, stored.events, until_us=stored.until_us))
-        states = TrafficStates(monitors.features, lag_us=lag_us)
-        unit = MonitoringUnit(monitors, standing, lag_us=lag_us)
-        events = [one.value for one in _told(states, unit, _replay(log, record.id, states, computed))]
-    return Monitored(record.id, tuple(events), unit.report())
+    asked = load_monitor_texts(texts, None).events
+    chronicles = _chronicles(run, asked)
+    monitors = load_monitor_texts(texts, chronicles.given)
+    monitors.check_names(chronicles)
+    _check_complete(run)
+    monitors.check_roads(f"run {run.id!r}", has_roads=bool(run.site))
+    feeding = chronicles.feeding(monitors.events)
+    looked_at = monitors.relations | relations_of(feeding)
+    computed = tuple(unwatched_relations(log, run, looked_at, site_file).changes)
+    lag_us = RelationSettings().backdate_us
+    standing = StandingEvents(feeding, monitors.events, lag_us=lag_us)
+    if monitors.events:
+        stored = stored_events(log, run.id, computed=computed)
+        standing.finish(recognise(feeding, stored.events, until_us=stored.until_us))
+    states = TrafficStates(monitors.features, lag_us=lag_us)
+    unit = MonitoringUnit(monitors, standing, lag_us=lag_us)
+    events = [one.value for one in _told(states, unit, _replay(log, run.id, states, computed))]
+    return Monitored(run.id, tuple(events), unit.report())
 
 
 def _chronicles(run: RunRecord, names: Collection[str]) -> ChronicleSet:

@@ -10,7 +10,7 @@ from pathlib import Path
 from anchoring.settings import AnchoringSettings
 from gis.road_network import RoadNetwork
 from qsr.settings import RelationSettings
-from service.errors import LogError
+from service.errors import InputError
 from service.questions.stored_cars import seen_frames
 from service.records import RelationRecord, RunRecord
 from service.runs.inputs.input_kind import content_digest
@@ -39,18 +39,23 @@ def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Grou
     Parameters
     ----------
     asked : what it is for, in messages.
+
+    Raises
+    ------
+    InputError
+        If it is not known any more, is another one, or cannot be used.
     """
     if not run.site and site_file is None:
         return Ground(None, AnchoringSettings(), RelationSettings())
     known = run.site_file
     path = site_file or (Path(known.path) if known else None)
-    where = f"run {run.id!r}: expected the site file of {run.site!r} as it was, to compute {asked} from the cars"
+    where = f"run {run.id!r}: expected the site file of {run.site!r} as it was, {asked}"
     if path is None or not path.exists():
-        came = "none in this older log" if path is None else f"no file {str(path)!r}"
-        raise LogError(f"{where}, got {came}; say where it is with --site")
+        came = "none in this older log" if path is None else f"no file {path.name!r}"
+        raise InputError(f"{where}, got {came}; say where it is with --site")
     site = load_site(path)
     if not _is_the_same(site, run):
-        raise LogError(f"{where}, got another one in {str(path)!r}")
+        raise InputError(f"{where}, got another one in {path.name!r}")
     return Ground(site.network, site.anchoring, site.relations)
 
 

@@ -23,7 +23,7 @@ from chronicles.explanation.rendering import render
 from chronicles.explanation.sentences import of_event, seconds
 from chronicles.explanation.why import why
 from dyknow.language.diagnostics import hinted
-from service.errors import FilterError, NotInLogError, QueryError
+from service.errors import FilterError, NotInLogError
 from service.questions.awaited import AwaitedList, awaited_instances
 from service.questions.identity import IdentityLink, chain_of, links_below
 from service.questions.notes import covered
@@ -104,7 +104,7 @@ class AbsenceQuestion:
     run : which run; None for the only one of the log.
     roles : values of some roles, to ask about these things only.
     start_us, end_us : asks for the instances that overlap [start_us, end_us); None is open.
-    limit : how many near misses are wanted at most.
+    limit : how many near misses are wanted at most, from 1 to `MAX_NEAR_MISSES`, as who reads it has checked.
     """
 
     chronicle: str
@@ -178,8 +178,8 @@ class Explainer:
 
         Raises
         ------
-        QueryError, FilterError
-            If there is no such role or the limit is out of range; if the window is empty.
+        FilterError
+            If there is no such role, or the window is empty.
         NotInLogError
             If there is no such run or chronicle.
         LogError, InputError, ChronicleError
@@ -204,7 +204,7 @@ class Explainer:
 
         Raises
         ------
-        QueryError, FilterError, NotInLogError, LogError, InputError, ChronicleError
+        FilterError, NotInLogError, LogError, InputError, ChronicleError
             As `explain_absence`.
         """
         run = self._log.run(question.run)
@@ -377,8 +377,6 @@ def _check(question: AbsenceQuestion, run: RunRecord, chronicles: ChronicleSet, 
     start_us, end_us = question.start_us, question.end_us
     if start_us is not None and end_us is not None and start_us >= end_us:
         raise FilterError(f"from: expected a time before 'to' ({end_us} us), got {start_us} us", parameter="from")
-    if not 1 <= question.limit <= MAX_NEAR_MISSES:
-        raise QueryError(f"limit: expected 1 to {MAX_NEAR_MISSES}, got {question.limit!r}", parameter="limit")
 
 
 def _occurrence(event: EventRecord) -> Occurrence:

@@ -4,19 +4,24 @@ What rests on a refuted link is left out, as when events are explained; relation
 computed from its cars.
 """
 
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator
+from operator import attrgetter
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from chronicles.events import Event
 from dyknow.language.diagnostics import hinted
 from qsr.relations import RANK
 from service.errors import QueryError
 from service.questions.coverage import Coverage, LookedAt
+from service.questions.cursors import decode_cursor, encode_cursor
 from service.questions.stored_events import Part, stored_events, unwatched_relations
 from service.records import RunRecord
 from service.store.log import EventLog
 
+_START_US = attrgetter("start_us")
 _NOT_HELD = ("false", "unknown")
 
 
@@ -29,7 +34,7 @@ class RelationQuestion(Struct, frozen=True, kw_only=True):
     names : of relations; empty for all that the run watched.
     about : who must take part, in any place of the relation.
     from_us, to_us : the window [from_us, to_us); None is open.
-    limit : how many intervals are wanted at most.
+    limit : how many intervals are wanted at once.
     """
 
     run: str | None = None
@@ -54,27 +59,31 @@ class RelationInterval(Struct, frozen=True, order=True):
 
 
 class RelationList(Struct, frozen=True):
-    """What held in a window: `count` intervals, of which the earliest are `items`."""
+    """What held in a window: `count` intervals, some of which are `items`; `next_cursor` is null with the last ones."""
 
     run: str
     from_us: int
     to_us: int
     count: int
     items: list[RelationInterval]
+    next_cursor: str | None
     looked_at: list[LookedAt]
 
 
-def relation_intervals(log: EventLog, question: RelationQuestion, coverage: Coverage) -> RelationList:
+def relation_intervals(
+    log: EventLog, question: RelationQuestion, coverage: Coverage, *, cursor: str | None = None
+) -> RelationList:
     """List the relations that held in a window, the earliest first.
 
     Parameters
     ----------
     coverage : of the same log.
+    cursor : `next_cursor` of the same question: what comes behind is wanted.
 
     Raises
     ------
     QueryError
-        If there is no such relation.
+        If there is no such relation, or the cursor is none of this question.
     LogError
         If there is no such run, or it did not watch a relation that cannot be computed any more.
     """
@@ -88,7 +97,17 @@ def relation_intervals(log: EventLog, question: RelationQuestion, coverage: Cove
     about, names = set(question.about), question.names or run.relations
     changes = (one for one in _changes(log, run, names, question.about, (from_us, to_us)) if about <= {*one.args})
     found = sorted(one for one in _laid_out(changes) if one.end_us is None or one.end_us > from_us)
-    return RelationList(run.id, from_us, to_us, len(found), found[: question.limit], coverage.of_run(run))
+    filters = replace(question, limit=0)
+    begin = 0
+    if cursor is not None:
+        # All that began before, and as many of those that began then.
+        start_us, among = decode_cursor(cursor, filters)
+        begin = bisect_left(found, start_us, key=_START_US) + among
+    items, more = found[begin : begin + question.limit], None
+    if items and begin + len(items) < len(found):
+        first = bisect_left(found, items[-1].start_us, key=_START_US)
+        more = encode_cursor((items[-1].start_us, begin + len(items) - first), filters)
+    return RelationList(run.id, from_us, to_us, len(found), items, more, coverage.of_run(run))
 
 
 def _changes(

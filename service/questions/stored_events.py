@@ -189,9 +189,9 @@ def unwatched_relations(
     Raises
     ------
     LogError
-        If the log does not have all cars, or the site of the run is not known any more, or is another one.
-    SiteError
-        If it cannot be used.
+        If the log does not have all cars.
+    InputError
+        If the site of the run is not known any more, is another one, or cannot be used.
     """
     names = sorted(set(asked).difference(run.relations))
     if not names:
@@ -205,7 +205,7 @@ def unwatched_relations(
     # What only this needs, the anchoring and relations of the pipeline, takes most of a second to load.
     from service.questions.computed_relations import computed_relations, ground_of
 
-    ground = ground_of(run, ", ".join(names), site_file)
+    ground = ground_of(run, f"to compute {', '.join(names)} from the cars", site_file)
     return Unwatched(computed_relations(log, run, names, ground, window_us), ground.late_us)
 
 

@@ -322,7 +322,7 @@ def _run_record(
         input_kind=source.kind,
         input=source.path.name,
         site=site.name if site else "",
-        site_file=SiteRecord(str(site.files[0].absolute()), content_digest(*site.files)) if site else None,
+        site_file=_site_record(site) if site else None,
         detector=source.detector,
         camera=source.camera,
         chronicles=chronicles.records,
@@ -341,6 +341,11 @@ def _run_record(
         ),
         software=software,
     )
+
+
+def _site_record(site: Site) -> SiteRecord:
+    origin_deg = (site.frame.origin_lat_deg, site.frame.origin_lon_deg) if site.frame else None
+    return SiteRecord(str(site.files[0].absolute()), content_digest(*site.files), origin_deg)
 
 
 def _settings(request: RunRequest) -> dict[str, str]:

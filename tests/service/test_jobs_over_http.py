@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import closing
+from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -115,6 +116,25 @@ def test_folders_are_left_out_of_texts(text: str, left: str) -> None:
     assert without_folders(text) == left
 
 
+def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url: str, tracks: Path) -> None:
+    texts = {"a.monitors": "monitor slow per ?car in Car: always speed[?car] < 1 m/s\n"}
+    texts["a.kpl"] = resources.files("service.runs").joinpath("trajectories.kpl").read_text()
+    texts["a.linkage"] = resources.files("anchoring.hypotheses").joinpath("default.linkage").read_text()
+    named = {}
+    for name, text in texts.items():
+        (tracks.parent / name).write_text(text)
+        named[name[2:]] = str(tracks.parent / name)
+    job = begin(client, monitors=[named["monitors"]], kpl=named["kpl"], linkage=named["linkage"])
+    with closing(Jobs(database_of(url))) as jobs:
+        request = read_request(jobs.find(str(job["id"])).request, url)
+    assert [str(one) for one in (*request.monitor_files, request.kpl_file, request.linkage_file)] == [*named.values()]
+    work(url, stays=False, tell=lambda _: None)
+    done = client.get(f"/api/v1/jobs/{job['id']}").json()
+    assert done["state"] == "finished", done
+    found = client.get(f"/api/v1/runs/{done['run']}").json()
+    assert [one["name"] for one in found["monitors"]] == ["slow"]
+
+
 def test_a_run_has_the_texts_of_when_it_was_asked_for(client: Client, url: str) -> None:
     with open_log(url) as opened:
         texts = ChronicleTexts(opened)
@@ -162,6 +182,9 @@ def test_an_unknown_job_is_a_problem(client: Client, job: str) -> None:
         ({"chronicles": ["none"]}, 404, "expected names of chronicle texts of this log, got 'none'"),
         ({"site": "/etc/passwd"}, 422, "site: expected the whole path of a file in a folder"),
         ({"site": "../site.toml"}, 422, "site: expected the whole path of a file in a folder"),
+        ({"monitors": ["/etc/passwd"]}, 422, "monitors: expected the whole path of a file in a folder"),
+        ({"kpl": "/etc/passwd"}, 422, "kpl: expected the whole path of a file in a folder"),
+        ({"linkage": "/etc/passwd"}, 422, "linkage: expected the whole path of a file in a folder"),
         ({"detector": "file:/etc/passwd"}, 422, "detector: expected"),
         ({"detector": "onnx:../a.onnx"}, 422, "detector: expected"),
         ({"detector": "onnx:low\n"}, 422, "detector: expected"),

@@ -16,7 +16,7 @@ import pytest
 
 from service.api.app import create_app
 from service.api.bodies import Problem
-from service.api.explanations import Explanations
+from service.api.explanations import Explanations, why, why_not
 from service.api.process_pool import ProcessPool
 from service.errors import LogError, QueryError, UnansweredError
 from service.questions.explaining import AbsenceQuestion
@@ -44,12 +44,12 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("name", "path"), [("_why", "r1-1/why"), ("_summary", "summary?by=actor")])
+@pytest.mark.parametrize(("name", "path"), [("explanations.why", "r1-1/why"), ("events.summary", "summary?by=actor")])
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
     log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str
 ) -> None:
     with Client(create_app(str(log), shipped=[], within_s=0.5)) as client:
-        monkeypatch.setattr(f"service.api.explanations.{name}", _stay)
+        monkeypatch.setattr(f"service.api.routes.{name}", _stay)
         answer = client.get(f"/api/v1/events/{path}")
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
         told = msgspec.json.decode(answer.content, type=Problem)
@@ -64,8 +64,8 @@ def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there
     async def ask() -> None:
         explanations = Explanations(str(log), ProcessPool())
         with pytest.raises(UnansweredError, match="a process that was ended"):
-            await explanations.why(Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
-        assert await explanations.why("r1-99") is None
+            await explanations.ask(why, Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
+        assert await explanations.ask(why, "r1-99") is None
 
     asyncio.run(ask())
 
@@ -74,7 +74,7 @@ def test_errors_come_from_the_process_as_they_are(log: Path) -> None:
     async def ask() -> None:
         explanations = Explanations(str(log), ProcessPool())
         with pytest.raises(LogError, match="expected one of its chronicles, got 'nothing'"):
-            await explanations.why_not(_NO_QUESTION)
+            await explanations.ask(why_not, _NO_QUESTION)
 
     asyncio.run(ask())
     error = pickle.loads(pickle.dumps(QueryError("limit: ...", parameter="limit")))
@@ -88,7 +88,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     async def ask() -> None:
         explanations = Explanations(str(log), ProcessPool(3600))
         begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
-        long = [asyncio.create_task(explanations.why(Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
+        long = [asyncio.create_task(explanations.ask(why, Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
         while not all(one.exists() for one in begun):
             await asyncio.sleep(0.01)
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:

@@ -4,8 +4,8 @@ Runs on the reader thread of `frames.VideoSource`. Damage is told apart from a c
 announces more than it delivers, a packet cut short and a picture the decoder had to invent all count as broken.
 """
 
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Generator, Iterator
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -19,7 +19,7 @@ from av.video.stream import VideoStream
 from vision.errors import VideoBroken, VideoError
 from vision.objects import ByteArray
 from vision.video.frame import Frame
-from vision.video.recording import ConnectionBytes, connections
+from vision.video.recording import ConnectionBytes, connections, is_recording
 
 # FFmpeg plays text files and single pictures as videos; nobody means that.
 NOT_VIDEO_FORMATS = frozenset({"tty", "image2", "png_pipe", "jpeg_pipe", "bmp_pipe", "gif_pipe", "webp_pipe"})
@@ -29,6 +29,8 @@ PLANAR_420 = frozenset({"yuv420p", "yuvj420p"})
 # AVI counts frames that it leaves empty; only a file cut short also ends before its announced duration.
 MISSING_TAIL_FRAMES = 1.5
 CLOCKLESS_YEAR = 1970
+STEP_BACK_US = 1_000_000
+"""How much earlier is looked for a key picture where there was none; twice as much each time."""
 ANALYSED_US = 1_000_000
 """What of a recording is read before its first frame is given; FFmpeg takes five seconds if left to itself."""
 
@@ -130,12 +132,14 @@ class Skipped:
     is_damaged: bool
 
 
-def decode(header: VideoHeader) -> Iterator[Frame | Skipped]:
+def decode(header: VideoHeader, *, from_us: int = 0) -> Generator[Frame | Skipped]:
     """Decode a video file once.
 
     Parameters
     ----------
     header : of the file, from `read_header`.
+    from_us : begins with a key picture that should lie before, where the container can be sought in; `index` counts
+        from there.
 
     Yields
     ------
@@ -148,6 +152,7 @@ def decode(header: VideoHeader) -> Iterator[Frame | Skipped]:
     """
     index, last_us = 0, None
     with _open(header.path) as container:
+        is_sought = _seek(container, header, from_us)
         pictures = _pictures(container, header)
         while True:
             try:
@@ -157,6 +162,10 @@ def decode(header: VideoHeader) -> Iterator[Frame | Skipped]:
             except (av.FFmpegError, _Damage) as error:
                 reason = str(error) if isinstance(error, _Damage) else f"decoder error {error.strerror!r}"
                 raise VideoBroken(path=header.path, t_us=last_us or 0, frame_index=index, reason=reason) from error
+            # What is shown before a key picture rests on others that were passed over.
+            if is_sought and (picture.is_corrupt or not picture.key_frame):
+                continue
+            is_sought = False
             t_us = _time_us(picture, header)
             # Damage before the first good picture mends itself, as in a stream cut between key frames.
             is_damaged = picture.is_corrupt and index == 0
@@ -167,7 +176,49 @@ def decode(header: VideoHeader) -> Iterator[Frame | Skipped]:
             index, last_us = index + 1, t_us
 
 
-def decode_recording(header: VideoHeader) -> Iterator[Frame | Skipped]:
+def frame_at(header: VideoHeader, t_us: int) -> Frame | None:
+    """Decode the frame that is shown at a time, as `decode` from the start gives it, but for its index.
+
+    Returns
+    -------
+    The last frame not later than the time; None before the first frame, and after the last one.
+
+    Raises
+    ------
+    VideoBroken
+        If the file cannot be read up to there.
+    """
+    if is_recording(Path(header.path)):
+        return _shown(decode_recording(header), t_us)[0]
+    from_us, back_us = t_us, STEP_BACK_US
+    while from_us > 0:
+        with suppress(VideoBroken):  # of what comes before there is nothing to go by
+            frame, is_certain = _shown(decode(header, from_us=from_us), t_us)
+            if is_certain:
+                return frame
+        from_us, back_us = from_us - back_us, 2 * back_us
+    return _shown(decode(header), t_us)[0]
+
+
+def _shown(frames: Generator[Frame | Skipped], t_us: int) -> tuple[Frame | None, bool]:
+    """Find the frame that is shown at a time, and say whether it comes behind another one or behind the end.
+
+    The first one may have the time of one before it, and then a whole pass leaves it out.
+    """
+    before: Frame | None = None
+    shown: Frame | None = None
+    with closing(frames):
+        for frame in frames:
+            if isinstance(frame, Skipped):
+                continue
+            if frame.t_us <= t_us:
+                before, shown = shown, frame
+            if frame.t_us >= t_us:
+                return shown, before is not None
+    return None, shown is not None
+
+
+def decode_recording(header: VideoHeader) -> Generator[Frame | Skipped]:
     """Decode a recording once; what is damaged is left out, since a live source goes on after it.
 
     Parameters
@@ -283,6 +334,18 @@ def _created_utc(container: InputContainer) -> datetime | None:
 
 def _stream_us(stream: VideoStream, ticks: int | None) -> int | None:
     return None if ticks is None or stream.time_base is None else round(ticks * stream.time_base * 1_000_000)
+
+
+def _seek(container: InputContainer, header: VideoHeader, t_us: int) -> bool:
+    """Go to a key picture before a time, or near it; False where the file is read from its start."""
+    stream = container.streams[header.stream_index]
+    if t_us <= 0 or stream.time_base is None:
+        return False
+    try:
+        container.seek(int((t_us + header.start_us) / (1_000_000 * stream.time_base)), stream=stream)
+    except av.FFmpegError:
+        return False
+    return True
 
 
 def _pictures(container: InputContainer, header: VideoHeader) -> Iterator[VideoFrame]:

@@ -108,6 +108,12 @@ class VideoSource:
             hand_over.close()
             reader.join()
 
+    def frame_at(self, t_us: int) -> Frame | None:
+        """Decode the frame that is shown at a time, from the key picture before it on; see `decoding.frame_at`."""
+        from vision.video.decoding import frame_at
+
+        return frame_at(self._header, t_us)
+
     def take_left_out(self, before_us: float = math.inf) -> list[tuple[int, int]]:
         """Take (index, t_us) of the frames before a time that were not looked at, once each, in order."""
         taken = []

@@ -29,7 +29,7 @@ OPEN: Final = frozenset({"/healthz", "/readyz", "/logout"})
 """What anybody may ask who reaches the server."""
 
 CHANGING_NOTHING: Final = frozenset(
-    {"/login", *(f"/api/v1/chronicles/{one}" for one in ("check", "diff", "format", "try"))}
+    {"/login", "/api/v1/monitors/try", *(f"/api/v1/chronicles/{one}" for one in ("check", "diff", "format", "try"))}
 )
 """What is posted only since it has a body, or needs one's own page."""
 

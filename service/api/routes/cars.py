@@ -6,11 +6,12 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
 
-from service.api.asked import InWindow, MediaTime, OfRun
+from service.api.asked import GEOJSON, Form, InWindow, MediaTime, OfRun
 from service.api.bodies import CarList, LinkList, Tracks
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
 from service.errors import FilterError
+from service.export.geojson import car_features, known_frame_of
 from service.questions.car_tracks import car_columns
 from service.questions.coverage import Coverage
 from service.questions.identity import check_car, identities, links_of
@@ -23,6 +24,7 @@ MOST_US = 60_000_000
 
 
 class _Stepwise(InWindow):
+    format: Form = "json"
     step_us: int = Field(1, ge=1, le=MAX_MEDIA_US, description="The first state of a car in each step; all for 1.")
 
 
@@ -54,13 +56,13 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     def get_links(car: str, asked: Annotated[OfRun, Query()]) -> Response:
         """Answer with the identity chain of a car, oldest link first."""
         record = log.run(asked.run)
-        return json_answer(LinkList(record.id, car, links_of(log, record, car)))
+        return json_answer(LinkList(record.id, car, links_of(log, record, car), coverage.of_run(record)))
 
     @router.get(
         "/api/v1/cars/{car}/trajectory",
         name="trajectory",
         summary="Say where a car was",
-        responses=answers(Tracks, 400, 404, 422),
+        responses=answers(Tracks, 400, 404, 409, 422, also=GEOJSON),
     )
     def get_trajectory(car: str, asked: Annotated[_Stepwise, Query()]) -> Response:
         """Answer with the states of a car over its life, or in a window."""
@@ -69,7 +71,10 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         return _tracks(record, asked, (car,))
 
     @router.get(
-        "/api/v1/tracks", name="tracks", summary="Say where all cars were", responses=answers(Tracks, 400, 404, 422)
+        "/api/v1/tracks",
+        name="tracks",
+        summary="Say where all cars were",
+        responses=answers(Tracks, 400, 404, 409, 422, also=GEOJSON),
     )
     def get_tracks(asked: Annotated[_Window, Query()]) -> Response:
         """Answer with the states of all cars in a window."""
@@ -81,4 +86,6 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     def _tracks(run: RunRecord, asked: _Stepwise | _Window, cars: tuple[str, ...] | None = None) -> Response:
         states = log.states(run.id, cars=cars, from_us=asked.from_, to_us=asked.to)
         columns = car_columns(states, step_us=asked.step_us)
+        if asked.format == "geojson":
+            return Response(car_features(columns, known_frame_of(run)), media_type=GEOJSON)
         return json_answer(Tracks(run.id, columns, coverage.of_run(run)))

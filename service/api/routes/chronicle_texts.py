@@ -14,7 +14,7 @@ from chronicles.errors import ChronicleError
 from chronicles.language.formatter import format_text
 from dyknow.language.diagnostics import render_all
 from service.api.bodies import LaidOut, TextVersions
-from service.api.explanations import Explanations
+from service.api.explanations import Explanations, difference, trial
 from service.api.openapi import TEXT_BODY, answers
 from service.api.orders import DifferenceOrder, TrialOrder
 from service.api.routes.answering import json_answer
@@ -50,14 +50,14 @@ def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanat
     async def try_text(order: TrialOrder) -> Response:
         """Say what a text would recognise in a window of the log, and how near it came to more; nothing is written."""
         await to_thread.run_sync(_check, "text", order.text)
-        return json_answer(await explanations.trial(order.question(), order.text))
+        return json_answer(await explanations.ask(trial, order.question(), order.text))
 
     @router.post("/chronicles/diff", name="diff", responses=tried | compared)
     async def compare_texts(order: DifferenceOrder) -> Response:
         """Say which events of a window one text would recognise and another one not, or at another time."""
         for name, text in (("before", order.before), ("after", order.after)):
             await to_thread.run_sync(_check, name, text)
-        return json_answer(await explanations.difference(order.question(), order.before, order.after))
+        return json_answer(await explanations.ask(difference, order.question(), order.before, order.after))
 
     _add_stored(router, ChronicleTexts(log))  # last, as `{name}` fits the paths above too
 

@@ -12,11 +12,11 @@ from anyio import to_thread
 from fastapi import APIRouter, HTTPException, Query, Request
 from starlette.responses import Response, StreamingResponse
 
-from service.api.asked import NoParameters
+from service.api.asked import GEOJSON, NoParameters
 from service.api.bodies import EventList, EventSummary
 from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.event_stream import EventStream
-from service.api.explanations import Explanations
+from service.api.explanations import Explanations, summary
 from service.api.openapi import answers, problems
 from service.api.parameters import (
     EventQuery,
@@ -40,10 +40,10 @@ from service.store.log import EventLog, HastyLog
 MOST_KEPT = 32
 
 _PATH = "/api/v1/events"
-_MEDIA_TYPES = {"jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt"}
-_EXPORTED = problems(400, 422) | {
-    200: {"description": "OK", "content": {one: {"schema": {"type": "string"}} for one in _MEDIA_TYPES.values()}}
-}
+_MEDIA_TYPES = {
+    "jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": GEOJSON, "ocel": "application/json",
+}  # fmt: skip
+_EXPORTED = problems(400, 422) | {200: {"description": "OK", "content": {one: {} for one in _MEDIA_TYPES.values()}}}
 
 
 def add_events(
@@ -162,7 +162,7 @@ def _add_summary(router: APIRouter, explanations: Explanations) -> None:
     async def summarise_events(request: Request) -> Response:
         """Answer with counts by type, road, object or hour, the highest first, and bins of media time."""
         asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
-        return json_answer(await explanations.summary(wanted, asked.by, asked.bin_us or None, asked.limit))
+        return json_answer(await explanations.ask(summary, wanted, asked.by, asked.bin_us or None, asked.limit))
 
 
 def _add_export(router: APIRouter, log: EventLog) -> None:

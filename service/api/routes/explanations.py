@@ -2,16 +2,16 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Query
+from fastapi import APIRouter, Depends, HTTPException, Query
 from starlette.responses import Response
 
-from service.api.asked import Absence, Awaited, NoParameters
-from service.api.bodies import EventExplanation
-from service.api.explanations import Explanations
+from service.api.asked import Absence, Awaited, NoParameters, take_none
+from service.api.bodies import AwaitedAnswer, EventExplanation, MonitorTrial
+from service.api.explanations import Explanations, awaited, monitors_tried, why, why_not
 from service.api.openapi import EXPLANATION, answers
+from service.api.orders import MonitorOrder
 from service.api.parameters import describe_roles
 from service.api.routes.answering import json_answer
-from service.questions.awaited import AwaitedList
 
 
 def add_explanations(router: APIRouter, explanations: Explanations) -> None:
@@ -25,7 +25,7 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def get_why(event_id: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
-        found = await explanations.why(event_id)
+        found = await explanations.ask(why, event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
         return json_answer(found)
@@ -40,16 +40,27 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def get_why_not(name: str, asked: Annotated[Absence, Query()]) -> Response:
         """Explain the absence of a chronicle by its near misses."""
-        return json_answer(await explanations.why_not(asked.about(name, asked.from_, asked.to)))
+        return json_answer(await explanations.ask(why_not, asked.about(name, asked.from_, asked.to)))
 
     @router.get(
         "/api/v1/chronicles/{name}/partial",
         name="partial",
         summary="Say what instances of a chronicle wait for",
         description="What was under way at a time: what is missing, until when, and what became of instances before.",
-        responses=answers(AwaitedList, 400, 404, 409, 422),
+        responses=answers(AwaitedAnswer, 400, 404, 409, 422),
         openapi_extra={"parameters": [describe_roles()]},
     )
     async def get_partial(name: str, asked: Annotated[Awaited, Query()]) -> Response:
         """Answer with the instances under way, and those that ended in the window."""
-        return json_answer(await explanations.awaited(asked.about(name, asked.from_, asked.at)))
+        return json_answer(await explanations.ask(awaited, asked.about(name, asked.from_, asked.at)))
+
+    @router.post(
+        "/api/v1/monitors/try",
+        name="try_monitors",
+        summary="Say what monitors would have told",
+        responses=answers(MonitorTrial, 400, 404, 409, 413, 422),
+        dependencies=[Depends(take_none)],
+    )
+    async def try_monitors(order: MonitorOrder) -> Response:
+        """Run monitors over the stored cars and relations of a run; nothing is written."""
+        return json_answer(await explanations.ask(monitors_tried, order.run, order.text))

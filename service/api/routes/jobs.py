@@ -105,10 +105,15 @@ def _request(order: RunOrder, log: EventLog, folders: SourceFolders) -> RunReque
     for name in order.chronicles:
         if name not in known:
             raise NotInLogError(f"chronicles: expected names of chronicle texts of this log, got {name!r}")
+    named = {"site": order.site, "kpl": order.kpl, "linkage": order.linkage}
+    files = {what: None if name is None else folders.permitted(name, what) for what, name in named.items()}
     return RunRequest(
         path,
-        None if order.site is None else folders.permitted(order.site, "site"),
+        files["site"],
         log_url="",
+        monitor_files=tuple(folders.permitted(one, "monitors") for one in order.monitors),
+        kpl_file=files["kpl"],
+        linkage_file=files["linkage"],
         detector=order.detector,
         rate_hz=math.inf if order.rate_hz == "full" else order.rate_hz,
         start_utc_us=None if order.start_utc is None else parse_utc_us(order.start_utc, parameter="start_utc"),

@@ -1,28 +1,39 @@
 """What did a run look at? Its video, and its events as chapters of it, for a player."""
 
-import mimetypes
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Query
+from fastapi import APIRouter, Query
+from pydantic import Field
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from service.api.asked import NoParameters
+from service.api.asked import MediaTime, NoParameters
+from service.api.explanations import Explanations
 from service.api.openapi import Answers, problems
+from service.api.pictures import picture, video_of
 from service.export.events import exported
 from service.questions.queries import EventFilter
-from service.records import InputFile
 from service.store.log import EventLog
 
 _VIDEO: Answers = {
     200: {"description": "OK", "content": {"video/*": {}}},
     206: {"description": "A part", "content": {"video/*": {}}},
 }
+_PICTURE: Answers = {200: {"description": "OK", "content": {"image/jpeg": {}}}}
 _CHAPTERS: Answers = {200: {"description": "OK", "content": {"text/vtt": {}}}}
 
 
-def add_media(router: APIRouter, log: EventLog, folders: Sequence[Path]) -> None:
+class _Picture(NoParameters):
+    t_us: MediaTime = Field(description="When, media time: the frame that a player shows then.")
+    overlay: bool = Field(True, description="Whether cars, their trails and events are drawn on it.")
+    width: int | None = Field(
+        None, ge=16, le=8192, description="Its width in pixels at most; text is not made smaller."
+    )
+
+
+def add_media(router: APIRouter, log: EventLog, explanations: Explanations, folders: Sequence[Path]) -> None:
     """Add the routes for players.
 
     Parameters
@@ -40,11 +51,19 @@ def add_media(router: APIRouter, log: EventLog, folders: Sequence[Path]) -> None
     )
     def get_video(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Answer with the file that the run read, if it is still there and may be sent."""
-        path = _sent(log.run(run).file, allowed)
-        if path is None:
-            expected = "expected one whose file is a video, as it was, in a folder that may be sent (serve --media)"
-            raise HTTPException(404, f"run {run!r}: {expected}, got another one")
+        path = video_of(log.run(run), allowed)
         return FileResponse(path, content_disposition_type="inline", filename=path.name)
+
+    @router.get(
+        "/api/v1/runs/{run}/frame",
+        name="frame",
+        summary="Get a picture of a run",
+        responses=problems(404, 409, 422) | _PICTURE,
+    )
+    async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
+        """Answer with a frame of the video as JPEG, with what the run saw on it."""
+        make = partial(picture, is_drawn=asked.overlay, width_px=asked.width)
+        return Response(await explanations.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
 
     @router.get(
         "/api/v1/runs/{run}/chapters.vtt",
@@ -55,12 +74,3 @@ def add_media(router: APIRouter, log: EventLog, folders: Sequence[Path]) -> None
     def get_chapters(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Answer with WebVTT in the times of the video."""
         return StreamingResponse(exported(log, EventFilter(runs=(log.run(run).id,)), "vtt"), media_type="text/vtt")
-
-
-def _sent(file: InputFile | None, folders: Iterable[Path]) -> Path | None:
-    """Give where a video lies that may be sent; None if it may not, or is gone or another one."""
-    path = Path(file.path).resolve() if file else Path()
-    is_video = (mimetypes.guess_type(path)[0] or "").startswith("video/")
-    if file is None or not is_video or not any(map(path.is_relative_to, folders)):
-        return None
-    return path if path.is_file() and path.stat().st_size == file.size_bytes else None

@@ -8,7 +8,7 @@ from starlette.responses import Response
 
 from qsr.relations import RANK
 from service.api.asked import InWindow, MediaTime, OfRun
-from service.api.explanations import Explanations
+from service.api.explanations import Explanations, relations
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
 from service.questions.queries import MAX_LIMIT, MAX_VALUES
@@ -26,6 +26,7 @@ class _About(OfRun):
     a: str | None = Field(None, description="What takes part, in any place: a car, a road.")
     b: str | None = Field(None, description="What takes part besides.")
     limit: int = Field(_DEFAULT_LIMIT, ge=1, le=_MAX_LIMIT, description="Intervals at most, the earliest.")
+    cursor: str | None = Field(None, description="`next_cursor` of the page before, same question.")
 
 
 class _InWindow(_About, InWindow):
@@ -47,17 +48,19 @@ def add_relations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def list_relations(asked: Annotated[_InWindow, Query()]) -> Response:
         """Answer with intervals, the earliest first; of relations that were not watched too, if they are named."""
-        return json_answer(await explanations.relations(_question(asked, asked.from_, asked.to)))
+        return json_answer(await explanations.ask(relations, _question(asked, asked.from_, asked.to), asked.cursor))
 
     @router.get(
         "/api/v1/relations/at",
         name="relations_at",
         summary="List relations that held at a time",
-        responses=answers(RelationList, 404, 422),
+        responses=answers(RelationList, 400, 404, 422),
     )
     async def list_relations_at(asked: Annotated[_AtTime, Query()]) -> Response:
         """Answer with the intervals in which a time lies."""
-        return json_answer(await explanations.relations(_question(asked, asked.t_us, asked.t_us + 1)))
+        return json_answer(
+            await explanations.ask(relations, _question(asked, asked.t_us, asked.t_us + 1), asked.cursor)
+        )
 
 
 def _question(asked: _About, from_us: int | None, to_us: int | None) -> RelationQuestion:

@@ -9,12 +9,14 @@ from msgspec.structs import replace
 from pydantic import Field
 from starlette.responses import Response
 
-from service.api.asked import NoParameters
+from service.api.asked import GEOJSON, Form, NoParameters
 from service.api.bodies import RunDetail, RunList, RunSummary
+from service.api.explanations import Explanations, site
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
 from service.questions.coverage import Coverage, lost_views
 from service.questions.queries import MAX_VALUES
+from service.questions.run_sites import RunSite
 from service.records import RunStatus
 from service.runs.stored_streams import StoredStreams, streams_of
 from service.store.log import EventLog
@@ -26,7 +28,11 @@ class _Asked(NoParameters):
     status: list[RunStatus] = Field([], max_length=MAX_VALUES, description="How far the run has come.")
 
 
-def add_runs(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
+class _Site(NoParameters):
+    format: Form = "json"
+
+
+def add_runs(router: APIRouter, log: EventLog, explanations: Explanations, coverage: Coverage) -> None:
     """Add the routes about runs."""
 
     @router.get("/api/v1/runs", name="runs", summary="List runs", responses=answers(RunList, 422))
@@ -60,6 +66,17 @@ def add_runs(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
                 holds=holdings(log, run),
             )
         )
+
+    @router.get(
+        "/api/v1/runs/{run}/site",
+        name="site",
+        summary="Get the roads of a run",
+        responses=answers(RunSite, 404, 409, 422, also=GEOJSON),
+    )
+    async def get_site(run: str, asked: Annotated[_Site, Query()]) -> Response:
+        """Answer with the lanes and junctions that the run knew, if its site file is still there."""
+        found = await explanations.ask(site, run, asked.format)
+        return json_answer(found) if asked.format == "json" else Response(found, media_type=GEOJSON)
 
     @router.get(
         "/api/v1/runs/{run}/streams",

@@ -11,7 +11,7 @@ from fastapi import Path as PathPart
 from starlette.responses import Response
 
 from service.api.bodies import SourceList
-from service.api.explanations import Explanations
+from service.api.explanations import Explanations, unfit_video
 from service.api.openapi import VIDEO_BODY, answers
 from service.api.orders import SOURCE_NAME, SourceOrder
 from service.api.routes.answering import json_answer
@@ -36,7 +36,12 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
     explanations : whose processes look whether a file is a video.
     """
     sources = Sources(log)
-    uploads = None if folders.uploads is None else Uploads(folders.uploads, sources, explanations.unfit)
+
+    async def unfit(path: str) -> str:
+        """Say why a file is no video, in a process."""
+        return await explanations.ask(unfit_video, path)
+
+    uploads = None if folders.uploads is None else Uploads(folders.uploads, sources, unfit)
     created = answers(Source, 400, 403, 409, 413, 415, 422, 507, status=201)
 
     @router.get("/sources", name="sources", responses=answers(SourceList, 422))
@@ -48,7 +53,7 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explan
     async def name_file(order: SourceOrder) -> Response:
         """Make a file in its place a source, if the operator allows its folder. No address is opened."""
         path = folders.permitted(order.file)
-        if path.suffix.lower() != ".csv" and (reason := await explanations.unfit(str(path))):
+        if path.suffix.lower() != ".csv" and (reason := await unfit(str(path))):
             raise HTTPException(415, f"file: expected a video, or trajectories (.csv), got {reason}")
         source = Source(order.name, str(path), "", path.stat().st_size, time.time_ns() // 1_000)
         await to_thread.run_sync(sources.add, source)

@@ -7,7 +7,6 @@ import typer
 
 from service.cli.options import AsJson, LogName, read_age_us
 from service.cli.printing import INVALID, format_table, show, tell
-from service.errors import QueryError
 
 if TYPE_CHECKING:
     from service.records import RunRecord
@@ -103,13 +102,17 @@ def prune(
     as_json: AsJson = False,
 ) -> None:
     """Remove rows that are older than they are to be kept, kind by kind; kinds that are not named stay."""
+    import time
+
     from service.store.log import open_log
     from service.store.upkeep import prune as remove
+    from service.times import parse_utc_us
 
     keep_us = dict(map(_kept, keep))
+    now_us = time.time_ns() // 1000 if now is None else parse_utc_us(now, parameter="--now")
     with open_log(log, "w") as opened:
         undated = [run for run in opened.runs() if run.start_from == "unknown"]
-        removed = remove(opened, keep_us, _utc_us(now), dry_run=dry_run)
+        removed = remove(opened, keep_us, now_us, dry_run=dry_run)
     rows = [[one.kind, str(one.rows), str(one.size_bytes)] for one in removed]
     table = format_table(("kind", "would go" if dry_run else "rows gone", "bytes"), rows)
     show({"log": log, "dry_run": dry_run, "removed": removed}, table, as_json=as_json)
@@ -139,16 +142,3 @@ def audit(
     titles = ("at", "token", "method", "path", "status", "request")
     rows = [[format_utc(one.at_us), *map(str, astuple(one)[1:])] for one in written]
     show({"items": written}, format_table(titles, rows), as_json=as_json)
-
-
-def _utc_us(now: str | None) -> int:
-    import time
-
-    from service.times import parse_time
-
-    if now is None:
-        return time.time_ns() // 1000
-    point = parse_time(now, parameter="--now")
-    if point.clock != "utc":
-        raise QueryError(f"--now: expected a UTC time such as 2026-05-01T08:00:00Z, got {now!r}", parameter="now")
-    return point.us

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from typing import TextIO
 
     from chronicles.events import Event, Occurrence
-    from dyknow.monitors.monitors import MonitorEvent
     from service.monitoring.stored_monitoring import Monitored
     from service.questions.recognised_events import RecognisedEvent
     from service.questions.recognition import Recognised
@@ -152,24 +151,13 @@ def monitor(
     as_json: AsJson = False,
 ) -> None:
     """Run monitors over the stored cars and relations of a log; show what was violated or satisfied, and when."""
-    from service.monitoring.stored_monitoring import monitor_log
+    from service.monitoring.stored_monitoring import monitor_log, verdicts
 
     found = monitor_log(log, files, run=run, site_file=site)
     if as_json:
-        events = [_verdict_record(event) for event in found.events]
-        print_json({"run": found.run, "events": events, "monitors": found.report})
+        print_json({"run": found.run, "events": verdicts(found), "monitors": found.report})
     else:
         _print_verdicts(found)
-
-
-def _verdict_record(event: "MonitorEvent") -> dict[str, object]:
-    return {
-        "monitor": {"name": event.monitor, "version": event.version},
-        "outcome": event.outcome,
-        "roles": dict(event.roles),
-        "since_us": event.since_us,
-        "t_us": event.t_us,
-    }
 
 
 def _print_verdicts(found: "Monitored") -> None:

@@ -169,6 +169,7 @@ class Site:
     size_px : of the picture that the camera was measured in; None if the file does not say.
     rate_hz : frames of a video to look at in a second, infinite for all; None if the file does not say.
     limits : what each chronicle may cost.
+    frame : where on Earth it lies; None if the file does not say.
     points : (n, 4) pixel and ground of the marks that the camera was fitted to; None if it was not.
     """
 
@@ -189,6 +190,7 @@ class Site:
     size_px: tuple[int, int] | None = None
     rate_hz: float | None = None
     limits: Limits = field(default_factory=Limits)
+    frame: LocalFrame | None = None
     points: FloatArray | None = None
 
 
@@ -243,6 +245,7 @@ def load_site(path: str | Path) -> Site:
         size_px=view.size_px,
         limits=said.chronicles,
         rate_hz=math.inf if view.rate_hz == "full" else view.rate_hz,
+        frame=frame,
         points=np.array([(*one.pixel, *one.ground_m) for one in view.point]) if view.point else None,
     )
 

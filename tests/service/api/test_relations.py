@@ -73,6 +73,32 @@ def test_the_earliest_come_first_and_all_are_counted(client: Client) -> None:
     assert found["looked_at"][0]["spans_us"] == [[0, 10 * SECOND_US]]
 
 
+@pytest.mark.parametrize("limit", [1, 2, 3, 4, 99])
+def test_pages_by_cursor_are_the_whole(tmp_path: Path, limit: int) -> None:
+    pairs = [f"car{first} car{second}" for first in range(3) for second in range(3) if first != second]
+    changes = [change(start, name, pair, "true") for name in ("behind", "beside") for pair in pairs for start in (1, 2)]
+    with Client(create_app(write(tmp_path / "a.db", tuple(changes)), shipped=())) as client:
+        path = "/api/v1/relations?from=0s&to=9s"
+        whole, cursor, pages = client.get(path).json(), "", []
+        while cursor is not None:
+            page = client.get(f"{path}&limit={limit}{cursor and f'&cursor={cursor}'}").json()
+            assert page["count"] == whole["count"]
+            pages += page["items"]
+            assert len(page["items"]) == limit or page["next_cursor"] is None
+            cursor = page["next_cursor"]
+        assert pages == whole["items"]
+        assert len(pages) == 24
+        assert whole["next_cursor"] is None
+
+
+def test_a_cursor_of_another_question_is_refused(client: Client) -> None:
+    cursor = client.get("/api/v1/relations?limit=1").json()["next_cursor"]
+    assert client.get(f"/api/v1/relations?limit=1&cursor={cursor}").json()["items"][0]["name"] == "behind"
+    for query in (f"a=car3&cursor={cursor}", "cursor=x"):
+        answer = client.get(f"/api/v1/relations?{query}")
+        assert (answer.status_code, answer.json()["type"]) == (400, "urn:dyknow:problem:bad-cursor")
+
+
 @pytest.mark.parametrize(
     ("query", "status", "parameter"),
     [

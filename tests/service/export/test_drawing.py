@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from gis.camera import GroundCamera
 from service.export.drawing import OverlayReader, colour_of, draw_overlay
 from service.records import CarState, ChronicleRef, EventRecord
 
 SECOND = 1_000_000
-PIXEL_FROM_GROUND = np.array([[10.0, 0.0, 0.0], [0.0, -10.0, 99.0], [0.0, 0.0, 1.0]])
+CAMERA = GroundCamera.from_homography(np.linalg.inv([[10.0, 0.0, 0.0], [0.0, -10.0, 99.0], [0.0, 0.0, 1.0]]))
 
 
 def state(t_us: int, x_m: float, *, car: str = "car1", linked: bool = True) -> CarState:
@@ -71,7 +72,7 @@ def test_event_is_shown_while_it_goes_on_and_a_moment_longer() -> None:
 
 def test_box_is_drawn_in_the_colour_of_the_car_where_it_is() -> None:
     picture = np.zeros((100, 200, 3), np.uint8)
-    drawn = draw_overlay(picture, OverlayReader([state(0, 10.0)], []).at(0), PIXEL_FROM_GROUND)
+    drawn = draw_overlay(picture, OverlayReader([state(0, 10.0)], []).at(0), CAMERA)
     assert tuple(drawn[99 - 40, 100].tolist()) == colour_of("car1")
     assert not picture.any()
     assert not drawn[:, :60].any()
@@ -90,7 +91,7 @@ def drawn_pixels(picture: np.ndarray, car: str = "car1") -> int:
 def test_predicted_car_has_a_dashed_box() -> None:
     picture = np.zeros((100, 200, 3), np.uint8)
     closed, dashed = (
-        draw_overlay(picture, OverlayReader([state(0, 10.0, linked=linked)], []).at(0), PIXEL_FROM_GROUND)
+        draw_overlay(picture, OverlayReader([state(0, 10.0, linked=linked)], []).at(0), CAMERA)
         for linked in (True, False)
     )
     rows, columns = slice(35, 65), slice(75, 115)  # the box alone, without the name beside it
@@ -107,7 +108,8 @@ def test_lost_view_is_said_and_no_car_drawn() -> None:
 
 def test_what_is_behind_the_camera_is_left_out() -> None:
     """An oblique camera whose horizon lies at x = 20 m."""
-    oblique = np.array([[10.0, 0.0, 0.0], [0.0, -10.0, 99.0], [-0.05, 0.0, 1.0]])
+    pixel_from_ground = [[10.0, 0.0, 0.0], [0.0, -10.0, 99.0], [-0.05, 0.0, 1.0]]
+    oblique = GroundCamera.from_homography(np.linalg.inv(pixel_from_ground))
     picture = np.zeros((100, 200, 3), np.uint8)
     states = [state(0, 10.0), state(0, 40.0, car="car2"), state(SECOND, 40.0), state(SECOND, 10.0, car="car3")]
     reader = OverlayReader(states, [])

@@ -9,7 +9,7 @@ import pytest
 from chronicles.chronicle_set import load
 from chronicles.events import Event
 from service.api.app import create_app
-from service.api.bodies import Problem
+from service.api.bodies import AwaitedAnswer, Problem
 from service.cli.app import run as run_cli
 from service.questions.awaited import AwaitedList, awaited_instances
 from service.store.log import open_log
@@ -81,7 +81,9 @@ def client(log: str) -> Iterator[Client]:
 def ask(client: Client, query: str) -> AwaitedList:
     answer = client.get(f"/api/v1/chronicles/overtake/partial?{query}")
     assert answer.status_code == 200, answer.text
-    return msgspec.json.decode(answer.content, type=AwaitedList)
+    told = msgspec.json.decode(answer.content, type=AwaitedAnswer)
+    assert told.looked_at[0].run == told.run
+    return told
 
 
 def test_an_overtake_is_awaited_before_it_is_recognised(client: Client, log: str) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from chronicles import library
 from service.cli.app import run
-from service.errors import LogError
+from service.errors import InputError, LogError
 from service.questions import recognition
 from service.questions.stored_events import Unwatched, relations_of, streamed_events, unwatched_relations
 from service.records import RelationRecord, RunRecord
@@ -121,7 +121,7 @@ def test_the_site_may_have_moved_but_must_be_the_same(
     before = capsys.readouterr().out
     site.unlink()
     assert run(asked) == 3
-    assert f"got no file {str(site)!r}; say where it is with --site" in capsys.readouterr().err
+    assert "got no file 'site.toml'; say where it is with --site" in capsys.readouterr().err
     assert run([*asked, "--site", str(moved / "site.toml")]) == 0
     assert capsys.readouterr().out == before
     network = moved / "network.net.xml"
@@ -136,7 +136,7 @@ def test_a_log_that_knows_no_site_file_or_thins_its_cars_is_refused(tmp_path: Pa
             record = RunRecord(id=f"r{number}", source="a.mp4", start_utc_us=0, **fields)
             log.begin_run(record).finish("finished")
         with pytest.raises(
-            LogError, match=r"site file of 'bend' as it was, to compute close .* none in this older log"
+            InputError, match=r"site file of 'bend' as it was, to compute close .* none in this older log"
         ):
             unwatched_relations(log, log.run("r0"), ["close"])
         with pytest.raises(LogError, match="expected one that watched close, got one that watched none and whose"):

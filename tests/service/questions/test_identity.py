@@ -198,6 +198,7 @@ def test_the_same_is_told_over_http(url: str, log: EventLog) -> None:
         cars = client.get("/api/v1/cars?run=r1").json()
         assert (cars["run"], [one["car"] for one in cars["items"]]) == ("r1", ["car1", "car2"])
         links = client.get("/api/v1/cars/car1/links").json()
+        assert [one["run"] for one in links["looked_at"]] == ["r1"]
         chain = links_of(log, log.run(), "car1")
         assert [(one["lower"], one["verdict"], one["margin_nats"]) for one in links["items"]] == [
             (one.lower, one.verdict, one.margin_nats) for one in chain

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from service.errors import FilterError, QueryError
+from service.errors import FilterError
 from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.questions.trials import difference
@@ -71,11 +71,9 @@ def test_a_window_asks_for_what_overlaps_it(
     assert times(Explainer(log).try_text(window(start, end), SOON).items) == found
 
 
-def test_a_wrong_window_or_limit_is_refused(log: EventLog) -> None:
+def test_a_wrong_window_is_refused(log: EventLog) -> None:
     with pytest.raises(FilterError, match="expected a time before 'to'"):
         Explainer(log).try_text(window(2, 1), SOON)
-    with pytest.raises(QueryError, match="limit: expected 1 to 50, got 51"):
-        Explainer(log).try_text(window(limit=51), SOON)
 
 
 def test_texts_are_compared(log: EventLog) -> None:
