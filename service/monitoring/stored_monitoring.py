@@ -17,7 +17,6 @@ from chronicles.recogniser import recognise
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
-from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_states import TrafficState, TrafficStates
@@ -25,6 +24,7 @@ from service.monitoring.standing_events import StandingEvents
 from service.monitoring.stream_processes import MonitoringUnit
 from service.questions.stored_events import relations_of, stored_events, unwatched_relations
 from service.records import CarState, HypothesisRecord, LinkRecord, RelationRecord, RunRecord
+from service.runs.relations import stored_settings
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import with_relations
 
@@ -70,7 +70,7 @@ def monitor_log(
         feeding = chronicles.feeding(monitors.events)
         looked_at = monitors.relations | relations_of(feeding)
         computed = tuple(unwatched_relations(log, record, looked_at, site_file).changes)
-        lag_us = RelationSettings().backdate_us
+        lag_us = stored_settings(record).backdate_us
         standing = StandingEvents(feeding, monitors.events, lag_us=lag_us)
         if monitors.events:
             stored = stored_events(log, record.id, computed=computed)

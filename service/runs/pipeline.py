@@ -44,8 +44,6 @@ from vision.adapter import Vision, VisionUnit
 VIDEO, TRAJECTORIES = "video", "trajectories"
 OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
 VERDICT, OCCURRENCE = "Verdict", "Occurrence"
-PATIENCE_US = 1_000_000
-"""How long early events wait at most for verdicts to come: half of the time that they wait for their relations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +177,7 @@ def declared_pipeline(
         Recogniser,
         lateness_us=wait_us,
         early=settings.early_events,
-        patience_us=PATIENCE_US,
+        patience_us=wait_us // 2,  # so long early events wait for verdicts
         limits=settings.limits,
     )
     recognition: list[MonitoredRecognitionUnit] = []
