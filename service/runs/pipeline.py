@@ -55,11 +55,13 @@ class Feed:
     source : name of the registered source that takes the samples.
     samples : oldest first; may be taken once.
     vision : what looks at the values of the samples; None where these are objects already.
+    notes : says what people should know, once the samples were taken.
     """
 
     source: str
     samples: Iterable[Sample[Any]] = ()  # Any: what the source takes
     vision: Vision[Any] | None = None
+    notes: Callable[[], Iterable[str]] = tuple
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,8 +168,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
                 log, writer, pipeline, recorder, chronicles, record, monitors.events, describe, texts
             )
             done = _run(source, activation, on_progress, interrupts)
-    notes = feed.vision.notes() if feed.vision else ()
-    return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
+    return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in feed.notes())))
 
 
 def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, Site | None]:
