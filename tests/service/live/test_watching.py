@@ -85,9 +85,7 @@ def camera(*visits: bytes) -> Iterator[str]:
 
 
 @contextmanager
-def watching(
-    url: str, scene: Path, folder: Path, watch: Sequence[str] = WATCH
-) -> Iterator["subprocess.Popen[bytes]"]:
+def watching(url: str, scene: Path, folder: Path, watch: Sequence[str] = WATCH) -> Iterator["subprocess.Popen[bytes]"]:
     names = ["--log", folder / "live.db", "--recordings", folder / "recordings", "--site", scene / "site.toml"]
     program = subprocess.Popen([*watch, url, *map(str, names)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
     with program:
