@@ -5,12 +5,14 @@ descriptions as videos too, which lead to other files and hosts; only what holds
 """
 
 import base64
+import fcntl
 import hashlib
 import os
 import re
 import tempfile
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +28,7 @@ UPLOAD_GB = 20.0
 MOST_UPLOADS = 4
 OTHER_SUFFIXES = (".csv", ".toml")
 """Of files that are read as something else than a video, or found beside one."""
+_UNNAMED = ".upload-"
 _DIGEST = re.compile(r"sha-256=:([A-Za-z0-9+/]{43}=):")
 
 
@@ -43,6 +46,16 @@ class SourceFolders:
     uploads: Path | None = None
     upload_gb: float = UPLOAD_GB
     allowed: tuple[Path, ...] = ()
+
+    def hold(self) -> None:
+        """Be at the folder of uploads until the process ends; who comes there alone removes what others left half."""
+        if self.uploads is not None:
+            folder = os.open(self.uploads, os.O_RDONLY)  # never closed: the system drops the lock with the process
+            with suppress(BlockingIOError):
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                for left in self.uploads.glob(f"{_UNNAMED}*"):
+                    left.unlink()
+            fcntl.flock(folder, fcntl.LOCK_SH)
 
     def path_of(self, source: Source) -> Path:
         """Say where the file of a source is."""
@@ -111,7 +124,7 @@ class Uploads:
         async with self._limiter:
             self._check_free(name)
             # FFmpeg looks at how a name ends, so that the file has the same end as long as it has no name.
-            handle, path = tempfile.mkstemp(prefix=".upload-", suffix=Path(name).suffix, dir=self._folder)
+            handle, path = tempfile.mkstemp(prefix=_UNNAMED, suffix=Path(name).suffix, dir=self._folder)
             try:
                 digest, size = await _write(handle, parts)
                 if expected not in (None, digest):

@@ -1,7 +1,8 @@
-"""What sends video now? An address, a device, a pipe: opened within seconds, and watched for silence."""
+"""What sends video, or rows, now? An address, a device, a pipe: opened within seconds, and watched for silence."""
 
 import re
 from contextlib import suppress
+from io import FileIO
 from pathlib import Path
 from urllib.parse import urlsplit, urlunsplit
 
@@ -18,7 +19,7 @@ _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
 class LiveSource:
-    """Name a source of live video.
+    """Name a live source.
 
     Parameters
     ----------
@@ -69,6 +70,12 @@ class LiveSource:
             container.close()
             raise InputError(f"{self.shown}: expected video in one of {', '.join(sorted(CARRIED))}, got {codec}")
         return container, stream
+
+    def open_pipe(self) -> FileIO:
+        """Open a pipe, to be closed when done; raises `InputError` if it is none."""
+        if not self.ends:
+            raise InputError(f"{self.shown}: expected a pipe or - for rows, got another source")
+        return FileIO("/dev/stdin" if self._text == "-" else self._text)
 
 
 def without_password(address: str) -> str:

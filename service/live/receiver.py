@@ -31,6 +31,7 @@ class Receiver:
     Parameters
     ----------
     source : what to record.
+    connection : to it, the first one.
     folder : of the recordings.
     longest_us : so long is a recording at most, in media time, and a minute.
     most_bytes : that large is a recording at most, and a minute.
@@ -42,27 +43,28 @@ class Receiver:
     tell : as given.
     """
 
-    def __init__(self, source: LiveSource, folder: Path, *, longest_us: int, most_bytes: int, tell: Tell) -> None:
+    def __init__(
+        self, source: LiveSource, connection: Connection, folder: Path, *, longest_us: int, most_bytes: int, tell: Tell
+    ) -> None:
         self.ended = threading.Event()
         self.tell = tell
-        self._source, self._folder = source, folder
+        self._source, self._first, self._folder = source, connection, folder
         self._longest_us, self._most_bytes = longest_us, most_bytes
         self._writer: RecordingWriter  # from the first connection on
         self._kind = ("", 0, 0)
         self._arrived_s = 0.0  # the newest packet, by a clock that nobody sets
         self._start_us, self._why = 0, ""  # of the next connection, and what ended the one before
 
-    def record(self, connection: Connection, begin: Callable[[Path], None]) -> None:
+    def record(self, begin: Callable[[Path], None]) -> None:
         """Record until ended, or until a source that does not come back is over.
 
         Parameters
         ----------
-        connection : the first one, opened already.
         begin : gets the folder of each recording, once there is something in it.
         """
-        self._begin(connection[1])
+        self._begin(self._first[1])
         try:
-            current: Connection | None = connection
+            current: Connection | None = self._first
             while current is not None:
                 container, stream = current
                 if _kind(stream) != self._kind:
@@ -104,7 +106,8 @@ class Receiver:
                     if not packet.is_keyframe:
                         continue  # nobody can decode it
                     self._writer.connect(stream, self._start_us, self._why)
-                    begin(self._writer.folder)
+                    if self._writer.last_us < 0:
+                        begin(self._writer.folder)
                 self._writer.write(packet)
                 last_us = now_us
             self._why = "it ended"

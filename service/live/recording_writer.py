@@ -73,6 +73,12 @@ class RecordingWriter:
         self._stream = self._muxer.add_stream_from_template(template)
         self._first_ticks = None
 
+    def begin_rows(self, header: bytes) -> None:
+        """Begin the one file of a recording of rows with its header line; rows are written by `write_bytes`."""
+        self._connection = 0
+        self._open_file(0, ".csv")
+        self.write_bytes(header)
+
     def write(self, packet: Packet[VideoStream]) -> None:
         """Write a packet of the connection, with its time stamps: who reads them counts from the first one."""
         assert self._muxer is not None
@@ -101,17 +107,18 @@ class RecordingWriter:
             self._muxer.close()
             self._muxer = None
 
-    def _open_file(self, t_us: int) -> None:
+    def _open_file(self, t_us: int, suffix: str = ".ts") -> None:
         if self._file is not None:
             os.close(self._file)
-        part = Part(f"{self._files:06d}.ts", self._connection, self._start_us, time.time_ns() // 1000, self._why)
+        name = f"{self._files:06d}{suffix}"
+        part = Part(name, self._connection, self._start_us, time.time_ns() // 1000, self._why)
         self._file = os.open(self.folder / part.file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
         self._files, self._file_from_us, self._why = self._files + 1, t_us, ""
         with (self.folder / INDEX).open("a", encoding="utf-8") as index:  # a line at once
             index.write(part.as_line() + "\n")
 
     def write_bytes(self, data: bytes) -> int:
-        """Write bytes of the stream, as its muxer made them; return how many."""
+        """Write bytes to the file that is open, as its muxer made them; return how many."""
         assert self._file is not None
         rest = memoryview(data)
         while rest:

@@ -4,19 +4,17 @@ What a program that was killed has left is processed to its end on a third one, 
 """
 
 import queue
-import signal
-import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
 
 from service.errors import ServiceError
 from service.live.keeping import left_behind, mark_processed, remove_old
 from service.live.live_source import LiveSource
-from service.live.receiver import Connection, Receiver, Tell
+from service.live.receiver import Receiver, Tell
+from service.live.row_receiver import LOOKED_EVERY_S, RowReceiver
+from service.runs.interrupts import Interrupts
 from service.runs.processing import Progress, RunSummary, load_texts, process
 from service.runs.requests import RunRequest
 from vision.errors import VideoError, VisionError
@@ -44,6 +42,7 @@ def watch(
     request: RunRequest,
     kept: Kept,
     *,
+    is_rows: bool = False,
     tell: Tell,
     on_progress: Callable[[Progress], None],
     on_summary: Callable[[RunSummary], None],
@@ -57,6 +56,7 @@ def watch(
     ----------
     text : names the source, see `LiveSource`.
     request : how to process; its input is put in.
+    is_rows : it sends rows of trajectories, not video.
     tell : gets a line when the source is cut or back.
     on_progress, on_summary : told of each run.
 
@@ -70,11 +70,13 @@ def watch(
     """
     load_texts(request)
     source = LiveSource(text)
-    connection = source.open()
+    limits = {"longest_us": kept.longest_us, "most_bytes": max(1, kept.size_bytes // 2)}
+    receiver: Receiver | RowReceiver
+    if is_rows:
+        receiver = RowReceiver(source, kept.folder, **limits)
+    else:
+        receiver = Receiver(source, source.open(), kept.folder, **limits, tell=tell)
     left = left_behind(kept.folder)
-    receiver = Receiver(
-        source, kept.folder, longest_us=kept.longest_us, most_bytes=max(1, kept.size_bytes // 2), tell=tell
-    )
     begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
 
     def process_one(folder: Path, on_progress: Callable[[Progress], None]) -> None:
@@ -99,7 +101,7 @@ def watch(
     def process_live() -> None:
         """Process the recordings in their order; what is wrong with one ends what is recorded."""
         try:
-            for folder in _each_once(begun):
+            for folder in iter(begun.get, None):
                 process_one(folder, on_progress)
         finally:
             receiver.ended.set()
@@ -114,42 +116,18 @@ def watch(
             except (ServiceError, VisionError) as error:  # it may be of another camera
                 tell(f"{folder}: {error}")
 
-    # Signals come to the main thread, which only waits.
-    with _ended_by_signals(receiver.ended), ThreadPoolExecutor(3) as pool:
-        recording = pool.submit(_record, receiver, connection, begun)
-        for task in (recording, pool.submit(process_live), pool.submit(process_left)):
+    with ThreadPoolExecutor(3) as pool:
+        tasks = [pool.submit(_record, receiver, begun), pool.submit(process_live), pool.submit(process_left)]
+        with Interrupts() as interrupts:  # the first signal; the next one does what it always does
+            while interrupts.came is None and wait(tasks, LOOKED_EVERY_S).not_done:
+                pass
+        receiver.ended.set()
+        for task in tasks:
             task.result()
 
 
-def _record(receiver: Receiver, connection: Connection, begun: "queue.SimpleQueue[Path | None]") -> None:
+def _record(receiver: Receiver | RowReceiver, begun: "queue.SimpleQueue[Path | None]") -> None:
     try:
-        receiver.record(connection, begun.put)
+        receiver.record(begun.put)
     finally:
         begun.put(None)
-
-
-def _each_once(begun: "queue.SimpleQueue[Path | None]") -> Iterator[Path]:
-    last: Path | None = None
-    while (folder := begun.get()) is not None:
-        if folder != last:  # and not a further connection in it
-            yield folder
-        last = folder
-
-
-@contextmanager
-def _ended_by_signals(ended: threading.Event) -> Iterator[None]:
-    """Let the first signal end what is recorded; the next one does what it always does."""
-
-    def end(number: int, frame: FrameType | None) -> None:
-        ended.set()
-        signal.signal(number, before[signal.Signals(number)])
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = {number: signal.getsignal(number) for number in numbers}
-    for number in numbers:
-        signal.signal(number, end)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

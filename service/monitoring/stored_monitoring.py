@@ -17,7 +17,6 @@ from chronicles.recogniser import recognise
 from dyknow.monitors.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
-from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.monitoring.monitor_files import load_monitor_texts
 from service.monitoring.monitored_states import TrafficState, TrafficStates
@@ -33,6 +32,7 @@ from service.records import (
     RelationRecord,
     RunRecord,
 )
+from service.runs.relations import stored_settings
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import read_text, with_relations
 
@@ -93,7 +93,7 @@ def monitor_run(
     feeding = chronicles.feeding(monitors.events)
     looked_at = monitors.relations | relations_of(feeding)
     computed = tuple(unwatched_relations(log, run, looked_at, site_file).changes)
-    lag_us = RelationSettings().backdate_us
+    lag_us = stored_settings(run).backdate_us
     standing = StandingEvents(feeding, monitors.events, lag_us=lag_us)
     if monitors.events:
         stored = stored_events(log, run.id, computed=computed)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from chronicles.events import Event
 from qsr.relations import RANK
-from qsr.settings import RelationSettings
 from service.errors import LogError
 from service.questions.queries import EventFilter, decode_event, iterate_events
 from service.records import RelationRecord, RunRecord
@@ -147,10 +146,13 @@ def _changes(log: EventLog, run_id: str, part: Part) -> list[RelationRecord]:
 
 def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[int, Event]]:
     """Give the events of the run's monitors as the messages they were to its chronicles, and when their states came."""
-    monitors = {(one.name, one.version) for one in log.run(run_id).monitors}
+    run = log.run(run_id)
+    monitors = {(one.name, one.version) for one in run.monitors}
     if not monitors:
         return
-    lag_us = RelationSettings().backdate_us
+    from service.runs.relations import stored_settings  # with all engines, which few questions need
+
+    lag_us = stored_settings(run).backdate_us
     asked = EventFilter(runs=(run_id,))
     if part is not None:
         first, last = TimePoint(part.first_us, "media"), TimePoint(part.last_us, "media")

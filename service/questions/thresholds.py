@@ -16,10 +16,10 @@ from qsr.measuring.road_relations import switch_values
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
 from service.records import CarState, RunRecord
+from service.runs.relations import SETTINGS, stored_settings
 from service.store.log import EventLog
 from service.times import format_media
 
-PREFIX = "relations."
 _RELATION = re.compile(r"(\w+)\[([^]]*)\]")
 _SLIGHT = 1e-9
 
@@ -44,7 +44,7 @@ class _Measure:
     def told(self, row: int, limit: float) -> str:
         """Say what was measured, and what was asked."""
         side = "above" if self.is_most else "below"
-        return f"{self.words} was {self.values[row]:.2f} {self.unit}, {side} {PREFIX}{self.setting} ({limit:g})"
+        return f"{self.words} was {self.values[row]:.2f} {self.unit}, {side} {SETTINGS}{self.setting} ({limit:g})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,19 +76,6 @@ def with_settings(log: EventLog, run: RunRecord, found: WhyNot) -> WhyNot:
         for miss in found.near_misses
     ]
     return replace(found, near_misses=tuple(misses))
-
-
-def stored_settings(run: RunRecord) -> RelationSettings:
-    """Read the thresholds of a run; those not kept with it are the shipped ones.
-
-    Examples
-    --------
-    >>> run = RunRecord(id="a", source="a.mp4", start_utc_us=0, settings={"relations.close_m": "9.0"})
-    >>> stored_settings(run).close_m, stored_settings(run).beside_lateral_m
-    (9.0, 12.0)
-    """
-    kept = {name.removeprefix(PREFIX): text for name, text in run.settings.items() if name.startswith(PREFIX)}
-    return replace(RelationSettings(), **{name: float(text) for name, text in kept.items()})  # type: ignore[arg-type]  # by name
 
 
 def _because(log: EventLog, run_id: str, settings: RelationSettings, failure: Failure, window: _Span) -> str:

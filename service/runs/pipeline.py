@@ -44,8 +44,6 @@ from vision.adapter import Vision, VisionUnit
 VIDEO, TRAJECTORIES = "video", "trajectories"
 OBJECTS, CARS, RELATIONS, STATE = "VisionObjects", "Cars", "Relations", "State"
 VERDICT, OCCURRENCE = "Verdict", "Occurrence"
-PATIENCE_US = 1_000_000
-"""How long early events wait at most for verdicts to come: half of the time that they wait for their relations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +55,13 @@ class Feed:
     source : name of the registered source that takes the samples.
     samples : oldest first; may be taken once.
     vision : what looks at the values of the samples; None where these are objects already.
+    notes : says what people should know, once the samples were taken.
     """
 
     source: str
     samples: Iterable[Sample[Any]] = ()  # Any: what the source takes
     vision: Vision[Any] | None = None
+    notes: Callable[[], Iterable[str]] = tuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +179,7 @@ def declared_pipeline(
         Recogniser,
         lateness_us=wait_us,
         early=settings.early_events,
-        patience_us=PATIENCE_US,
+        patience_us=wait_us // 2,  # so long early events wait for verdicts
         limits=settings.limits,
     )
     recognition: list[MonitoredRecognitionUnit] = []

@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -18,7 +18,6 @@ from anchoring.settings import AnchoringSettings
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
-from qsr.settings import RelationSettings
 from service.machine import cores
 from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
 from service.records import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
@@ -30,6 +29,7 @@ from service.runs.inputs.site import Site, load_site
 from service.runs.interrupts import Interrupts
 from service.runs.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
 from service.runs.recording import Recorder, recorded_streams
+from service.runs.relations import changed_settings
 from service.runs.requests import RunRequest
 from service.runs.stored_streams import stream_costs, stream_records
 from service.store.log import open_log
@@ -168,8 +168,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
                 log, writer, pipeline, recorder, chronicles, record, monitors.events, describe, texts
             )
             done = _run(source, activation, on_progress, interrupts)
-    notes = feed.vision.notes() if feed.vision else ()
-    return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in notes)))
+    return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in feed.notes())))
 
 
 def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, Site | None]:
@@ -331,7 +330,7 @@ def _run_record(
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         linkage=linkage,
-        settings=_settings(request) | (_changed_relations(site.relations) if site else {}),
+        settings=_settings(request) | (changed_settings(site.relations) if site else {}),
         warnings=(
             *source.warnings,
             *chronicles.doubts,
@@ -356,12 +355,6 @@ def _settings(request: RunRequest) -> dict[str, str]:
     if request.min_confidence is not None:
         settings["min_confidence"] = f"{request.min_confidence:g}"
     return settings
-
-
-def _changed_relations(settings: RelationSettings) -> dict[str, str]:
-    """Give the thresholds that are not the shipped ones: who asks why a relation was false is told them."""
-    values = [(one, getattr(settings, one.name)) for one in fields(settings)]
-    return {f"relations.{one.name}": repr(value) for one, value in values if value != one.default}
 
 
 def _input_file(source: Input) -> InputFile:

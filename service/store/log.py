@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
 import msgspec
 from msgspec import Struct
-from sqlalchemy import ColumnElement, Connection, Engine, Select, func, inspect, select
+from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, func, inspect, select
 
 from service.errors import LogError, NotInLogError
 from service.records import (
@@ -319,20 +319,16 @@ class EventLog:
 
     def covered_us(self, run_id: str) -> tuple[int, int] | None:
         """Return the times of the first and the last frame of a run; None if it has none."""
-        table = schema.chunks
-        query = select(func.min(table.c.first_us), func.max(table.c.last_us))
-        with self.connect() as connection:
-            of_frames = _of_run(table.c.run_no, run_id), table.c.kind == FRAMES.name
-            first_us, last_us = connection.execute(query.where(*of_frames)).one()
-        return None if first_us is None else (first_us, last_us)
+        return self._span_us(schema.chunks, run_id, schema.chunks.c.kind == FRAMES.name)
 
     def life_us(self, run_id: str, cars: Collection[str]) -> tuple[int, int] | None:
         """Return when the first of some cars was first seen, and the last one last; None if there are none of them."""
-        table = schema.cars
+        return self._span_us(schema.cars, run_id, schema.cars.c.car.in_(sorted(cars)))
+
+    def _span_us(self, table: Table, run_id: str, condition: ColumnElement[bool]) -> tuple[int, int] | None:
         query = select(func.min(table.c.first_us), func.max(table.c.last_us))
         with self.connect() as connection:
-            life = query.where(_of_run(table.c.run_no, run_id), table.c.car.in_(sorted(cars)))
-            first_us, last_us = connection.execute(life).one()
+            first_us, last_us = connection.execute(query.where(_of_run(table.c.run_no, run_id), condition)).one()
         return None if first_us is None else (first_us, last_us)
 
     def last_us(self, run_id: str) -> int:

@@ -14,12 +14,13 @@ _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _WHOLE = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 
 
-def read_table(name: str, lines: Iterable[str]) -> tuple[list[str], Iterator[tuple[str, list[str]]]]:
+def read_table(name: str, lines: Iterable[str], start: int = 1) -> tuple[list[str], Iterator[tuple[str, list[str]]]]:
     """Read the header, and the rows when they are asked for, without the blanks around fields.
 
     Parameters
     ----------
     name : what messages call the file.
+    start : what messages call the first line.
 
     Returns
     -------
@@ -36,19 +37,19 @@ def read_table(name: str, lines: Iterable[str]) -> tuple[list[str], Iterator[tup
     >>> header, list(rows)
     (['t_s', 'id'], [('t.csv:3', ['0.5', 'car7'])])
     """
-    places = _placed(name, lines)
+    places = _placed(name, lines, start)
     _, header = next(places, (name, []))
     return header, (_of_width(where, fields, len(header)) for where, fields in places if fields)
 
 
-def _placed(name: str, lines: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
+def _placed(name: str, lines: Iterable[str], start: int) -> Iterator[tuple[str, list[str]]]:
     """Give the rows with the lines on which they begin: a quoted field may hold line breaks."""
     table = csv.reader(lines, strict=True)  # else a quote that is never closed swallows the rest of the file
-    first = 1
+    first = start
     try:
         for fields in table:
             yield f"{name}:{first}", [field.strip() for field in fields]
-            first = table.line_num + 1
+            first = start + table.line_num
     except csv.Error as error:
         raise InputError(f"{name}:{first}: expected a row of a CSV file, got {error}") from error
 

@@ -4,6 +4,7 @@ import base64
 import hashlib
 import hmac
 import re
+import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ from tests.contracts.tables import page
 from tests.service.conftest import NewLog
 from tests.service.http import Client
 from tests.service.logs import overtake, run, write_log
+from tests.service.runs.test_supervision import SERVE
 from tests.service.test_jobs import until
 
 ADDRESS = "expected an address, https://HOST/... or http://HOST/..."
@@ -112,6 +114,31 @@ def test_a_restart_goes_on_where_it_was_and_a_new_webhook_begins_now(new_log: Ne
     with told(log, receiver):
         until(lambda: len(receiver.posts) == 3)
     assert receiver.seqs == [2, 3, 4]
+
+
+@pytest.mark.slow
+def test_a_server_that_is_killed_amid_a_delivery_repeats_that_event_alone(
+    new_log: NewLog, receiver: Receiver, tmp_path: Path
+) -> None:
+    log, path = write_log(new_log(), [overtake(start_us) for start_us in range(4)]), tmp_path / "webhooks.toml"
+    path.write_text(declared(url=receiver.url, events="last_event_id=0"))
+    command, kills = [*SERVE, log, "--workers", "0", "--webhooks", str(path)], {2, 4}  # the last one too
+
+    def answer(at: int) -> int:
+        """Take an event; the server is gone before it hears of some."""
+        seq = msgspec.json.decode(receiver.posts[at][1])["seq"]
+        if seq in kills:
+            kills.remove(seq)
+            server.kill()
+            server.wait()
+        return 204
+
+    receiver.answers = answer
+    while states(log) != [("office", 4, "")]:
+        with subprocess.Popen(command, stderr=subprocess.DEVNULL) as server:
+            until(lambda: server.poll() is not None or states(log) == [("office", 4, "")])
+            server.kill()
+    assert receiver.seqs == [1, 2, 2, 3, 4, 4]
 
 
 def states(log: str) -> list[tuple[str, int, str]]:

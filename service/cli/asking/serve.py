@@ -76,6 +76,7 @@ def serve(
         print(f"serving {shown(log)} at {url}/api/v1/events  (Ctrl-C stops)", file=sys.stderr, flush=True)
         if access.needs_token and not require_token:
             tell("warning", ["what is sent is not encrypted; a proxy with TLS before the server does that"])
+        folders.hold()
         server = Server(app)
         open_while_serving.enter_context(delivering(declared, log, tell_line))
         if workers and can_write:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.making.jobs import tell_line
-from service.cli.making.process import parse_rate, print_summary, progress_bar
+from service.cli.making.process import parse_columns, parse_rate, print_summary, progress_bar
 from service.cli.options import (
     ChroniclesToRun,
     Final,
@@ -29,10 +29,12 @@ GIGABYTE = 1_000_000_000
 
 
 def watch(
-    source: Annotated[str, typer.Argument(help="rtsp://..., http://..., a device, a named pipe, or - for MPEG-TS.")],
+    source: Annotated[str, typer.Argument(help="rtsp://..., http://..., a device, a named pipe, or -.")],
     *,
     log: Annotated[str, typer.Option(help="Event log: PATH.db, or a URL; made if missing.")],
     recordings: Annotated[Path, typer.Option(help="Folder for what arrives; made if missing.")],
+    rows: Annotated[bool, typer.Option("--rows", help="A pipe brings rows of trajectories (CSV), not video.")] = False,
+    columns: Annotated[str | None, typer.Option(help="Column map for rows: t_s=t,x_m=x,y_m=y,...")] = None,
     hours: Annotated[float, typer.Option(min=0.01, help="A new recording, and run, begins after so long.")] = 6.0,
     keep_hours: Annotated[
         float, typer.Option(min=0.01, help="Processed recordings that are older are removed.")
@@ -65,6 +67,7 @@ def watch(
         site=site,
         log_url=log,
         chronicle_files=tuple(chronicles or ()),
+        columns=parse_columns(columns),
         monitor_files=tuple(monitors or ()),
         kpl_file=kpl,
         linkage_file=linkage,
@@ -80,7 +83,8 @@ def watch(
 
     # The source's name is shown, so without a password.
     with progress_bar(without_password(source)) as on_progress:
-        run(source, request, kept, tell=tell_line, on_progress=on_progress, on_summary=partial(_tell_summary, log))
+        told = partial(_tell_summary, log)
+        run(source, request, kept, is_rows=rows, tell=tell_line, on_progress=on_progress, on_summary=told)
 
 
 def _tell_summary(log: str, summary: "RunSummary") -> None:

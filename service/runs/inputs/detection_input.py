@@ -98,7 +98,7 @@ class DetectionInput(Input):
                 settings=self.settings,
             )
         instants = self.stored.instants(self.rate_hz)
-        return Feed(VIDEO, (Sample(instant.t_us, instant.t_us, instant) for instant in instants), vision)
+        return Feed(VIDEO, (Sample(instant.t_us, instant.t_us, instant) for instant in instants), vision, vision.notes)
 
 
 def _camera(

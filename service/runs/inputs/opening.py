@@ -7,13 +7,14 @@ from pathlib import Path
 from service.errors import InputError
 from service.runs.inputs.detection_input import DetectionInput
 from service.runs.inputs.input_kind import STANDARD_INPUT, Asked, Input
+from service.runs.inputs.recorded_rows import RecordedRows
 from service.runs.inputs.site import Site
 from service.runs.inputs.trajectories import TrajectoryInput
 from service.runs.inputs.video_input import VideoInput
 
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 
-KINDS: tuple[type[Input], ...] = (TrajectoryInput, DetectionInput, VideoInput)
+KINDS: tuple[type[Input], ...] = (TrajectoryInput, RecordedRows, DetectionInput, VideoInput)
 
 
 def open_input(

@@ -47,6 +47,9 @@ _TIMES = {"t_us": 1, "t_s": 1_000_000}
 _UNKNOWN = CLASS_NAMES[UNKNOWN_CLASS]
 KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, *_OPTIONAL)
 
+Rows = dict[tuple[int, str], tuple[str, list[float], str, str, float]]
+"""By time in microseconds and identifier: place in the file, values as in `Trajectories`, class, sensor, sigma_m."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryObjects(Observations):
@@ -149,40 +152,80 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
 
 
 def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajectories:
-    header, rows = read_table(name, lines)
-    time_column, places = _places(name, header, columns)
-    keys: dict[tuple[int, str], str] = {}
-    values: list[list[float]] = []
-    classes: list[str] = []
-    sensors: list[str] = []
-    sigmas: list[float] = []
-    for where, fields in rows:
-        t_us = _within(where, time_column, fields[places[time_column]], (0.0, MAX_MEDIA_US / _TIMES[time_column]))
-        key = round(t_us * _TIMES[time_column]), read_name(where, "id", fields[places["id"]])
-        if key in keys:
-            line = keys[key].rpartition(":")[2]
-            raise InputError(f"{where}: expected each id once a time, got {key[1]!r} at {key[0]} us as in line {line}")
-        keys[key] = where
-        values.append([_within(where, one, fields[places[one]], _RANGES[one]) for one in _NUMBERS])
-        if "class" in places:
-            classes.append(fields[places["class"]].casefold() or _UNKNOWN)
-        if "sensor" in places:
-            sensors.append(read_name(where, "sensor", fields[places["sensor"]]))
-        if "sigma_m" in places:
-            sigmas.append(_within(where, "sigma_m", fields[places["sigma_m"]], _SIGMA_RANGE))
-    if not keys:
+    header, fields_of = read_table(name, lines)
+    reader, rows = RowReader(name, header, columns), Rows()
+    for where, fields in fields_of:
+        reader.add(rows, where, fields)
+    if not rows:
         raise InputError(f"{name}: expected at least one row of objects, got none")
-    t_us_of, ids = np.array([t_us for t_us, _ in keys], dtype=np.int64), np.array([one for _, one in keys])
-    order = np.lexsort((ids, t_us_of))
-    return Trajectories(
-        t_us_of[order],
-        tuple(ids[order].tolist()),
-        np.array(values)[order],
-        tuple(word if word in CLASS_NAMES else _UNKNOWN for word in (classes[row] for row in order)) if classes else (),
-        (*_unread(name, header, places), *_strange(name, classes)),
-        sensors=tuple(sensors[row] for row in order) if sensors else (),
-        sigma_m=np.array(sigmas)[order] if sigmas else np.zeros(0),
-    )
+    return replace(reader.gathered(rows), warnings=reader.warnings)
+
+
+class RowReader:
+    """Reads rows under one header, wherever they come from.
+
+    Parameters
+    ----------
+    name : what messages call the table.
+    columns : our column names to those of the header, where they differ.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, or is there twice.
+    """
+
+    def __init__(self, name: str, header: Sequence[str], columns: Mapping[str, str]) -> None:
+        self._name = name
+        self._time_column, self._places = _places(name, header, columns)
+        self._unread = tuple(_unread(name, header, self._places))
+        self._words = Counter[str]()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Columns that are not looked at, and classes so far that are no words of ours."""
+        return (*self._unread, *_strange(self._name, self._words))
+
+    def add(self, rows: Rows, where: str, fields: Sequence[str], from_us: int = 0) -> int:
+        """Read a row and put it to others; return its time.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong, its time is before `from_us`, or its identifier is there at that time; the rows stay as
+            they were.
+        """
+        places, scale = self._places, _TIMES[self._time_column]
+        t = _within(where, self._time_column, fields[places[self._time_column]], (0.0, MAX_MEDIA_US / scale))
+        key = round(t * scale), read_name(where, "id", fields[places["id"]])
+        if key[0] < from_us:
+            raise InputError(f"{where}: expected a time of {from_us} us or later, got {key[0]} us")
+        if key in rows:
+            line = rows[key][0].rpartition(":")[2]
+            raise InputError(f"{where}: expected each id once a time, got {key[1]!r} at {key[0]} us as in line {line}")
+        word = fields[places["class"]].casefold() or _UNKNOWN if "class" in places else ""
+        rows[key] = (
+            where,
+            [_within(where, one, fields[places[one]], _RANGES[one]) for one in _NUMBERS],
+            word if word in CLASS_NAMES else _UNKNOWN,
+            read_name(where, "sensor", fields[places["sensor"]]) if "sensor" in places else "",
+            _within(where, "sigma_m", fields[places["sigma_m"]], _SIGMA_RANGE) if "sigma_m" in places else 0.0,
+        )
+        self._words[word] += 1
+        return key[0]
+
+    def gathered(self, rows: Rows) -> Trajectories:
+        """Give rows, one or more, as arrays, sorted by time and identifier."""
+        keys = sorted(rows)
+        _, values, classes, sensors, sigmas_m = zip(*map(rows.__getitem__, keys), strict=True)
+        return Trajectories(
+            np.array([t_us for t_us, _ in keys], dtype=np.int64),
+            tuple(name for _, name in keys),
+            np.array(values),
+            classes if "class" in self._places else (),
+            sensors=sensors if "sensor" in self._places else (),
+            sigma_m=np.array(sigmas_m if "sigma_m" in self._places else ()),
+        )
 
 
 def _places(name: str, header: Sequence[str], columns: Mapping[str, str]) -> tuple[str, dict[str, int]]:
@@ -210,9 +253,9 @@ def _unread(name: str, header: Sequence[str], places: Mapping[str, int]) -> Iter
         yield f"{name}:1: {known}, got others, which are left out: {', '.join(unread)}"
 
 
-def _strange(name: str, classes: Sequence[str]) -> Iterator[str]:
+def _strange(name: str, words: Mapping[str, int]) -> Iterator[str]:
     """Say which classes are none of ours: a car of such a class gets one by its size."""
-    strange = [f"{word!r} ({n} rows)" for word, n in sorted(Counter(classes).items()) if word not in CLASS_NAMES]
+    strange = [f"{word!r} ({n} rows)" for word, n in sorted(words.items()) if word and word not in CLASS_NAMES]
     if strange:
         yield f"{name}: column class: expected {', '.join(CLASS_NAMES)}, got {', '.join(strange)}: taken as {_UNKNOWN}"
 

@@ -85,9 +85,9 @@ class VideoInput(Input):
         with told(InputError, self.path, CAMERA_AND_ROADS):
             vision = self.sensor.vision()  # made here in any case: what is wrong is told before anything is written
         if not apart or is_read_once(self.path):
-            return Feed(VIDEO, map(_sample, self.sensor.frames(vision)), vision)
+            return Feed(VIDEO, map(_sample, self.sensor.frames(vision)), vision, vision.notes)
         there = VisionApart(self.sensor, vision.settings)
-        return Feed(VIDEO, map(_sample, there.frames()), there)
+        return Feed(VIDEO, map(_sample, there.frames()), there, there.notes)
 
 
 def _sample(instant: InstantT) -> Sample[InstantT]:

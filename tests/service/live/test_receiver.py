@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Event
 from typing import cast
 
 import av
 import numpy as np
 import pytest
 
+from service.errors import InputError
 from service.live.keeping import recordings
 from service.live.live_source import LiveSource
 from service.live.receiver import Connection, Receiver
@@ -42,29 +44,32 @@ def silent(clip: Path) -> Connection:
 
 
 class Camera:
-    """A source that is cut after each connection, and then gives the next one."""
+    """A source that is cut after each connection, and then gives the next one; where none is left it says so."""
 
     shown, ends = "camera", False
 
     def __init__(self, connections: Sequence[Connection]) -> None:
         self.waiting = list(connections)
+        self.is_over = Event()
 
     def open(self) -> Connection:
+        if not self.waiting:
+            self.is_over.set()
+            raise InputError("camera: expected live video, got none")
         return self.waiting.pop(0)
 
 
 def recorded(folder: Path, first: Connection, *others: Connection) -> list[Part]:
-    """Record until the last connection brings something."""
+    """Record all connections."""
     camera = Camera(others)
     source = cast("LiveSource", camera)
-    receiver = Receiver(source, folder, longest_us=9 * HOUR_US, most_bytes=10**9, tell=lambda _: None)
+    receiver = Receiver(source, first, folder, longest_us=9 * HOUR_US, most_bytes=10**9, tell=lambda _: None)
 
-    def begin(_: Path) -> None:
-        if not camera.waiting:
-            receiver.ended.set()
-
-    receiver.record(first, begin)
+    camera.is_over = receiver.ended
+    begun = list[Path]()
+    receiver.record(begun.append)
     (recording,) = recordings(folder)
+    assert begun == [recording]
     return parts_so_far(recording)
 
 

@@ -25,6 +25,15 @@ from tests.service.logs import kept_rows, read_all
 from vision.video.recording import INDEX, parts_so_far
 
 WATCH = [sys.executable, "-c", "from service.cli.app import main; main()", "watch"]
+# The same with a wall clock that is set as soon as there is a first file.
+SET_CLOCK = """
+import sys, time
+from pathlib import Path
+from service.cli.app import main
+folder, jump_ns, clock = Path(sys.argv.pop(1)), 1_000_000_000 * int(sys.argv.pop(1)), time.time_ns
+time.time_ns = lambda: clock() + (jump_ns if any(folder.glob("*/000000.ts")) else 0)
+main()
+"""
 SENT_S = 12
 PIECE = 188 * 20  # packets of MPEG-TS
 
@@ -32,12 +41,19 @@ PIECE = 188 * 20  # packets of MPEG-TS
 @pytest.fixture(scope="module")
 def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """What a camera sends of the first seconds of the demo's scene: its packets, in MPEG-TS."""
-    file = tmp_path_factory.mktemp("sent") / "sent.ts"
+    return sent_at(0, scene, tmp_path_factory.mktemp("sent"))
+
+
+def sent_at(clock_s: int, scene: Path, folder: Path) -> bytes:
+    """The same by a camera whose clock says so at the first picture."""
+    file = folder / "sent.ts"
     with av.open(str(scene / "video.mp4")) as source, av.open(str(file), "w", format="mpegts") as target:
         stream = target.add_stream_from_template(source.streams.video[0])
         for packet in source.demux(source.streams.video[0]):
-            if packet.dts is not None and packet.dts * packet.time_base < SENT_S:
+            if packet.dts is not None and packet.pts is not None and packet.dts * packet.time_base < SENT_S:
                 packet.stream = stream
+                packet.dts += round(clock_s / packet.time_base)
+                packet.pts += round(clock_s / packet.time_base)
                 target.mux(packet)
     return file.read_bytes()
 
@@ -69,9 +85,9 @@ def camera(*visits: bytes) -> Iterator[str]:
 
 
 @contextmanager
-def watching(url: str, scene: Path, folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
+def watching(url: str, scene: Path, folder: Path, watch: Sequence[str] = WATCH) -> Iterator["subprocess.Popen[bytes]"]:
     names = ["--log", folder / "live.db", "--recordings", folder / "recordings", "--site", scene / "site.toml"]
-    program = subprocess.Popen([*WATCH, url, *map(str, names)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    program = subprocess.Popen([*watch, url, *map(str, names)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
     with program:
         try:
             yield program
@@ -176,9 +192,38 @@ def test_a_pipe_that_is_over_is_the_end(sent: bytes, scene: Path, tmp_path: Path
 
 
 @pytest.mark.slow
-def test_time_stamps_that_jump_begin_a_connection(sent: bytes, scene: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("jump_s", [3600, -3600])
+def test_a_wall_clock_that_is_set_tears_no_media_time(sent: bytes, scene: Path, tmp_path: Path, jump_s: int) -> None:
+    half, began_s = len(sent) // (2 * PIECE) * PIECE, time.monotonic()
+    watch = [sys.executable, "-c", SET_CLOCK, str(tmp_path / "recordings"), str(jump_s), "watch"]
+    with camera(sent[:half], sent) as url, watching(url, scene, tmp_path, watch) as program:
+        until(lambda: connection_count(tmp_path) == 2 and recorded_bytes(tmp_path) > 1.3 * len(sent), program)
+        program.send_signal(signal.SIGINT)
+        _, told = program.communicate()
+    assert program.returncode == 0, told
+    took_us = round((time.monotonic() - began_s) * 1e6)
+    (recording,) = recordings(tmp_path)
+    first, second = parts_so_far(recording)
+    assert 0 < second.utc_us - first.utc_us - 1_000_000 * jump_s < took_us  # as the clock said
+    assert 0 < second.start_us < took_us + 1_000_000 * SENT_S
+    live, again = tmp_path / "live.db", reprocessed(tmp_path, scene)
+    assert events(live)
+    assert kept_rows(live) == kept_rows(again)
+    with open_log(str(live)) as log:
+        (run,) = log.runs()
+        times_us = [t_us for _, t_us in log.frames(run.id)]
+        lost, back = log.views(run.id)
+    assert run.start_utc_us == first.utc_us
+    assert times_us == sorted(set(times_us))
+    assert lost.t_us < back.t_us == second.start_us
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("clocks_s", [(0, 0), (7200, 3600), (7200, 10800)])
+def test_time_stamps_that_jump_begin_a_connection(scene: Path, tmp_path: Path, clocks_s: tuple[int, int]) -> None:
     os.mkfifo(tmp_path / "pipe.ts")
-    writer = threading.Thread(target=lambda: (tmp_path / "pipe.ts").write_bytes(sent + sent))
+    jumped = b"".join(sent_at(clock_s, scene, tmp_path) for clock_s in clocks_s)
+    writer = threading.Thread(target=lambda: (tmp_path / "pipe.ts").write_bytes(jumped))
     writer.start()
     with watching(str(tmp_path / "pipe.ts"), scene, tmp_path) as program:
         program.communicate()
@@ -186,7 +231,11 @@ def test_time_stamps_that_jump_begin_a_connection(sent: bytes, scene: Path, tmp_
     assert program.returncode == 0
     first, second = parts_so_far(recordings(tmp_path)[0])
     assert second.why == "its time stamps jumped"
-    assert second.start_us > first.start_us
+    assert first.start_us == 0
+    assert (SENT_S - 1) * 1_000_000 < second.start_us < SENT_S * 1_000_000  # no picture came late
+    with open_log(str(tmp_path / "live.db")) as log:
+        assert log.covered_us(log.run().id)[1] < 2 * SENT_S * 1_000_000
+    assert events(tmp_path / "live.db") == events(reprocessed(tmp_path, scene)) != []
 
 
 @pytest.mark.slow

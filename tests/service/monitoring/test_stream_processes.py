@@ -15,7 +15,7 @@ from service.errors import InputError, NotInLogError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_features import CAR_FEATURES, SIGNATURE
 from service.monitoring.stored_monitoring import monitor_log
-from service.questions.explaining import Explainer
+from service.questions.explaining import AbsenceQuestion, Explainer
 from service.questions.queries import EventFilter
 from service.questions.recognition import recognise_stored
 from service.records import EventRecord
@@ -101,12 +101,12 @@ def write_race(path: Path, frames: int = 120) -> Path:
     return path
 
 
-def run_race(folder: Path, monitors: str, chronicle: str = "") -> str:
+def run_race(folder: Path, monitors: str, chronicle: str = "", site: Path | None = None) -> str:
     """Process the race, where fast becomes car1; return the log's URL."""
     url = f"sqlite:///{folder / 'log.db'}"
     request = RunRequest(
         input=write_race(folder / "race.csv"),
-        site=None,
+        site=site,
         log_url=url,
         chronicle_files=(written(folder, "a.chronicle", chronicle),) if chronicle else (),
         monitor_files=(written(folder, "a.monitors", monitors),) if monitors else (),
@@ -248,6 +248,38 @@ def test_monitors_tell_the_same_of_the_log_as_they_told_in_the_run(tmp_path: Pat
         ("apart", 2, 0),
         ("near", 0, 2),
     ]
+
+
+@pytest.mark.parametrize("late_us", [0, 300_000, 2_000_000, 5_000_000])
+def test_what_is_asked_of_a_run_goes_by_its_own_lateness(tmp_path: Path, late_us: int) -> None:
+    site = written(tmp_path, "site.toml", f"name = 'race'\n[relations]\nbackdate_us = {late_us}\n")
+    chronicle = """message limit_violated[?car]
+chronicle late[?car](t1) { event(limit_violated[?car], t1) }
+chronicle near[?a, ?b](t1, t2) {
+    event(limit_violated[?a], t1) event(beside[?a, ?b]:(false, true), t2) t2 - t1 in ]0s, 12s]
+}
+"""
+    url = run_race(tmp_path, LIMIT + APART, chronicle, site)
+    told_live = [one for one in read_all(url) if one.chronicle.name in ("late", "near")]
+    assert {one.type for one in told_live} == {"late", "near"}
+    first = min((one for one in told_live if one.type == "late"), key=lambda one: one.start_us)
+    assert first.recognised_us - first.start_us == late_us
+    found = recognise_stored(url, [tmp_path / "a.chronicle"]).events
+    assert sorted((one.event.type, one.event.start_us, one.event.end_us) for one in found) == sorted(
+        (one.type, one.start_us, one.end_us) for one in told_live
+    )
+    names = ("limit_violated", "apart_violated")
+    live = sorted((stored(one) for one in read_all(url, EventFilter(types=names))), key=repr)
+    assert sorted(told(monitor_log(url, [tmp_path / "a.monitors"]).events), key=repr) == live != []
+    with open_log(url) as log:
+        assert log.run().settings.get("relations.backdate_us", "2000000") == str(late_us)
+        explainer = Explainer(log)
+        for one in told_live:
+            explained = explainer.explain_event(one.id)
+            assert explained is not None
+            assert explained.explanation.events
+            found_again = explainer.explain_absence(AbsenceQuestion(chronicle=one.type, roles=one.roles)).recognised
+            assert found_again == sum((each.type, each.roles) == (one.type, one.roles) for each in told_live)
 
 
 @pytest.mark.parametrize("again", [[], [200], [200, 201], [200, 210], [200, 240], [200, 240, 280]])

@@ -9,9 +9,10 @@ from chronicles.explanation.explanations import Failure, HoldReading, ValueSpan,
 from chronicles.explanation.json_form import schema, to_json
 from chronicles.explanation.rendering import render
 from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.thresholds import _because, stored_settings
+from service.questions.thresholds import _because
 from service.records import CarState
 from service.runs.processing import RunRequest, process
+from service.runs.relations import stored_settings
 from service.store.log import open_log
 from tests.chronicles.explanation.schema_check import faults
 from tests.service.logs import run, state

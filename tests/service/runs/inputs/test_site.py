@@ -343,7 +343,7 @@ def test_numbers_of_engines_are_read_over_their_defaults(tmp_path: Path) -> None
         ("[anchoring]\nsurvive_us = 0.5\n", r"anchoring.survive_us: expected a whole number.*, got 0.5"),
         ("[anchoring]\nsurvive_us = 5\n", r"anchoring: .*survive_us must be at least predict_us \(.*\), got 5"),
         ("[relations]\nclose_m = nan\n", r"relations.*close_m.*a number.*, got nan"),
-        ("[relations]\nbackdate_us = 1\n", r"relations.backdate_us: expected 2000000, by which stored runs .*, got 1"),
+        ("[relations]\nbackdate_us = 10_000_001\n", r"backdate_us: expected 0 to 10000000 \(us\), got 10000001"),
         ("relations = 3\n", r"relations: expected a table \[relations\], got 3"),
     ],
 )

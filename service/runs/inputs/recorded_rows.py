@@ -1,0 +1,110 @@
+"""What if trajectories come row by row? The rows of a recording, in the order of time while it still grows."""
+
+import logging
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from io import RawIOBase
+from pathlib import Path
+from typing import ClassVar
+
+from dyknow.sample import Sample
+from service.errors import InputError
+from service.records import InputKind
+from service.runs.inputs.input_kind import Asked, Input
+from service.runs.inputs.trajectories import TRAJECTORY_SUFFIXES, RowReader, Rows, TrajectoryObjects
+from service.runs.pipeline import TRAJECTORIES, Feed
+from service.texts.csv_table import read_table
+from vision.video.recording import connections, is_recording, parts_so_far
+
+WAIT_US = 1_000_000
+"""How far a row may lie behind the newest one; by reason: sensors differ by less, and events come so much later."""
+_MOST_TOLD = 20
+
+_LOGGER = logging.getLogger(__name__)
+
+
+class ArrivingRows:
+    """Read the rows of a recording while it grows; those that are wrong or late are told, counted, and left out.
+
+    Parameters
+    ----------
+    folder : of the recording; its header is waited for.
+    columns : our column names to those of the header, where they differ.
+
+    Raises
+    ------
+    InputError
+        If the header lacks a column.
+    """
+
+    def __init__(self, folder: Path, columns: Mapping[str, str] | None) -> None:
+        self._name = folder.name
+        self._lines = (line for _, stream in connections(folder) for line in _lines(stream))
+        self._header, _ = read_table(self._name, [next(self._lines, "")])
+        self._reader = RowReader(self._name, self._header, columns or {})
+        self._left_out = 0
+
+    def __iter__(self) -> Iterator[TrajectoryObjects]:
+        """Yield the objects of each time, in order, once no more of them are waited for; may be taken once."""
+        held, newest_us = Rows(), 0
+        for number, line in enumerate(self._lines, start=2):
+            if not line.strip():
+                continue
+            where = f"{self._name}:{number}"
+            try:
+                fields, _ = read_table(self._name, [line], number)
+                if len(fields) != len(self._header):
+                    raise InputError(f"{where}: expected {len(self._header)} fields, got {len(fields)}")
+                t_us = self._reader.add(held, where, fields, newest_us - WAIT_US)
+            except InputError as error:
+                self._left_out += 1
+                if self._left_out <= _MOST_TOLD:
+                    _LOGGER.warning("%s; the row is left out", error)
+                continue
+            if t_us > newest_us:
+                newest_us = t_us
+                yield from self._taken(held, newest_us - WAIT_US)
+        yield from self._taken(held, newest_us + 1)
+
+    def notes(self) -> tuple[str, ...]:
+        """Say at the end what people should know."""
+        left_out = f"{self._left_out} rows were left out, wrong or more than {WAIT_US / 1e6:g} s late"
+        return (*self._reader.warnings, *([left_out] if self._left_out else []))
+
+    def _taken(self, held: Rows, before_us: int) -> Iterable[TrajectoryObjects]:
+        """Take the objects before a time out of those that are held."""
+        ready = {key: held.pop(key) for key in list(held) if key[0] < before_us}
+        return self._reader.gathered(ready) if ready else ()
+
+
+def _lines(stream: RawIOBase) -> Iterator[str]:
+    """Give whole lines; what a writer that was killed left of one is none."""
+    rest = b""
+    while data := stream.read(1 << 16):
+        *lines, rest = (rest + data).split(b"\n")
+        # A byte that is no UTF-8 is written out, so that it is told where it stands.
+        yield from (line.decode("utf-8-sig", "backslashreplace") for line in lines)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedRows(Input):
+    """Read the rows of a recording; vision is skipped."""
+
+    kind: ClassVar[InputKind] = "trajectory"
+    rows: ArrivingRows
+
+    @classmethod
+    def fits(cls, asked: Asked) -> bool:
+        """Take a recording of rows, unless a detector is to look at it."""
+        is_one = asked.detector is None and is_recording(asked.path)
+        return is_one and parts_so_far(asked.path)[0].file.endswith(TRAJECTORY_SUFFIXES)
+
+    @classmethod
+    def open(cls, asked: Asked) -> "RecordedRows":
+        """Read the header."""
+        return cls(path=asked.path, rows=ArrivingRows(asked.path, asked.columns), network=asked.network)
+
+    def feed(self, *, apart: bool = False) -> Feed:
+        """Give the objects of each time; nothing needs to look at them."""
+        samples = (Sample(objects.t_us, objects.t_us, objects) for objects in self.rows)
+        return Feed(TRAJECTORIES, samples, notes=self.rows.notes)
