@@ -380,7 +380,8 @@ class Anchorer:
         self._bodies.move_over(columns, targets, frame.t_us)
         self._returned.update(found.values())
         frame.is_seen[targets] = True
-        frame.state[:, targets], frame.places[:, targets] = frame.state[:, columns], frame.places[:, columns]
+        frame.state[:, targets] = self._bodies.states[NOW][:, targets]
+        frame.places[:, targets] = frame.places[:, columns]
 
     def _end(self, frame: Frame) -> tuple[list[int], list[LinkChange]]:
         """End world objects that are lost for good; return their columns."""

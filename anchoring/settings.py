@@ -69,7 +69,8 @@ class AnchoringSettings:
         maintain conditions take to find fault with it from its first moment on (off the road, no vehicle's size or
         speed); jumps and exchanged tracks show sooner.
     moved_lengths, moved_sigmas : a vision object has moved when it is so many of its lengths, and standard deviations
-        of its place, from where it began: what stands may be a ghost, which a growing box shifts by half its length.
+        of its place, ahead of where it began: what stands may be a ghost, or have its front where its rear is guessed,
+        and one that was seen in part at first is shifted by nearly its length when it is seen whole.
     grown_us, recent_us, coarse_lengths : a car is surer the longer it is known, the more of the last moments it was
         seen, and the longer it is in units of its noise (which grows with the size of a pixel on the ground): one less
         the exponentials of these. By reason; what they are worth together is fitted (docs/evaluation.md).
@@ -143,7 +144,7 @@ class AnchoringSettings:
     leaving_mps: float = 1.0
     lateral_s: float = 0.5
     trial_us: int = 2_000_000
-    moved_lengths: float = 0.5
+    moved_lengths: float = 1.0
     moved_sigmas: float = 3.0
     grown_us: int = 500_000
     recent_us: int = 2_000_000

@@ -38,6 +38,7 @@ class Outline:
 
     def births_per_m(self, begun: Looks, clipped: BoolArray, settings: AnchoringSettings) -> FloatArray:
         """Tell how many new cars are expected where something began, (n,); ``clipped`` by the edge of the picture."""
-        back_m = settings.edge_m * np.stack([np.cos(begun.heading_rad), np.sin(begun.heading_rad)])
+        # Of what stands nobody knows from which side it came.
+        back_m = settings.edge_m * begun.has_front * np.stack([np.cos(begun.heading_rad), np.sin(begun.heading_rad)])
         inside = self.holds(begun.centre_m.T - back_m, slack_m=settings.outline_slack_m)
         return np.where(clipped | ~inside, settings.edge_births_per_m, settings.births_per_m)

@@ -12,7 +12,7 @@ import numpy as np
 
 from anchoring.hypotheses.hypotheses import Chain
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS, Norms
-from anchoring.linking.ways import Looks
+from anchoring.linking.ways import Looks, front_as
 from anchoring.observations import BoolArray, FloatArray, IntArray, LongArray, Observations
 from anchoring.settings import AnchoringSettings
 
@@ -53,8 +53,9 @@ class Bodies:
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
     sigma_m : (n,) standard deviation of each coordinate where it was seen last; nan if the tracker does not say.
-    has_moved : (n,) whether it was ever seen so far from where its vision object began that it did not only stand
-        there; True if the tracker does not say how sure it is.
+    has_front : (n,) whether its vision object was ever seen so far ahead of where it began that it did not only stand
+        there; before, the front may be the other end. True if the tracker does not say how sure it is.
+    has_moved : (n,) whether that was so of any of its vision objects.
     born_us : (n,) when it was seen first, by its first vision object.
     seen_share, sure_share : (n,) of the last moments, how much each was seen, which fades out; and what that was when
         it was seen last.
@@ -80,6 +81,7 @@ class Bodies:
     width_m: FloatArray = _column(np.float64)
     sigma_m: FloatArray = _column(np.float64, new=np.nan)
     has_moved: BoolArray = _column(np.bool_)
+    has_front: BoolArray = _column(np.bool_)
     born_us: LongArray = _column(np.int64)
     seen_share: FloatArray = _column(np.float64, new=1.0)
     sure_share: FloatArray = _column(np.float64, new=1.0)
@@ -157,12 +159,21 @@ class Bodies:
         return returned
 
     def note_motion(self, columns: LongArray, sigma_m: FloatArray) -> None:
-        """Keep how sure the places of bodies, (k,), just accepted are, and who has come away from where it began."""
+        """Keep how sure the places of bodies, (k,), just accepted are, and who has driven away from where it began."""
         settings = self._settings
         self.sigma_m[columns] = sigma_m
         shift_m = self.states[NOW, X : Y + 1][:, columns] - self.states[START, X : Y + 1][:, columns]
         least_m = np.fmax(settings.moved_lengths * self.length_m[columns], settings.moved_sigmas * sigma_m)
-        self.has_moved[columns] |= np.isnan(sigma_m) | (np.hypot(*shift_m) > least_m)
+        # Whoever comes away against its front may have been taken the wrong way round.
+        heading_rad = self.states[NOW, HEADING, columns]
+        ahead_m = shift_m[0] * np.cos(heading_rad) + shift_m[1] * np.sin(heading_rad)
+        self.has_front[columns] |= np.isnan(sigma_m) | (ahead_m > least_m)
+        self.has_moved[columns] |= self.has_front[columns]
+
+    def knows_front(self, columns: LongArray, velocity_mps: FloatArray) -> BoolArray:
+        """Tell of which bodies, (k,), with velocities (2, k) the front is known: who came ahead, and who drives."""
+        drives: BoolArray = np.hypot(*velocity_mps) >= self._settings.turn_mps
+        return drives | self.has_front[columns]
 
     def note_seen(self, is_seen: BoolArray, elapsed_us: int) -> None:
         """Keep how much of the last moments all bodies, (n,), were seen."""
@@ -193,12 +204,18 @@ class Bodies:
 
     def move_over(self, source: LongArray, target: LongArray, t_us: int) -> None:
         """Give lost bodies, (k,), the states of the vision objects they are linked to from now on, (k,)."""
+        known_rad = self.states[NOW, HEADING, target]
+        is_guess = self.has_moved[target] & ~self.knows_front(source, self.states[NOW, VX : VY + 1, source].T)
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
             array[END][..., target] = array[LOST][..., target] = array[NOW][..., target]
             array[: OLD + 1, ..., target] = array[NOW][..., source]
             array[START][..., target] = array[START][..., source]
+        for snapshot in (*range(OLD + 1), START):
+            heading_rad = self.states[snapshot, HEADING, target]
+            self.states[snapshot, HEADING, target] = front_as(heading_rad, known_rad, is_guess)
         self.is_returned[target] = self.waits[target] = True
         self.has_moved[target] |= self.has_moved[source]
+        self.has_front[target] = self.has_front[source]
         self.sigma_m[target] = self.sigma_m[source]
         self.unseen_us[target] = -1
         self.linked_us[target] = self.seen_us[target] = t_us
@@ -237,12 +254,14 @@ class Bodies:
 
     def looks(self, columns: LongArray, snapshot: int | LongArray) -> Looks:
         """Lay out what bodies (k,) were like in a snapshot, or in one each (k,), with the sizes known now."""
+        state = self.states[snapshot, :, columns].T
         return looks_of(
             self.states_us[snapshot, columns],
-            self.states[snapshot, :, columns].T,
+            state,
             self.roads[snapshot, columns],
             np.stack([self.length_m[columns], self.width_m[columns]]),
             is_whole=self.was_whole[columns],
+            has_front=self.knows_front(columns, state[VX : VY + 1]),
         )
 
     def usual_size_m(self) -> tuple[FloatArray, FloatArray]:
@@ -269,13 +288,16 @@ def state_of(seen: Observations) -> FloatArray:
     return state
 
 
-def looks_of(t_us: LongArray, state: FloatArray, road: IntArray, size_m: FloatArray, *, is_whole: BoolArray) -> Looks:
-    """Lay out states for comparison; (k,), (8, k), (k,), (2, k), (k,)."""
+def looks_of(
+    t_us: LongArray, state: FloatArray, road: IntArray, size_m: FloatArray, *, is_whole: BoolArray, has_front: BoolArray
+) -> Looks:
+    """Lay out states for comparison; (k,), (8, k), (k,), (2, k), (k,), (k,)."""
     return Looks(
         t_us=t_us,
         centre_m=state[X : Y + 1].T,
         velocity_mps=state[VX : VY + 1].T,
         heading_rad=state[HEADING],
+        has_front=has_front,
         length_m=size_m[0],
         width_m=size_m[1],
         is_whole=is_whole,

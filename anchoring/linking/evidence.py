@@ -119,7 +119,7 @@ def _within_reach(starts: Looks, ends: Looks, settings: AnchoringSettings) -> tu
     ahead_m = (starts.along_m[row] - ends.along_m[column]) * ends.sense[column]
     kept = (elsewhere | (ahead_m >= -settings.backwards_m)).nonzero()[0]
     row, column, elsewhere = row[kept], column[kept], elsewhere[kept]
-    goes_on = np.cos(starts.heading_rad[row] - ends.heading_rad[column]) >= math.cos(settings.back_rad)
+    goes_on = np.abs(starts.take(row).turned_rad(ends.take(column))) <= settings.back_rad
     gap_s = (starts.t_us[row] - ends.t_us[column]) * 1e-6
     reach_m = _reach_m(starts.speed_mps[row], ends.speed_mps[column], np.maximum(gap_s, 0.0), settings)
     possible = (elsewhere | goes_on) & (gap_s >= -settings.overlap_us * 1e-6) & (near["v"][kept] <= reach_m)

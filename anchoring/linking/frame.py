@@ -9,7 +9,7 @@ import numpy as np
 
 from anchoring.linking.bodies import ACROSS, ALONG, HEADING, NOW, TANGENT, VX, VY, Bodies, X, Y, looks_of
 from anchoring.linking.routes import LaneRoutes
-from anchoring.linking.ways import Looks
+from anchoring.linking.ways import Looks, front_as
 from anchoring.observations import DECIMALS, BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
 from gis.polyline import ReferenceLines
@@ -28,6 +28,7 @@ class Frame:
     state : (8, n) rows as in `Bodies.states`.
     clipped, length_m, width_m : (n,) as observed; of unseen bodies, what is known of them.
     sigma_m : (n,) as observed; nan of unseen bodies.
+    has_front : (n,) False where the front may be the other end.
     places : (3, n) int32 road, lane and junction, -1 for none.
     """
 
@@ -39,6 +40,7 @@ class Frame:
     length_m: FloatArray
     width_m: FloatArray
     sigma_m: FloatArray
+    has_front: BoolArray
     places: IntArray
 
     def looks(self, columns: LongArray) -> Looks:
@@ -49,6 +51,7 @@ class Frame:
             self.places[0, columns],
             np.stack([self.length_m[columns], self.width_m[columns]]),
             is_whole=~self.clipped[columns],
+            has_front=self.has_front[columns],
         )
 
     def positions(self, columns: LongArray) -> RoadPositions:
@@ -106,6 +109,7 @@ class RoadMap:
             length_m=bodies.length_m.copy(),
             width_m=bodies.width_m.copy(),
             sigma_m=np.full(len(bodies), np.nan),
+            has_front=np.ones(len(bodies), dtype=np.bool_),
             places=np.full((3, len(bodies)), -1, dtype=np.int32),
         )
         seen = observations.observed
@@ -113,7 +117,9 @@ class RoadMap:
         frame.is_seen[columns] = True
         state[X : Y + 1, columns] = observations.centre_m[seen].T
         state[VX : VY + 1, columns] = observations.velocity_mps[seen].T
-        state[HEADING, columns] = observations.heading_rad[seen]
+        frame.has_front[columns] = has_front = bodies.knows_front(columns, state[VX : VY + 1, columns])
+        is_guess = bodies.has_moved[columns] & ~has_front
+        state[HEADING, columns] = front_as(observations.heading_rad[seen], state[HEADING, columns], is_guess)
         frame.clipped[columns] = observations.clipped[seen]
         frame.length_m[columns] = observations.length_m[seen]
         frame.width_m[columns] = observations.width_m[seen]

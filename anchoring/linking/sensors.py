@@ -122,7 +122,8 @@ class Sensors:
             return
         first, second = np.array(pairs).T
         size_m, nowhere = np.stack([seen.length_m, seen.width_m]), np.full(len(rank), -1, np.int32)
-        looks = looks_of(np.full(len(rank), seen.t_us), state_of(seen), nowhere, size_m, is_whole=~seen.clipped)
+        times_us, has_front = np.full(len(rank), seen.t_us), np.ones(len(rank), np.bool_)
+        looks = looks_of(times_us, state_of(seen), nowhere, size_m, is_whole=~seen.clipped, has_front=has_front)
         nats = np.maximum(coincide(looks.take(second), looks.take(first), self._settings), _WORST_NATS)
         for head, name, now_nats in zip(first.tolist(), second.tolist(), nats.tolist(), strict=True):
             key = seen.ids[head], seen.ids[name]

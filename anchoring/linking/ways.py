@@ -23,6 +23,7 @@ class Looks:
     t_us : (n,).
     centre_m, velocity_mps : (n, 2).
     heading_rad, length_m, width_m : (n,).
+    has_front : (n,) False where the front may as well be the other end.
     is_whole : (n,) False where the size was never seen in full.
     road : (n,) -1 for none; along_m, across_m, tangent_rad : (n,).
     """
@@ -31,6 +32,7 @@ class Looks:
     centre_m: FloatArray
     velocity_mps: FloatArray
     heading_rad: FloatArray
+    has_front: BoolArray
     length_m: FloatArray
     width_m: FloatArray
     is_whole: BoolArray
@@ -42,6 +44,10 @@ class Looks:
     def take(self, rows: LongArray) -> "Looks":
         """Lay out some of the bodies, one or more times each."""
         return Looks(*(getattr(self, one.name).take(rows, axis=0) for one in fields(self)))
+
+    def turned_rad(self, end: "Looks") -> FloatArray:
+        """Tell by how much each, (n,), has turned since the end in the same row."""
+        return _wrapped(front_as(self.heading_rad, end.heading_rad, ~self.has_front) - end.heading_rad)
 
     @property
     def speed_mps(self) -> FloatArray:
@@ -103,7 +109,7 @@ def ways(start: Looks, end: Looks, gap_s: FloatArray, settings: AnchoringSetting
     """
     apart_m = start.centre_m - end.centre_m
     chord_m = np.hypot(apart_m[:, 0], apart_m[:, 1])
-    turn_rad = _wrapped(start.heading_rad - end.heading_rad)
+    turn_rad = start.turned_rad(end)
     half_rad = np.abs(turn_rad) / 2
     bent_rad = _wrapped(np.arctan2(apart_m[:, 1], apart_m[:, 0]) - end.heading_rad - turn_rad / 2)
     # Whoever drove straight on before or after the arc is off by less than half the turn.
@@ -116,6 +122,12 @@ def ways(start: Looks, end: Looks, gap_s: FloatArray, settings: AnchoringSetting
     most_rad = settings.turn_slack_rad + settings.sideways_mps2 * gap_s**2 / np.maximum(np.abs(length_m), 1e-3)
     most_rad = np.minimum(most_rad, settings.back_rad)
     return Ways(length_m, aside_m, on_road, np.zeros(len(gap_s), np.bool_), np.abs(turn_rad) <= most_rad)
+
+
+def front_as(heading_rad: FloatArray, known_rad: FloatArray, is_guess: BoolArray) -> FloatArray:
+    """Turn headings, (k,), that are guesses of which end is the front round where it is known to be the other one."""
+    is_rear = is_guess & (np.cos(heading_rad - known_rad) < 0.0)
+    return np.where(is_rear, heading_rad - np.copysign(math.pi, heading_rad), heading_rad)
 
 
 def _wrapped(angle_rad: FloatArray) -> FloatArray:

@@ -509,14 +509,33 @@ def seen_surely(t_us: int, seen: Mapping[str, Seen]) -> Observations:
     return replace(observations(t_us, seen), sigma_m=np.full(len(seen), 0.1))
 
 
-def test_car_has_moved_once_it_was_half_its_length_away_from_where_it_began() -> None:
+def test_car_has_moved_once_it_is_its_length_ahead_of_where_it_began() -> None:
     anchorer, moved = Anchorer(None), []
     for number in range(40):
         x_m = max(0, number - 10) * 0.4
         cars, _ = anchorer.observe(seen_surely(number * FRAME_US, {"v": Seen(x_m, speed_mps=5.0 if x_m else 0.0)}))
         moved.append(cars.has_moved.tolist())
-    assert moved[10] == moved[15] == [False]
-    assert moved[16] == [True]  # 2.4 m of 4.5 m
+    assert moved[10] == moved[21] == [False]
+    assert moved[22] == [True]  # 4.8 m of 4.5 m
+
+
+def test_car_that_comes_away_against_its_front_has_not_moved() -> None:
+    frames = [(number * FRAME_US, {"v": Seen(-0.1 * number, speed_mps=2.5)}) for number in range(80)]
+    anchorer = Anchorer(None)
+    assert [anchorer.observe(seen_surely(*frame))[0] for frame in frames][-1].has_moved.tolist() == [False]
+
+
+@pytest.mark.parametrize("guessed_rad", [0.2, math.pi - 0.2, -math.pi + 0.3])
+def test_front_of_a_car_that_was_seen_to_drive_stays_while_a_new_track_only_stands(guessed_rad: float) -> None:
+    anchorer, told = Anchorer(straight_road()), []
+    for number in range(140):
+        name, x_m = ("v1", 0.8 * min(number, 45)) if number < 60 else ("v2", 36.0)
+        heading_rad = guessed_rad if name == "v2" else 0.0
+        seen = Seen(x_m, -1.75, speed_mps=0.0 if number >= 45 else 10.0, heading_rad=heading_rad)
+        cars, _ = anchorer.observe(seen_surely(number * FRAME_US, {} if 60 <= number < 80 else {name: seen}))
+        told.append((cars.ids, cars.vision_ids, bool(np.cos(cars.heading_rad[-1:]).min(initial=1.0) > 0)))
+    assert told[-1] == (("car1",), ("v2",), True)
+    assert all(ahead for _, _, ahead in told)
 
 
 def test_car_of_which_the_tracker_does_not_say_how_sure_it_is_counts_as_moved() -> None:

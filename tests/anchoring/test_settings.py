@@ -366,6 +366,7 @@ def drawn_pairs() -> tuple[Looks, Looks]:
             centre_m=place_m.T,
             velocity_mps=(speed_mps * np.stack([np.cos(heading_rad), np.sin(heading_rad)])).T,
             heading_rad=heading_rad,
+            has_front=np.ones(count, np.bool_),
             length_m=rng.choice([4.2, 4.5, 5.0, 9.0], count),
             width_m=rng.choice([1.7, 1.8, 2.1, 2.5], count),
             is_whole=rng.random(count) < 0.8,

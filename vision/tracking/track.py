@@ -180,11 +180,19 @@ class TrackTable:
         return self.is_confirmed & self.is_sized() & (self.speed_mps() >= self.settings.driving_mps)
 
     def turn_ahead(self) -> None:
-        """Point the heading of moving tracks along their velocity; standing ones keep theirs."""
+        """Point the heading of moving tracks along their velocity; standing ones keep theirs.
+
+        Nobody turns round on the spot: who has come ahead since it was seen first keeps its front while it stands, or
+        backs, and seems to go the other way.
+        """
         spread_mps = np.sqrt(self.covariance[:, 2, 2] + self.covariance[:, 3, 3])
         sure_mps = np.minimum(self.settings.sure_sigmas * spread_mps, self.settings.sure_mps)
         is_moving = self.speed_mps() >= np.maximum(self.settings.heading_speed_mps, sure_mps)
-        self.heading_rad = np.where(is_moving, self.course_rad(), self.heading_rad)
+        course_rad = self.course_rad()
+        ahead_m = np.einsum("ni,ni->n", self.state[:, :2] - self.born_m, axis(self.heading_rad))
+        backs = (np.cos(course_rad - self.heading_rad) < 0.0) & (ahead_m > self.length_m)
+        is_turning = is_moving & (~backs | (self.speed_mps() >= self.settings.sure_mps))
+        self.heading_rad = np.where(is_turning, course_rad, self.heading_rad)
 
     def note_rest(self, now_us: int) -> None:
         """Keep track of how long each track has been standing where it is.

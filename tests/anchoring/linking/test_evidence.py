@@ -25,6 +25,7 @@ def body(t_s: float, x_m: float, y_m: float = 0.0, **changed: float) -> Looks:
         centre_m=np.array([[x_m, y_m]]),
         velocity_mps=row["speed_mps"] * np.array([[math.cos(angle), math.sin(angle)]]),
         heading_rad=np.array([angle]),
+        has_front=np.array([bool(row.get("front", True))]),
         length_m=np.array([row["length_m"]]),
         width_m=np.array([row["width_m"]]),
         is_whole=np.array([bool(row["whole"])]),
@@ -77,6 +78,14 @@ def slow_ratio(start: Looks, end: Looks) -> float:
         by_chance *= normal(seen - usual, spread) + one.other_share / 20
     possible = -one.backwards_m <= way_m <= reach_m and abs(aside_m) < 10
     return math.log(likelihood / by_chance) if possible else -math.inf
+
+
+@pytest.mark.parametrize("road", [0.0, -1.0])
+def test_start_of_which_the_front_is_a_guess_may_be_the_other_way_round(road: float) -> None:
+    end, right = body(0.0, 0.0, speed_mps=0.3, road=road), body(2.0, 0.4, speed_mps=0.3, road=road)
+    turned = [body(2.0, 0.4, speed_mps=0.3, heading_rad=math.pi, front=front, road=road) for front in (0.0, 1.0)]
+    assert ratio(turned[0], end) == pytest.approx(ratio(right, end))
+    assert ratio(turned[1], end) == -math.inf
 
 
 @for_each("seed", range(60))

@@ -40,6 +40,7 @@ def test_only_what_lies_in_an_older_body_is_not_separate() -> None:
             length_m=length_m,
             width_m=width_m,
             sigma_m=np.full(count, np.nan),
+            has_front=is_seen,
             places=np.full((3, count), -1, np.int32),
         )
         found = _separate(frame, established).tolist()

@@ -28,6 +28,7 @@ def looks(t_us: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, speed_mps: np.ndar
         velocity_mps=speed_mps[:, None] * np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1),
         heading_rad=heading_rad,
         length_m=size_m,
+        has_front=size_m > 0.0,
         width_m=size_m,
         is_whole=size_m > 0.0,
         road=at.road,

@@ -93,6 +93,14 @@ def test_heading_is_kept_while_a_car_stands() -> None:
     assert abs(last.heading_rad[0]) < 0.1
 
 
+@pytest.mark.parametrize(("driven_m", "turns"), [(20.0, False), (0.0, True)])
+def test_car_that_drove_in_keeps_its_front_when_it_backs(driven_m: float, turns: bool) -> None:
+    ways_m = [min(10.0 * t / 1e6, driven_m) - 3.8 * max(t / 1e6 - 3.0, 0.0) for t in range(0, 5_000_000, STEP_US)]
+    last = track([(k * STEP_US, [(way_m, 0.0, 0.0, 4.5, 1.8)]) for k, way_m in enumerate(ways_m)])[-1]
+    assert last.velocity_mps[0, 0] == pytest.approx(-3.8, abs=0.2)
+    assert (abs(last.heading_rad[0]) > np.pi / 2) == turns
+
+
 @pytest.mark.parametrize("rate_hz", [25, 12.5, 5])
 def test_lower_frame_rates_and_dropped_frames_change_nothing_but_the_uncertainty(rate_hz: float) -> None:
     step_us = round(1e6 / rate_hz)
