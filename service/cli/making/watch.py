@@ -55,7 +55,7 @@ def watch(
 ) -> None:
     """Record a live source and process it as it comes, until Ctrl-C; what was recorded can be processed again.
 
-    A source that is cut is called again. Begun again, it goes on with its recording, and repeats the run over it.
+    A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside.
     """
     from service.live.live_source import without_password
     from service.live.watching import Kept
