@@ -40,18 +40,24 @@ speed_limit_mps = 13.9
 """
 
 
-@pytest.fixture
-def client(tmp_path: Path) -> Iterator[Client]:
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the site and the log lie."""
+    return tmp_path_factory.mktemp("earth")
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path) -> Iterator[Client]:
     """Run r1 has a place on Earth, r2 none; the site of r3 is another one now."""
-    (tmp_path / "site.toml").write_text(SITE)
-    digest = content_digest(tmp_path / "site.toml")
-    with open_log(str(tmp_path / "a.db"), "w") as log:
+    (folder / "site.toml").write_text(SITE)
+    digest = content_digest(folder / "site.toml")
+    with open_log(str(folder / "a.db"), "w") as log:
         for name, digest_then, origin_deg in (
             ("r1", digest, (58.4, 15.6)),
             ("r2", digest, None),
             ("r3", "other", None),
         ):
-            site = SiteRecord(str(tmp_path / "site.toml"), digest_then, origin_deg)
+            site = SiteRecord(str(folder / "site.toml"), digest_then, origin_deg)
             writer = log.begin_run(run(name, site="bend", site_file=site))
             for number in range(3):
                 writer.append_frames([number * SECOND_US])
@@ -60,13 +66,13 @@ def client(tmp_path: Path) -> Iterator[Client]:
             writer.append_events([overtake(), overtake(place=None)])
             writer.finish("finished")
         log.begin_run(run("r4", site="", site_file=None)).finish("finished")
-    with Client(create_app(str(tmp_path / "a.db"), shipped=())) as client:
+    with Client(create_app(str(folder / "a.db"), shipped=())) as client:
         yield client
 
 
-def test_roads_are_told_in_metres(client: Client, tmp_path: Path) -> None:
+def test_roads_are_told_in_metres(client: Client, folder: Path) -> None:
     found = client.get("/api/v1/runs/r1/site").json()
-    network = load_site(tmp_path / "site.toml").network
+    network = load_site(folder / "site.toml").network
     assert network is not None
     assert (found["run"], found["site"], found["origin_deg"]) == ("r1", "bend", [58.4, 15.6])
     assert [one["id"] for one in found["lanes"]] == [one.id for one in network.lanes]
@@ -75,11 +81,11 @@ def test_roads_are_told_in_metres(client: Client, tmp_path: Path) -> None:
     assert client.get("/api/v1/runs/r2/site").json()["origin_deg"] is None
 
 
-def test_roads_as_geojson_can_be_read_as_a_site(client: Client, tmp_path: Path) -> None:
+def test_roads_as_geojson_can_be_read_as_a_site(client: Client, folder: Path, tmp_path: Path) -> None:
     answer = client.get("/api/v1/runs/r1/site?format=geojson")
     assert answer.headers["content-type"] == "application/geo+json"
     (tmp_path / "roads.geojson").write_bytes(answer.content)
-    again, network = read_geojson(tmp_path / "roads.geojson", FRAME), load_site(tmp_path / "site.toml").network
+    again, network = read_geojson(tmp_path / "roads.geojson", FRAME), load_site(folder / "site.toml").network
     assert network is not None
     for one, other in zip(again.lanes, network.lanes, strict=True):
         assert (one.id, one.edge, one.index, one.road, one.direction, one.width_m, one.speed_limit_mps) == (
@@ -124,10 +130,10 @@ def test_events_are_points_and_those_without_a_place_on_earth_say_so(client: Cli
         ("runs/r9/site", 404, "expected a run 'r9'"),
     ],
 )
-def test_what_nobody_knows_is_refused(client: Client, tmp_path: Path, path: str, status: int, told: str) -> None:
+def test_what_nobody_knows_is_refused(client: Client, folder: Path, path: str, status: int, told: str) -> None:
     answer = client.get(f"/api/v1/{path}")
     assert (answer.status_code, told in answer.json()["detail"]) == (status, True), answer.text
-    assert str(tmp_path / "site.toml") not in answer.text
+    assert str(folder / "site.toml") not in answer.text
 
 
 def test_a_run_keeps_where_its_site_is_on_earth(tmp_path: Path) -> None:

@@ -85,9 +85,16 @@ def told(log: str) -> list[tuple[str, str, int, int, Sequence[tuple[str, str]], 
     )
 
 
+SELDOM = ("a comment", "another beside it", "one less")  # of which the other kinds say as much
+
+
 @pytest.mark.parametrize(
     ("kind", "final"),
-    [*((kind, False) for kind in CHANGES), ("what others look at", True), ("what must not happen", True)],
+    [
+        *(pytest.param(kind, False, marks=pytest.mark.slow if kind in SELDOM else ()) for kind in CHANGES),
+        ("what others look at", True),
+        pytest.param("what must not happen", True, marks=pytest.mark.slow),
+    ],
 )
 def test_a_run_tells_in_the_end_what_it_would_have_told_with_the_last_chronicles(
     tracks: Path, kind: str, final: bool
