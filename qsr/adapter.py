@@ -86,8 +86,6 @@ class FrameRelations:
 class RelationUnit:
     """Run a relation observer as a computational unit."""
 
-    __slots__ = ("_doubted", "_last_us", "_observer")
-
     def __init__(self, observer: RelationObserver) -> None:
         self._observer = ReplayingObserver(observer)
         self._doubted: Mapping[str, tuple[str, ...]] = {}  # the hypotheses about each object in the last frame

@@ -65,8 +65,6 @@ class RelationObserver:
     beside ('b', 'a') 750000 False True
     """
 
-    __slots__ = ("_graph", "_last_t_us", "_line_up", "_objects", "_pairs", "_places", "_turns", "_widest_m")
-
     def __init__(
         self,
         road_ids: Sequence[str],

@@ -21,8 +21,6 @@ class ReplayingObserver:
     observer : that has seen no frame yet.
     """
 
-    __slots__ = ("_before", "_labels", "_observer", "_seen")
-
     def __init__(self, observer: RelationObserver) -> None:
         self._observer = observer
         self._labels: dict[str, tuple[str, int]] = {}  # that may be refuted: whom each is about, and since which frame

@@ -91,17 +91,6 @@ class SwitchBank:
     (True, 100000)
     """
 
-    __slots__ = (
-        "_backdate_us",
-        "_crossed_us",
-        "_fresh",
-        "_last_us",
-        "_last_values",
-        "_margins",
-        "is_on",
-        "since_us",
-    )
-
     def __init__(self, margins: FloatArray, *, backdate_us: int) -> None:
         rows = len(margins)
         self._margins = np.asarray(margins, dtype=np.float64).reshape(rows, 1)
@@ -195,8 +184,6 @@ class Dwell:
     >>> settled                                                      # object, state before and now, since when
     [(0, 7, 8, 300)]
     """
-
-    __slots__ = ("_backdate_us", "_candidate", "_dwell_us", "_since_us", "current")
 
     def __init__(self, *, dwell_us: int, backdate_us: int) -> None:
         self._dwell_us = dwell_us

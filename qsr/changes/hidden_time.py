@@ -21,8 +21,6 @@ class HiddenTime:
     back_us : how far back a frame is kept in any case.
     """
 
-    __slots__ = ("_back_us", "_frames", "_last", "_since_us", "_told")
-
     def __init__(self, back_us: int) -> None:
         self._back_us = back_us
         self._last: Footprints | None = None

@@ -39,8 +39,6 @@ class LineUp:
     back_us : as for `HiddenTime`.
     """
 
-    __slots__ = ("_hidden_time", "_ids", "_in_order", "_next_serial", "_order", "_serials")
-
     def __init__(self, back_us: int) -> None:
         self._hidden_time = HiddenTime(back_us)
         self._ids: tuple[str, ...] = ()  # as in the last frame

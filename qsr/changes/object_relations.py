@@ -99,8 +99,6 @@ class PlaceTracker:
     dwell_us, backdate_us : as in `Dwell`.
     """
 
-    __slots__ = ("_at", "_dwell", "_place_ids", "_relation")
-
     def __init__(self, relation: str, place_ids: Sequence[str], *, dwell_us: int, backdate_us: int) -> None:
         self._relation = relation
         self._place_ids = tuple(place_ids)
@@ -188,8 +186,6 @@ class TravelTracker:
     dwell_us, backdate_us : as in `Dwell`.
     """
 
-    __slots__ = ("_changed_us", "_dwell", "_relation")
-
     def __init__(self, relation: str, *, dwell_us: int, backdate_us: int) -> None:
         self._relation = relation
         self._dwell = Dwell(dwell_us=dwell_us, backdate_us=backdate_us)
@@ -235,8 +231,6 @@ class MovingTracker:
     ----------
     settings : thresholds.
     """
-
-    __slots__ = ("_bank", "_changed_us", "_fresh", "_limit_mps")
 
     def __init__(self, settings: RelationSettings) -> None:
         self._limit_mps = settings.moving_mps

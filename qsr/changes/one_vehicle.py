@@ -23,8 +23,6 @@ class OneVehicle:
     settings : thresholds.
     """
 
-    __slots__ = ("_settings", "_since_us", "_until_us")
-
     def __init__(self, settings: RelationSettings) -> None:
         self._settings = settings
         # Both by the key of a pair.

@@ -155,8 +155,6 @@ class KeptPairs:
     rows : how many switches the relations need, from the first on.
     """
 
-    __slots__ = ("_near", "_relations", "rows")
-
     def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, settings: RelationSettings) -> None:
         self.rows = 1 + max(switches_of(relations))
         self._near = NearSet()

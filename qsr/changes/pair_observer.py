@@ -27,21 +27,6 @@ class PairObserver:
     backdate_us : a change is dated back at most this far.
     """
 
-    __slots__ = (
-        "_bank",
-        "_changed_us",
-        "_columns",
-        "_conjunctions",
-        "_holds",
-        "_ids",
-        "_is_told",
-        "_margin_m",
-        "_names",
-        "_relations",
-        "_sigma_m",
-        "_used",
-    )
-
     def __init__(
         self, relations: Sequence[PairRelation], margins: FloatArray, *, margin_m: float, backdate_us: int
     ) -> None:
@@ -187,8 +172,6 @@ class PairObserver:
 
 class _Conjunctions:
     """Work out all relations at once: a product with a matrix counts the switches that are as a relation wants them."""
-
-    __slots__ = ("_signs", "_wanted")
 
     def __init__(self, relations: Sequence[PairRelation], switches: int) -> None:
         self._signs: FloatArray = np.zeros((len(relations), switches))

@@ -255,8 +255,6 @@ class NearSet:
     object that takes the place of another makes new pairs.
     """
 
-    __slots__ = ("_keys",)
-
     def __init__(self) -> None:
         self._keys: LongArray = np.zeros(0, dtype=np.int64)
 
