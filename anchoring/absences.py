@@ -21,8 +21,6 @@ class Absences:
     ((), ('car8 lost#2',), ())
     """
 
-    __slots__ = ("_count", "labels")
-
     def __init__(self) -> None:
         self._count = 0
         self.labels: Mapping[str, str] = {}

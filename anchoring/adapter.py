@@ -49,8 +49,6 @@ class Anchored:
 class AnchoringUnit:
     """Run an anchorer as a computational unit."""
 
-    __slots__ = ("_absences", "_anchorer", "_former", "_last_us", "_silent_until_us")
-
     def __init__(self, anchorer: Anchorer) -> None:
         self._anchorer = anchorer
         self._last_us: int | None = None

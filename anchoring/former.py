@@ -23,8 +23,6 @@ class FormerRows:
     locate : finds where points, (k, 2), are on the roads.
     """
 
-    __slots__ = ("_back_us", "_frames", "_least_m", "_locate", "_most_mps", "_told_us", "_unnamed_us")
-
     def __init__(self, settings: AnchoringSettings, locate: Callable[[FloatArray], RoadPositions]) -> None:
         self._back_us = settings.name_back_us
         self._least_m, self._most_mps = settings.jump_m, settings.return_mps

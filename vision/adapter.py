@@ -51,8 +51,6 @@ class VisionUnit(Generic[FrameT]):
     valid times are those of the frames, their available time is that of the frame which ended the start-up.
     """
 
-    __slots__ = ("_available_us", "_last_us", "_lost", "_step_us", "_vision")
-
     def __init__(self, vision: Vision[FrameT]) -> None:
         self._last_us: int | None = None
         self._step_us: int | None = None  # between the last two frames that had no hole between them

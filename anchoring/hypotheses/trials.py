@@ -29,8 +29,6 @@ class DoubtfulLinks:
     {'car1': ('w1->car1#2',)}
     """
 
-    __slots__ = ("_keys", "_labels", "_uppers")
-
     def __init__(self) -> None:
         self._labels: dict[tuple[Level, str], str] = {}  # by the upper object
         self._keys: dict[str, tuple[Level, str]] = {}  # by the label
@@ -91,8 +89,6 @@ class Trials:
     >>> trials.undecided
     ('v2->w1#1',)
     """
-
-    __slots__ = ("_count", "_open", "_settings", "doubtful", "refuted", "undecided", "validated")
 
     def __init__(self, settings: AnchoringSettings) -> None:
         self._settings = settings

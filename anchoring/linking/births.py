@@ -21,8 +21,6 @@ class Outline:
     [True, False]
     """
 
-    __slots__ = ("_reach_m",)
-
     def __init__(self) -> None:
         self._reach_m: FloatArray = np.full((len(_DIRECTIONS), 1), -np.inf)
 

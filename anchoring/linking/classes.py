@@ -55,8 +55,6 @@ class Norms:
     (['car', 'bus', 'unknown'], [True, False, True])
     """
 
-    __slots__ = ("_length_m", "_numbers", "_score_at_mean", "_top_speed_mps", "_width_m", "usual_m")
-
     def __init__(self, classes: Sequence[ObjectClass]) -> None:
         sized = [
             (CLASS_NAMES.index(each.name), each.length_m, each.width_m)

@@ -16,8 +16,6 @@ class LaneRoutes:
     network : no ways are known without one, or of one that `LaneGraph.of` makes no graph of.
     """
 
-    __slots__ = ("_graphs", "_network")
-
     def __init__(self, network: RoadNetwork | None) -> None:
         self._network = network
         graphs = () if network is None else (LaneGraph.of(network, keep_lanes=True), LaneGraph.of(network))

@@ -36,8 +36,6 @@ class Sensors:
     settings : spreads; how long two are looked at (``settled_us``); how clear it must be (``decided_nats``).
     """
 
-    __slots__ = ("_joined", "_settings", "_weighed")
-
     def __init__(self, settings: AnchoringSettings) -> None:
         self._settings = settings
         self._joined: dict[str, Chain] = {}  # by the vision object, oldest first
