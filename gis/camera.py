@@ -206,7 +206,7 @@ class GroundCamera:
         nearness = _homogeneous(border_px) @ self.ground_from_pixel[2]
         if nearness.max() <= 0:
             raise GisError(f"camera: expected ground in the {width_px} x {height_px} image, got only sky")
-        return _apply(self.ground_from_pixel, _clip(border_px, nearness - nearness.max() / MAX_DEPTH_RATIO))
+        return _apply(self.ground_from_pixel, clip_ring(border_px, nearness - nearness.max() / MAX_DEPTH_RATIO))
 
     def _straight(self, points_px: ArrayLike) -> ArrayLike:
         return points_px if self.lens is None else self.lens.straighten(_as_points(points_px))
@@ -262,8 +262,8 @@ def _check_side(camera: GroundCamera, pixels_px: FloatArray) -> None:
     raise GisError(f"camera: expected all points on one side of the horizon, got points {above!r} beyond it")
 
 
-def _clip(ring: FloatArray, height: FloatArray) -> FloatArray:
-    """Keep the part of a ring where a linear function, given at its corners, is >= 0."""
+def clip_ring(ring: FloatArray, height: FloatArray) -> FloatArray:
+    """Keep the part of a ring, (n, k), where a linear function, (n,) at its corners, is >= 0; it may be empty."""
     kept: list[FloatArray] = []
     for here, after in zip(range(len(ring)), [*range(1, len(ring)), 0], strict=True):
         if height[here] >= 0:
@@ -271,7 +271,7 @@ def _clip(ring: FloatArray, height: FloatArray) -> FloatArray:
         if (height[here] >= 0) != (height[after] >= 0):
             share = height[here] / (height[here] - height[after])
             kept.append(ring[here] + share * (ring[after] - ring[here]))
-    return np.array(kept)
+    return np.array(kept).reshape(-1, ring.shape[1])
 
 
 def _as_matrix(values: ArrayLike) -> FloatArray:

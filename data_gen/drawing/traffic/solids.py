@@ -17,6 +17,7 @@ from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import Part
 from data_gen.drawing.view import CameraView, Rectangle, corners_m
 from data_gen.simulation.states import BoolArray, ByteArray, FloatArray, IndexArray, IntArray, VehicleStates
+from gis.camera import clip_ring
 
 NEAREST_M = 0.5
 """Nothing closer before the camera is drawn."""
@@ -199,16 +200,7 @@ def _shifted(points_px: FloatArray, part: Rectangle, fineness: int) -> IndexArra
 def clipped_px(mapped: FloatArray) -> FloatArray:
     """Cut an outline, (n, 3) homogeneous pixels, at the nearest distance, and map it: (k, 2), k may be 0."""
     ahead = mapped[:, 2] - NEAREST_M
-    if ahead.min() >= 0:
-        return np.asarray(mapped[:, :2] / mapped[:, 2:], dtype=np.float64)
-    kept = []
-    for here in range(len(mapped)):
-        after = (here + 1) % len(mapped)
-        if ahead[here] >= 0:
-            kept.append(mapped[here])
-        if (ahead[here] >= 0) != (ahead[after] >= 0):
-            kept.append(mapped[here] + ahead[here] / (ahead[here] - ahead[after]) * (mapped[after] - mapped[here]))
-    cut = np.array(kept).reshape(-1, 3)
+    cut = mapped if ahead.min() >= 0 else clip_ring(mapped, ahead)
     return np.asarray(cut[:, :2] / cut[:, 2:], dtype=np.float64)
 
 
@@ -239,7 +231,7 @@ def place_solid(
     return Solid(row, mesh, heading_rad, pixel_m, distance_m, eye_m, to_image)
 
 
-def rows_in_image(states: VehicleStates, view: CameraView, *, height_m: float = 4.0, margin_m: float = 0.0) -> IntArray:
+def rows_in_image(states: VehicleStates, view: CameraView, *, height_m: float = 4.0) -> IntArray:
     """Find the vehicles of which something may be in the image.
 
     Parameters
@@ -247,7 +239,6 @@ def rows_in_image(states: VehicleStates, view: CameraView, *, height_m: float = 
     states : n vehicles.
     view : the camera; it has a pose.
     height_m : none is higher.
-    margin_m : how far a shadow may reach.
 
     Returns
     -------
@@ -258,7 +249,6 @@ def rows_in_image(states: VehicleStates, view: CameraView, *, height_m: float = 
         return np.zeros(0, dtype=np.int64)
     space = view.pose.projection(*view.size_px)
     foot_m = corners_m(states)
-    foot_m = foot_m + np.sign(foot_m - states.centre_m[:, None]) * margin_m
     flat = foot_m @ space[:, :2].T + space[:, 3]
     mapped = np.concatenate((flat, flat + height_m * space[:, 2]), axis=1)  # (n, 8, 3)
     ahead = mapped[:, :, 2] > NEAREST_M
