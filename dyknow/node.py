@@ -4,10 +4,12 @@ Processes may come and go while samples flow, also by the hand of a process that
 cycles: a process reads what was there before it, and a mediation is refused what depends on itself.
 """
 
-from collections.abc import Callable, Generator, Hashable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from itertools import repeat
 from typing import Any
+
+import networkx as nx
 
 from dyknow.errors import ProcessError, StreamError
 from dyknow.policies.policy import Policy
@@ -334,19 +336,9 @@ def inputs_first(processes: Mapping[str, Process]) -> tuple[Process, ...]:
 
     The order of creation is not enough: a mediation may read what was created after it.
     """
-    ordered: dict[str, Process] = {}
-    # One iterator for each process that waits for its inputs; not a recursive function, for chains may be long.
-    waiting: list[tuple[Process | None, Iterator[Process]]] = [(None, iter(processes.values()))]
-    while waiting:
-        process, inputs = waiting[-1]
-        one = next((found for found in inputs if found.label not in ordered), None)
-        if one is not None:
-            waiting.append((one, _read_by(one, processes)))
-        else:
-            waiting.pop()
-            if process is not None:
-                ordered[process.label] = process
-    return tuple(ordered.values())
+    reads = {label: [one.label for one in _read_by(process, processes)] for label, process in processes.items()}
+    graph: nx.DiGraph[str] = nx.DiGraph(dict[str, Iterable[str]](reads))
+    return tuple(processes[label] for label in nx.dfs_postorder_nodes(graph))
 
 
 def depends_on(processes: Mapping[str, Process], label: str, other: str) -> bool:
