@@ -5,6 +5,7 @@ with it. But all shadows of a scene leave the same part of the light, and nothin
 lane without the cells of that light are the bodies.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -85,12 +86,27 @@ def part_bodies(
         mine = (lane == number) & ~is_shade
         if mine.any():
             bodies += _bodies(points_m[mine], float(heading_rad[mine][0]), side, settings)
-    if len(bodies) < 2:
-        return np.zeros(len(points_m), np.intp)
-    distance_m = np.stack([body.distance_m(points_m) for body in bodies])
-    nearest = distance_m.argmin(axis=0)
-    is_far = distance_m.min(axis=0) > np.where(is_shade, settings.own_shadow_m, settings.own_reach_m)
-    return np.where(is_far, NOBODY, nearest + 1)
+    return nearest_body([body.distance_m(points_m) for body in bodies], is_shade, settings)
+
+
+def nearest_body(distances_m: Sequence[FloatArray], is_shade: BoolArray, settings: DetectionSettings) -> IntArray:
+    """Deal the cells of a blob out to its bodies.
+
+    Parameters
+    ----------
+    distances_m : (p,) of the cells from each body.
+    is_shade : (p,) cells that are shadow.
+    settings : how far a cell may be from its body.
+
+    Returns
+    -------
+    (p,) number of the body that each cell goes to, from 1, or `NOBODY`; all 0 if there are not two.
+    """
+    if len(distances_m) < 2:
+        return np.zeros(len(is_shade), np.intp)
+    all_m = np.stack(distances_m)
+    is_far = all_m.min(axis=0) > np.where(is_shade, settings.own_shadow_m, settings.own_reach_m)
+    return np.where(is_far, NOBODY, all_m.argmin(axis=0) + 1)
 
 
 def _bodies(points_m: FloatArray, heading_rad: float, side: float, settings: DetectionSettings) -> list[_Body]:

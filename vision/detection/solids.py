@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from vision.detection.lane_bodies import NOBODY, turned
+from vision.detection.lane_bodies import nearest_body, turned
 from vision.detection.settings import DetectionSettings
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.kinds import KINDS, TRUCK, Kind
@@ -180,11 +180,7 @@ def part_solids(
         for solid in _solids(strip, mine, is_left & mine, settings):
             distances.append(solid.distance_m(*strip.places))
             is_left &= distances[-1] > 0
-    if len(distances) < 2:
-        return np.zeros(len(points_m), np.intp)
-    all_m = np.stack(distances)
-    is_far = all_m.min(axis=0) > np.where(is_shade, settings.own_shadow_m, settings.own_reach_m)
-    return np.where(is_far, NOBODY, all_m.argmin(axis=0) + 1)
+    return nearest_body(distances, is_shade, settings)
 
 
 @dataclass(frozen=True, slots=True)
