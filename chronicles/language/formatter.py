@@ -113,7 +113,6 @@ class _Layout:
         self._words = words
         self._blocks = _blocks(words)
         self._gaps = gaps(words)
-        self._flat: dict[int, int] = {}
         places = _statement_places(file)
         self._starts = {index for index, word in enumerate(words) if self._may_start(index, word, places)}
         self._flatten()
