@@ -153,7 +153,10 @@ class Registry:
         RegistryError
             If there is none of this name.
         """
-        return _find(self._units, "unit", name)
+        if name not in self._units:
+            known = ", ".join(sorted(self._units)) or "none"
+            raise RegistryError(f"unit {name!r}: expected one of the registered ones ({known})")
+        return self._units[name]
 
     def create(self, name: str) -> Any:  # Any: see UnitFactory
         """Make a new unit.
@@ -165,26 +168,6 @@ class Registry:
         """
         return self.unit_named(name).factory()
 
-    def create_configuration(self, name: str) -> Any:  # Any: see UnitFactory
-        """Make a new configuration.
-
-        Raises
-        ------
-        RegistryError
-            If there is none of this name.
-        """
-        return _find(self._configurations, "configuration", name).factory()
-
     def _refuse_taken(self, name: str) -> None:
         if name in self._sources or name in self._units or name in self._configurations:
             raise RegistryError(f"{name!r}: expected a new name for host code, got one that is in use")
-
-
-_Signature = TypeVar("_Signature")
-
-
-def _find(signatures: Mapping[str, _Signature], kind: str, name: str) -> _Signature:
-    if name not in signatures:
-        known = ", ".join(sorted(signatures)) or "none"
-        raise RegistryError(f"{kind} {name!r}: expected one of the registered ones ({known})")
-    return signatures[name]

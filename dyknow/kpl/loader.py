@@ -238,7 +238,7 @@ def _create(process: model.Process, registry: Registry, node: Node) -> None:
         case model.MediationDeclaration(kind=kind, constraints=constraints):
             node.add_mediation(label, kind, control=labels[0], policy=policy_of(constraints))
         case model.ConfigureDeclaration(function=name):
-            code = registry.create_configuration(name.text)
+            code = registry.configurations[name.text].factory()
             node.add_configuration(label, of=labels[0], wanted=code.wanted, build=code.build, policy=policies[0])
         case model.GeneratorDeclaration(inputs=()):
             node.add_source(label)

@@ -43,5 +43,3 @@ def test_unknown_name_lists_the_known_ones() -> None:
     known = registry()
     with pytest.raises(RegistryError, match=r"unit 'pos': expected one of the registered ones \(double\)"):
         known.unit_named("pos")
-    with pytest.raises(RegistryError, match=r"configuration 'pos': expected one of the registered ones \(none\)"):
-        known.create_configuration("pos")
