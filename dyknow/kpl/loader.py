@@ -12,7 +12,7 @@ from types import MappingProxyType
 from dyknow.errors import KplError
 from dyknow.kpl import model
 from dyknow.kpl.checks import Checked, check_kpl
-from dyknow.kpl.model import ConstraintKind, terms_of
+from dyknow.kpl.model import terms_of
 from dyknow.kpl.parser import parse_type
 from dyknow.kpl.policies import policy_of
 from dyknow.kpl.printer import print_statement
@@ -266,14 +266,10 @@ def _stored_us(checked: Checked) -> dict[str, int]:
     """
     stored_us: dict[str, int] = {}
     for label, constraints in _readings(checked):
-        for constraint in constraints:
-            if constraint.kind is ConstraintKind.OLDEST:
-                stored_us[label] = max(stored_us.get(label, 0), constraint.us or 1)
+        oldest_us = policy_of(constraints).oldest_us
+        if oldest_us is not None:
+            stored_us[label] = max(stored_us.get(label, 0), oldest_us or 1)
     return stored_us
-
-
-def _asks_for_oldest(constraints: tuple[model.Constraint, ...]) -> bool:
-    return any(constraint.kind is ConstraintKind.OLDEST for constraint in constraints)
 
 
 def _readings(checked: Checked) -> Iterator[tuple[str, tuple[model.Constraint, ...]]]:
@@ -281,7 +277,7 @@ def _readings(checked: Checked) -> Iterator[tuple[str, tuple[model.Constraint, .
         yield str(term.label), term.constraints
     vocabulary = checked.vocabulary
     for mediation in vocabulary.processes.values():
-        if isinstance(mediation, model.MediationDeclaration) and _asks_for_oldest(mediation.constraints):
+        if isinstance(mediation, model.MediationDeclaration) and policy_of(mediation.constraints).oldest_us is not None:
             for label, process in vocabulary.processes.items():
                 output = vocabulary.output_of(process)
                 if output is not None and vocabulary.are_same(mediation.type, output):
