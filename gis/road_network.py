@@ -15,8 +15,6 @@ from gis.errors import GisError
 from gis.lanes import Connection, Junction, Lane, Road, roads_of
 from gis.polyline import MITRE_LIMIT, FloatArray, GeometryArray, IndexArray, IntArray, ReferenceLines, counter_clockwise
 
-__all__ = ["Junction", "Lane", "Road", "RoadNetwork", "RoadPositions"]
-
 # Net files round to the centimetre: lanes are widened by as much, so that no point falls between two of them.
 ROUNDING_M = 0.01
 # Gaps up to twice this between lane ends and junction outlines do not break the surface apart.

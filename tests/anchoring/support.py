@@ -8,7 +8,8 @@ import numpy as np
 
 from anchoring.anchorer import Anchorer
 from anchoring.observations import Cars, LinkChange, Observations
-from gis.road_network import Junction, Lane, RoadNetwork
+from gis.lanes import Junction, Lane
+from gis.road_network import RoadNetwork
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ import pytest
 import shapely
 
 from gis.camera import GroundCamera
-from gis.road_network import Lane, RoadNetwork
+from gis.lanes import Lane
+from gis.road_network import RoadNetwork
 from service.errors import SiteError
 from service.runs.inputs.watched_area import watched_area
 
