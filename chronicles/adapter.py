@@ -51,8 +51,6 @@ class RecognitionUnit:
     now_us : how far the recogniser has come already.
     """
 
-    __slots__ = ("_horizon_us", "_now_us", "_recogniser")
-
     def __init__(self, recogniser: Recogniser, *, horizon_us: int, now_us: int = 0) -> None:
         self._recogniser = recogniser
         self._horizon_us = horizon_us

@@ -25,8 +25,6 @@ Held = int | tuple[int, tuple[str, ...], str | None, str | None, tuple[str, ...]
 class Layout:
     """Where the parts of an instance stand in its list."""
 
-    __slots__ = ("event_slots", "records", "slots")
-
     def __init__(self, plan: Plan) -> None:
         self.event_slots = plan.event_slot_count
         self.slots = 1 + len(plan.positions)

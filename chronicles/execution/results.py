@@ -81,8 +81,6 @@ class Unbuilt:
 class Results(Told):
     """The occurrences of one step."""
 
-    __slots__ = ("_built", "_length", "_unbuilt")
-
     def __init__(self, findings: list[Finding], unbuilt: list[Unbuilt]) -> None:
         self._built = findings
         self._unbuilt: list[Unbuilt] | None = unbuilt  # None: all built and in order

@@ -218,8 +218,6 @@ def _memories(plans: Iterable[Plan]) -> dict[str, tuple[int, int]]:
 class _Matcher:
     """The parts that work for one chronicle."""
 
-    __slots__ = ("builder", "conclusions", "is_told_at_once", "partials", "plan")
-
     def __init__(self, plan: Plan, rank: int, history: AttributeHistory) -> None:
         self.plan = plan
         self.is_told_at_once = is_told_at_once(plan)

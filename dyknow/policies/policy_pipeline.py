@@ -53,8 +53,6 @@ class PolicyPipeline:
     [Sample(available_us=250, valid_us=200, value='b')]
     """
 
-    __slots__ = ("_last_valid_us", "_last_value", "_period_us", "_sampling", "dropped", "policy")
-
     def __init__(self, policy: Policy) -> None:
         self.policy = policy
         self.dropped: dict[str, int] = {}

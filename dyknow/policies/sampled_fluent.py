@@ -52,11 +52,6 @@ class SampledFluent:
     {'not sampled': 2}
     """
 
-    __slots__ = (
-        "_approximation", "_from_us", "_has_served", "_has_taken", "_is_ordered", "_last_us", "_needed", "_period_us",
-        "_start_us", "_taken_us", "_times_us", "_to_us", "_values", "dropped", "settled_us",
-    )  # fmt: skip
-
     def __init__(
         self,
         approximation: Approximation,

@@ -34,11 +34,6 @@ class Sampling:
     now_us : the latest available time that was told.
     """
 
-    __slots__ = (
-        "_deadline_us", "_end_us", "_fluents", "_head_us", "_is_eager", "_last_us", "_max_delay_us", "_period_us",
-        "_unsettled", "now_us",
-    )  # fmt: skip
-
     def __init__(
         self,
         fluents: Sequence[SampledFluent],
@@ -141,8 +136,6 @@ class LedSampling(Sampling):
     leader : index of the fluent that sets the times; its samples must be known to be in order.
     max_delay_us, is_eager : as for `Sampling`.
     """
-
-    __slots__ = ("_lag_us", "_leader", "_taken_us", "_times_us")
 
     def __init__(
         self, fluents: Sequence[SampledFluent], *, leader: int, max_delay_us: int, is_eager: bool = True

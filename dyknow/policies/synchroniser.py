@@ -94,8 +94,6 @@ class Synchroniser:
     [Sample(available_us=70, valid_us=33, value=State(names=('frame', 'road'), values=('first', 'E6')))]
     """
 
-    __slots__ = ("_fluents", "_index", "_sampling", "names")
-
     def __init__(
         self,
         fluents: Mapping[str, Policy],

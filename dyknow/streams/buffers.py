@@ -117,8 +117,6 @@ class History:
     (2, [15])
     """
 
-    __slots__ = ("_samples", "capacity", "duration_us", "overflowed")
-
     def __init__(self, *, duration_us: int, capacity: int) -> None:
         if duration_us < 0 or capacity < 1:
             raise StreamError(

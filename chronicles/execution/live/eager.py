@@ -60,8 +60,6 @@ class _Reader:
     possible extensions by the function that gives their key from the row of an event.
     """
 
-    __slots__ = ("_groups_at", "_make_read", "firsts", "groups", "is_open", "life_us", "read", "record", "starts")
-
     def __init__(self, make_read: Callable[[], ReadRow], record: Callable[..., Record]) -> None:
         self._make_read = make_read
         self.read: ReadRow = self._read_first

@@ -17,8 +17,6 @@ class SharedWork:
     least_kept : how many residuals the table always remembers.
     """
 
-    __slots__ = ("_automata", "_moment", "_remembers", "table", "templates")
-
     def __init__(self, *, remembers: bool = True, least_kept: int = 10_000) -> None:
         self.table = FormulaTable(least_kept)
         self.templates = TemplateMaker()
