@@ -11,7 +11,7 @@ import hmac
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
@@ -25,6 +25,7 @@ from service.api.parameters import read_stream_question
 from service.errors import LogError, QueryError, RunBusyError
 from service.questions.queries import EventFilter, check_filter, find_rows
 from service.runs.inputs.toml_tables import Text, read_toml, wrong
+from service.runs.worker import Tell
 from service.store.databases.location import database_of
 from service.store.deliveries import Deliveries
 from service.store.entries import Undelivered, WebhookState
@@ -36,8 +37,6 @@ TRIED_AGAIN_S = 10.0  # where another server delivers, or the log cannot be read
 ANSWERED_WITHIN_S = 10.0
 _SECRET = "whsec_"
 _URL = r"^https?://(\[[0-9A-Fa-f:]+\]|[^\s/?#@:\[\]]+)(:[0-9]{1,5})?([/?][^\s#]*)?$"
-
-Tell = Callable[[str], None]
 
 
 class Webhook(Struct, frozen=True, kw_only=True):

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 TOLD_EVERY_S = 1.0
 ASKED_EVERY_S = 1.0
 
+Tell = Callable[[str], None]
 _LOGGER = logging.getLogger(__name__)
 
 
-def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
+def work(log_url: str, *, stays: bool, tell: Tell) -> None:
     """Process the jobs of a log.
 
     Parameters
@@ -57,7 +58,7 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
         jobs.close()
 
 
-def process_job(taken: TakenJob, log_url: str, tell: Callable[[str], None], *, has_free_cores: bool = True) -> bool:
+def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bool = True) -> bool:
     """Process one job; False if somebody else, who has no job for it, is at the same run.
 
     Parameters
@@ -102,7 +103,7 @@ def process_job(taken: TakenJob, log_url: str, tell: Callable[[str], None], *, h
     return True
 
 
-def _conclude(taken: TakenJob, summary: "RunSummary", tell: Callable[[str], None], *, cancel_requested: bool) -> None:
+def _conclude(taken: TakenJob, summary: "RunSummary", tell: Tell, *, cancel_requested: bool) -> None:
     if summary.status == "finished":
         _end(taken, "finished", f"run {summary.run}", tell)
     elif cancel_requested:
@@ -114,7 +115,7 @@ def _conclude(taken: TakenJob, summary: "RunSummary", tell: Callable[[str], None
         _end(taken, "failed", summary.reason, tell)
 
 
-def _end(taken: TakenJob, state: JobState, message: str, tell: Callable[[str], None]) -> None:
+def _end(taken: TakenJob, state: JobState, message: str, tell: Tell) -> None:
     taken.end(state, message)
     tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {message}")
 
