@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS
 from anchoring.observations import Observations
-from dyknow.sample import Sample
 from service.errors import InputError
 from service.records import InputKind
 from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, Input, is_read_once
@@ -299,4 +298,4 @@ class TrajectoryInput(Input):
 
     def feed(self, *, apart: bool = False) -> Feed:
         """Give the objects of each time; nothing needs to look at them."""
-        return Feed(TRAJECTORIES, (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories))
+        return Feed(TRAJECTORIES, self.trajectories)
