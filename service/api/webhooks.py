@@ -135,10 +135,6 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
             ended.wait(TRIED_AGAIN_S)
 
 
-class _Named(Struct):
-    id: str
-
-
 class _Delivery:
     def __init__(self, webhook: Webhook, deliveries: Deliveries, ended: threading.Event, tell: Tell) -> None:
         self._webhook, self._deliveries, self._ended, self._tell = webhook, deliveries, ended, tell
@@ -177,7 +173,7 @@ class _Delivery:
 
 def post(webhook: Webhook, seq: int, body: str) -> str:
     """Post one event; say what went wrong, in words, or nothing."""
-    message_id, now_s = f"{msgspec.json.decode(body, type=_Named).id}-{seq}", str(int(time.time()))
+    message_id, now_s = f"{msgspec.json.decode(body)['id']}-{seq}", str(int(time.time()))
     signed = f"{message_id}.{now_s}.{body}".encode()
     signature = base64.b64encode(hmac.digest(webhook.secret, signed, hashlib.sha256)).decode()
     headers = {"Content-Type": "application/json", "webhook-id": message_id, "webhook-timestamp": now_s}

@@ -36,10 +36,7 @@ class LoadedChronicles:
 
 
 def load_chronicle_files(
-    paths: Sequence[Path],
-    stream: Stream | None = "traffic",
-    messages: Messages = NO_MESSAGES,
-    monitored: Collection[str] = (),
+    paths: Sequence[Path], stream: Stream | None = "traffic", messages: Messages = NO_MESSAGES
 ) -> LoadedChronicles:
     """Read and check chronicle files, as `load_chronicle_texts` does; no path means the whole library.
 
@@ -48,7 +45,7 @@ def load_chronicle_files(
     InputError
         If a file cannot be read, and what `load_chronicle_texts` raises.
     """
-    return load_chronicle_texts([(str(path), read_text(path)) for path in paths], stream, messages, monitored)
+    return load_chronicle_texts([(str(path), read_text(path)) for path in paths], stream, messages)
 
 
 def load_chronicle_texts(
