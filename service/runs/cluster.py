@@ -7,6 +7,7 @@ task that is repeated, or placed twice, finds a job that has ended or is taken, 
 import logging
 import socket
 import time
+from contextlib import closing
 from typing import Any  # what is Ray's: it is an extra, and may not be here
 from urllib.parse import urlsplit
 
@@ -143,16 +144,13 @@ def _work_at(log_url: str, job_id: str) -> list[str]:
     """Process a job, in a process of Ray's; give the lines that a worker would tell."""
     look_seldom()
     told = list[str]()
-    jobs = Jobs(database_of(log_url))
-    try:
+    with closing(Jobs(database_of(log_url))) as jobs:
         taken = jobs.take_this(job_id)
         if taken is not None:
             try:
                 process_job(taken, log_url, told.append, has_free_cores=False)
             finally:
                 taken.let_go()  # whatever happened: the process stays for other tasks, and its locks with it
-    finally:
-        jobs.close()
     return told
 
 

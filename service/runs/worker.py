@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -42,9 +43,8 @@ def work(log_url: str, *, stays: bool, tell: Tell) -> None:
     database = database_of(log_url)
     database.check_readable()  # a name that was mistyped makes no new log
     database.check_writable()
-    jobs = Jobs(database)
     busy = set[str]()  # jobs of runs that somebody else processes: others go before them
-    try:
+    with closing(Jobs(database)) as jobs:
         while True:
             taken = jobs.take(but=busy)
             if taken is None and not busy and not stays:
@@ -54,8 +54,6 @@ def work(log_url: str, *, stays: bool, tell: Tell) -> None:
                 time.sleep(ASKED_EVERY_S)
             elif not process_job(taken, log_url, tell):
                 busy.add(taken.job.id)
-    finally:
-        jobs.close()
 
 
 def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bool = True) -> bool:
