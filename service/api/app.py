@@ -65,7 +65,6 @@ def create_app(
     """
     log = open_log(log_url)
     stream = EventStream(log)
-    version = software_version()
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -82,7 +81,7 @@ def create_app(
     # Answers are put together by the routes, so the framework has no model of them to check.
     app = FastAPI(
         title="DyKnow",
-        version=version,
+        version=software_version(),
         lifespan=lifespan,
         docs_url=None,
         redoc_url=None,
@@ -93,16 +92,8 @@ def create_app(
     pool = ProcessPool(within_s)
     metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
-    add_routes(
-        app.router,
-        log,
-        stream,
-        Explanations(log.read_from.url, pool),
-        library,
-        folders=folders,
-        media_folders=media_folders,
-        version=version,
-    )
+    explanations = Explanations(log.read_from.url, pool)
+    add_routes(app.router, log, stream, explanations, library, folders=folders, media_folders=media_folders)
     add_login(app.router)  # behind those that are asked most: routes are tried one by one
     add_health(app.router, log, metrics)
     add_docs(app)

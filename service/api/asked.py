@@ -8,8 +8,9 @@ from typing import Annotated, Final, Literal, Self
 from fastapi import Query
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 
-from service.api.parameters import MEDIA_TIME, ROLE_PREFIX
+from service.api.parameters import MEDIA_TIME
 from service.errors import FilterError, QueryError
+from service.export.events import ROLE_PREFIX
 from service.questions.explaining import MAX_NEAR_MISSES, AbsenceQuestion
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT
 from service.times import parse_media_us

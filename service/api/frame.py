@@ -77,10 +77,8 @@ class _Answer:
                 return
             self._begin(message)
         elif self._refused is not None:
-            refusal, self._refused = (
-                HTTPException(self._refused, message.get("body", b"").decode(errors="replace")),
-                None,
-            )
+            refusal = HTTPException(self._refused, message.get("body", b"").decode(errors="replace"))
+            self._refused = None
             await answer_refusal(Request(self._inner), refusal)(self._inner, self._receive, self.send)
             return
         elif self._method == "HEAD" and message["type"] == "http.response.body":

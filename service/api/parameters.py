@@ -12,7 +12,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert, js
 from msgspec.structs import asdict
 
 from service.errors import FilterError, QueryError
-from service.export.events import ExportFormat
+from service.export.events import ROLE_PREFIX, ExportFormat
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
 from service.questions.summaries import MAX_KEYS, By
 from service.records import EventStatus
@@ -21,7 +21,6 @@ from service.times import MAX_MEDIA_US, TimePoint, parse_time
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]
 
-ROLE_PREFIX = "role."
 
 _TEXT: JsonObject = {"type": "string"}
 _MEDIA_FORMS = r"^([0-9]{1,15}|[0-9]{1,9}(\.[0-9]{1,9})?s|([0-9]{1,5}:)?[0-5]?[0-9]:[0-5][0-9](\.[0-9]{1,9})?)$"

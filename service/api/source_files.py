@@ -71,16 +71,14 @@ class SourceFolders:
         """
         try:
             path = Path(text).resolve()
-            is_permitted = Path(text).is_absolute() and any(map(path.is_relative_to, self._roots())) and path.is_file()
+            is_inside = any(path.is_relative_to(one.resolve()) for one in self.allowed)
+            is_permitted = Path(text).is_absolute() and is_inside and path.is_file()
         except (OSError, ValueError, RuntimeError):  # too long, a NUL character, links in a circle
             is_permitted = False
         if not is_permitted:
             expected = f"{parameter}: expected the whole path of a file in a folder that the operator allows"
             raise QueryError(f"{expected}, got {text!r}", parameter=parameter)
         return path
-
-    def _roots(self) -> list[Path]:
-        return [one.resolve() for one in self.allowed]
 
 
 NO_FOLDERS = SourceFolders()

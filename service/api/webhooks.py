@@ -11,7 +11,7 @@ import hmac
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
@@ -25,6 +25,7 @@ from service.api.parameters import read_stream_question
 from service.errors import LogError, QueryError, RunBusyError
 from service.questions.queries import EventFilter, check_filter, find_rows
 from service.runs.inputs.toml_tables import Text, read_toml, wrong
+from service.runs.worker import Tell
 from service.store.databases.location import database_of
 from service.store.deliveries import Deliveries
 from service.store.entries import Undelivered, WebhookState
@@ -36,8 +37,6 @@ TRIED_AGAIN_S = 10.0  # where another server delivers, or the log cannot be read
 ANSWERED_WITHIN_S = 10.0
 _SECRET = "whsec_"
 _URL = r"^https?://(\[[0-9A-Fa-f:]+\]|[^\s/?#@:\[\]]+)(:[0-9]{1,5})?([/?][^\s#]*)?$"
-
-Tell = Callable[[str], None]
 
 
 class Webhook(Struct, frozen=True, kw_only=True):
@@ -136,10 +135,6 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
             ended.wait(TRIED_AGAIN_S)
 
 
-class _Named(Struct):
-    id: str
-
-
 class _Delivery:
     def __init__(self, webhook: Webhook, deliveries: Deliveries, ended: threading.Event, tell: Tell) -> None:
         self._webhook, self._deliveries, self._ended, self._tell = webhook, deliveries, ended, tell
@@ -178,7 +173,7 @@ class _Delivery:
 
 def post(webhook: Webhook, seq: int, body: str) -> str:
     """Post one event; say what went wrong, in words, or nothing."""
-    message_id, now_s = f"{msgspec.json.decode(body, type=_Named).id}-{seq}", str(int(time.time()))
+    message_id, now_s = f"{msgspec.json.decode(body)['id']}-{seq}", str(int(time.time()))
     signed = f"{message_id}.{now_s}.{body}".encode()
     signature = base64.b64encode(hmac.digest(webhook.secret, signed, hashlib.sha256)).decode()
     headers = {"Content-Type": "application/json", "webhook-id": message_id, "webhook-timestamp": now_s}

@@ -15,87 +15,60 @@ from typing import Annotated
 
 import typer
 
-from service.cli.asking.evaluate import evaluate
-from service.cli.asking.events import events
-from service.cli.asking.explain import explain, why_not
-from service.cli.asking.log import audit as log_audit
-from service.cli.asking.log import backup as back_up_log
-from service.cli.asking.log import info as log_info
-from service.cli.asking.log import prune as prune_log
-from service.cli.asking.log import restore as restore_log
-from service.cli.asking.log import verify as verify_log
-from service.cli.asking.objects import objects
-from service.cli.asking.recognise import monitor, recognise
-from service.cli.asking.serve import serve
-from service.cli.asking.streams import streams
-from service.cli.asking.tokens import list_all as list_tokens
-from service.cli.asking.tokens import make as make_token
-from service.cli.asking.tokens import revoke as revoke_token
-from service.cli.asking.tracks import draw, tracks
+from service.cli import texts
+from service.cli.asking import evaluate, events, explain, log, objects, recognise, serve, streams, tokens, tracks
 from service.cli.asking.webhooks import list_webhooks, retry_webhook
-from service.cli.making.demo import demo
-from service.cli.making.detector import add as add_detector
-from service.cli.making.detector import list_installed, try_on_clip
-from service.cli.making.generate import generate, trajectories
-from service.cli.making.jobs import cancel as cancel_job
-from service.cli.making.jobs import list_jobs, worker
-from service.cli.making.jobs import retry as retry_job
-from service.cli.making.process import process
-from service.cli.making.site import check as check_site
-from service.cli.making.site import new as new_site
-from service.cli.making.watch import watch
-from service.cli.operating.config import show_config
-from service.cli.operating.doctor import doctor
+from service.cli.making import demo, detector, generate, jobs, process, site, watch
+from service.cli.operating import config, doctor
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.settings import take_settings
-from service.cli.texts import check, format_files, run_examples
 from service.errors import QueryError, RunBusyError
 from service.machine import look_seldom
 
-# A new command: write its function in its own module and add it here with an example; the order is that of
-# `dyknow --help`. Two words are a command of a group; groups come last.
+# A new command: write its function in its own module and add it here with the arguments of an example; the order is
+# that of `dyknow --help`. Two words are a command of a group; groups come last.
 COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
-    "demo": (demo, "dyknow demo --out out/demo --seconds 30"),
-    "generate": (generate, "dyknow generate rural_overtaking --out scene --seed 7 --seconds 60"),
-    "trajectories": (trajectories, "dyknow trajectories junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
-    "process": (process, "dyknow process scene/video.mp4 --site scene/site.toml --log scene.db"),
-    "watch": (watch, "dyknow watch rtsp://camera.example/1 --site site.toml --log road.db --recordings recordings"),
-    "worker": (worker, "dyknow worker scene.db --once"),
-    "events": (events, "dyknow events scene.db --type overtake --from 00:10 --to 02:00"),
-    "objects": (objects, "dyknow objects scene.db car7"),
-    "tracks": (tracks, "dyknow tracks scene.db --car car7 --from 10s"),
-    "draw": (draw, "dyknow draw scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
-    "evaluate": (evaluate, "dyknow evaluate scene.db scene --what detection,tracks,events"),
-    "explain": (explain, "dyknow explain scene.db fb5840f804056320-1"),
-    "why-not": (why_not, "dyknow why-not scene.db overtake --role overtaker=car7 --limit 3"),
-    "recognise": (recognise, "dyknow recognise scene.db --chronicles mine.chronicle"),
-    "monitor": (monitor, "dyknow monitor scene.db rules.monitors"),
-    "streams": (streams, "dyknow streams scene.db"),
-    "check": (check, "dyknow check mine.chronicle --cost"),
-    "format": (format_files, "dyknow format mine.chronicle --check"),
-    "test": (run_examples, "dyknow test mine.chronicle --verbose"),
-    "serve": (serve, "dyknow serve scene.db --port 8420"),
-    "doctor": (doctor, "dyknow doctor scene.db"),
-    "token make": (make_token, "dyknow token make scene.db office --scope read --expires 90d"),
-    "token list": (list_tokens, "dyknow token list scene.db"),
-    "token revoke": (revoke_token, "dyknow token revoke scene.db office"),
-    "config show": (show_config, "dyknow config show serve --origin"),
-    "jobs list": (list_jobs, "dyknow jobs list scene.db"),
-    "jobs cancel": (cancel_job, "dyknow jobs cancel scene.db 6b1e64c1a2d0f3b7"),
-    "jobs retry": (retry_job, "dyknow jobs retry scene.db 6b1e64c1a2d0f3b7"),
-    "webhooks list": (list_webhooks, "dyknow webhooks list scene.db"),
-    "webhooks retry": (retry_webhook, "dyknow webhooks retry scene.db office"),
-    "log info": (log_info, "dyknow log info scene.db"),
-    "log verify": (verify_log, "dyknow log verify scene.db"),
-    "log backup": (back_up_log, "dyknow log backup scene.db backup/scene.db"),
-    "log restore": (restore_log, "dyknow log restore backup/scene.db scene.db"),
-    "log audit": (log_audit, "dyknow log audit scene.db --limit 20"),
-    "log prune": (prune_log, "dyknow log prune scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
-    "site new": (new_site, "dyknow site new clip.mp4 --points points.csv --lanes lanes.csv"),
-    "site check": (check_site, "dyknow site check site.toml --clip clip.mp4 --out check.png"),
-    "detector add": (add_detector, "dyknow detector add traffic.onnx"),
-    "detector list": (list_installed, "dyknow detector list"),
-    "detector try": (try_on_clip, "dyknow detector try clip.mp4 --detector onnx:traffic --at 4s --out boxes.png"),
+    "demo": (demo.demo, "--out out/demo --seconds 30"),
+    "generate": (generate.generate, "rural_overtaking --out scene --seed 7 --seconds 60"),
+    "trajectories": (generate.trajectories, "junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
+    "process": (process.process, "scene/video.mp4 --site scene/site.toml --log scene.db"),
+    "watch": (watch.watch, "rtsp://camera.example/1 --site site.toml --log road.db --recordings recordings"),
+    "worker": (jobs.worker, "scene.db --once"),
+    "events": (events.events, "scene.db --type overtake --from 00:10 --to 02:00"),
+    "objects": (objects.objects, "scene.db car7"),
+    "tracks": (tracks.tracks, "scene.db --car car7 --from 10s"),
+    "draw": (tracks.draw, "scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
+    "evaluate": (evaluate.evaluate, "scene.db scene --what detection,tracks,events"),
+    "explain": (explain.explain, "scene.db fb5840f804056320-1"),
+    "why-not": (explain.why_not, "scene.db overtake --role overtaker=car7 --limit 3"),
+    "recognise": (recognise.recognise, "scene.db --chronicles mine.chronicle"),
+    "monitor": (recognise.monitor, "scene.db rules.monitors"),
+    "streams": (streams.streams, "scene.db"),
+    "check": (texts.check, "mine.chronicle --cost"),
+    "format": (texts.format_files, "mine.chronicle --check"),
+    "test": (texts.run_examples, "mine.chronicle --verbose"),
+    "serve": (serve.serve, "scene.db --port 8420"),
+    "doctor": (doctor.doctor, "scene.db"),
+    "token make": (tokens.make, "scene.db office --scope read --expires 90d"),
+    "token list": (tokens.list_all, "scene.db"),
+    "token revoke": (tokens.revoke, "scene.db office"),
+    "config show": (config.show_config, "serve --origin"),
+    "jobs list": (jobs.list_jobs, "scene.db"),
+    "jobs cancel": (jobs.cancel, "scene.db 6b1e64c1a2d0f3b7"),
+    "jobs retry": (jobs.retry, "scene.db 6b1e64c1a2d0f3b7"),
+    "webhooks list": (list_webhooks, "scene.db"),
+    "webhooks retry": (retry_webhook, "scene.db office"),
+    "log info": (log.info, "scene.db"),
+    "log verify": (log.verify, "scene.db"),
+    "log backup": (log.backup, "scene.db backup/scene.db"),
+    "log restore": (log.restore, "backup/scene.db scene.db"),
+    "log audit": (log.audit, "scene.db --limit 20"),
+    "log prune": (log.prune, "scene.db --keep seen_objects=1d --keep car_states=7d --dry-run"),
+    "site new": (site.new, "clip.mp4 --points points.csv --lanes lanes.csv"),
+    "site check": (site.check, "site.toml --clip clip.mp4 --out check.png"),
+    "detector add": (detector.add, "traffic.onnx"),
+    "detector list": (detector.list_installed, ""),
+    "detector try": (detector.try_on_clip, "clip.mp4 --detector onnx:traffic --at 4s --out boxes.png"),
 }
 
 GROUPS = {
@@ -187,7 +160,7 @@ def make_app() -> typer.Typer:
         if group not in groups:
             groups[group] = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help=GROUPS[group])
             app.add_typer(groups[group], name=group)
-        groups[group].command(word, epilog=f"Example: {example}")(command)
+        groups[group].command(word, epilog=f"Example: dyknow {name} {example}".rstrip())(command)
     return app
 
 

@@ -89,7 +89,9 @@ def draw_video(
     """
     _check_target(out, video, *log_files(log_url))
     with open_log(log_url) as log:
-        drawn = _drawn_frames(log, log.run(run), video, from_us=from_us, to_us=to_us)
+        record, source = log.run(run), open_video(video)
+        looked = _overlays(log, record, _camera(record, source), source, from_us=from_us, to_us=to_us)
+        drawn = ((one.t_us, draw_overlay(one.to_bgr(), overlay, view)) for one, overlay, view in looked)
         first = next(drawn, None)
         if first is None:
             raise InputError(f"{video}: expected frames from {from_us} us on, got none")
@@ -117,15 +119,6 @@ def _check_target(out: Path, *used: Path) -> None:
         raise InputError(f"{out}: expected a new file, got one that is being read")
     if not out.parent.is_dir() or out.is_dir():
         raise InputError(f"{out}: expected a file in an existing folder, got another path")
-
-
-def _drawn_frames(
-    log: EventLog, run: RunRecord, video: Path, *, from_us: int, to_us: int | None
-) -> Iterator[tuple[int, ByteArray]]:
-    source = open_video(video)
-    camera = _camera(run, source)
-    for frame, overlay, view in _overlays(log, run, camera, source, from_us=from_us, to_us=to_us):
-        yield frame.t_us, draw_overlay(frame.to_bgr(), overlay, view)
 
 
 def _overlays(

@@ -30,7 +30,7 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 WHITE: Colour = (255, 255, 255)
 BLACK: Colour = (0, 0, 0)
 BOX: Colour = (0, 235, 255)
-LEAST_WIDTH_PX = 1280
+LEAST_WIDTH_PX = 1280  # smaller pictures are drawn larger, so that letters fit
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from gis.camera import GroundCamera
-from service.export.drawing import FAR_PX, FONT, WHITE, Colour, in_front, write_text
+from service.export.drawing import FAR_PX, FONT, LEAST_WIDTH_PX, WHITE, Colour, in_front, write_text
 from service.runs.inputs.site import Site
 from service.runs.inputs.site_review import HULL_MARGIN_M, Review, across_m, in_picture
 from vision.objects import ByteArray, FloatArray
@@ -16,7 +16,6 @@ from vision.objects import ByteArray, FloatArray
 GRID, LANE, BEYOND = (225, 225, 225), (110, 235, 110), (80, 80, 255)
 HULL, MARK, HORIZON, REACH = (255, 190, 70), (0, 235, 255), (255, 120, 230), (0, 150, 255)
 
-LEAST_WIDTH_PX = 1280  # smaller pictures are drawn larger, so that letters fit
 DIMMED, GRID_WEIGHT = 0.75, 0.55
 ERROR_SCALE = 10  # errors are drawn so many times as long
 GRID_STEPS_M = (10, 1, 2, 5, 20, 50, 100, 200, 500)  # the first that gives a few lines and not too many

@@ -25,7 +25,7 @@ Point = tuple[float, float]
 Box = tuple[float, float, float, float]
 
 # In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
-_MOT_OFFSET_PX = 1.5
+MOT_OFFSET_PX = 1.5
 END = (0, 1 << 62)  # behind the frames
 
 
@@ -165,5 +165,5 @@ def _boxes(states: Sequence[CarState], view: GroundCamera, camera: CameraRecord)
     corners_px = view.to_pixels(corners_m.reshape(-1, 2)).reshape(corners_m.shape)
     low_px, high_px = corners_px.min(axis=1), corners_px.max(axis=1)  # nan with a corner behind the camera
     is_seen = ((high_px >= -0.5) & (low_px <= np.array([camera.width_px, camera.height_px]) - 0.5)).all(axis=1)
-    boxes = np.hstack((low_px + _MOT_OFFSET_PX, high_px - low_px)).tolist()
+    boxes = np.hstack((low_px + MOT_OFFSET_PX, high_px - low_px)).tolist()
     return [tuple(box) if seen else None for box, seen in zip(boxes, is_seen, strict=True)]

@@ -8,7 +8,6 @@ import time
 from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
-from typing import Self
 
 import av
 from av.container import OutputContainer
@@ -48,12 +47,6 @@ class RecordingWriter:
         self._stream: VideoStream | None = None
         self._start_us, self._why = 0, ""
         self._first_ticks: int | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def connect(self, template: VideoStream, start_us: int, why: str) -> None:
         """Begin a connection; its first packet must hold a key frame.

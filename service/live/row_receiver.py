@@ -61,9 +61,8 @@ class RowReceiver:
                 if writer is None or writer.size_bytes > self._most_bytes or time.monotonic() > until_s:
                     recording.close()
                     until_s = time.monotonic() + self._longest_s
-                    writer = recording.enter_context(
-                        RecordingWriter(self._folder / folder_name(time.time_ns() // 1000))
-                    )
+                    writer = RecordingWriter(self._folder / folder_name(time.time_ns() // 1000))
+                    recording.callback(writer.close)
                     writer.begin_rows(header)
                     begin(writer.folder)
                 writer.write_bytes(rows)

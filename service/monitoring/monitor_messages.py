@@ -7,7 +7,6 @@ with the objects of its variables as arguments and without values. What asks for
 from collections.abc import Iterable, Mapping, Sequence
 from typing import get_args
 
-from chronicles.errors import ChronicleError
 from chronicles.language import model
 from chronicles.language.parser import parse
 from dyknow.language.diagnostics import Diagnostic, Reporter
@@ -35,19 +34,6 @@ def messages_of(monitors: Iterable[Monitor]) -> Messages:
 def messages_of_run(run: RunRecord) -> Messages:
     """Give the messages of the monitors that were run with a run."""
     return messages_of(monitor for one in run.monitors for monitor in parse_monitors(one.text, name=one.name))
-
-
-def check_uses(texts: Sequence[tuple[str, str]], messages: Messages) -> None:
-    """Refuse chronicle texts (name, text) that look at a monitor's message in another shape than it has.
-
-    Raises
-    ------
-    ChronicleError
-        If one does; it carries all such places.
-    """
-    found = misuses(texts, messages)
-    if found:
-        raise ChronicleError.from_diagnostics(found)
 
 
 def misuses(texts: Sequence[tuple[str, str]], messages: Messages) -> tuple[Diagnostic, ...]:

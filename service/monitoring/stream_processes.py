@@ -145,23 +145,22 @@ class MonitoredRecognitionUnit:
     ----------
     chronicles : names of those that the recogniser is asked for.
     horizon_us : as for `RecognitionUnit`.
+
+    Attributes
+    ----------
+    now_us : the time of the newest frame.
     """
 
     def __init__(self, recogniser: Recogniser, chronicles: Collection[str], *, horizon_us: int) -> None:
         self._horizon_us = horizon_us
         self._parts: list[_Part] = []
-        self._now_us = 0
+        self.now_us = 0
         self.replace((), recogniser, chronicles)
 
     @property
     def left_out(self) -> Mapping[str, int]:
         """Count by chronicle the instances that were beyond its limits."""
         return {name: count for part in self._parts for name, count in part.recognition.left_out.items()}
-
-    @property
-    def now_us(self) -> int:
-        """The time of the newest frame."""
-        return self._now_us
 
     @property
     def open_hypotheses(self) -> dict[str, int]:
@@ -172,7 +171,7 @@ class MonitoredRecognitionUnit:
         """Tell nothing more of some chronicles, and of others what a recogniser finds that has come as far."""
         for part in self._parts:
             part.asked.difference_update(ended)
-        recognition = RecognitionUnit(recogniser, horizon_us=self._horizon_us, now_us=self._now_us)
+        recognition = RecognitionUnit(recogniser, horizon_us=self._horizon_us, now_us=self.now_us)
         parts = [*self._parts, _Part(recogniser, recognition, set(begun))]
         self._parts = [part for part in parts if part.asked]
 
@@ -180,7 +179,7 @@ class MonitoredRecognitionUnit:
         """Take one frame's relations, or one message such as ``careful_violated[car7]``."""
         value = sample.value
         if isinstance(value, FrameRelations):
-            self._now_us = sample.valid_us
+            self.now_us = sample.valid_us
             relations = Sample(sample.available_us, sample.valid_us, value)
             return self._asked(lambda part: part.recognition.update(relations))
         message = Event(value.name, value.objects, value.t_us)

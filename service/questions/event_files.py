@@ -14,12 +14,11 @@ from chronicles.adapter import value_text
 from chronicles.events import Event
 from service.errors import InputError
 from service.texts.chronicle_files import read_text
-from service.texts.csv_table import read_number, read_table, refuse_twice
+from service.texts.csv_table import TIMES, read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
 
 EVENT_SUFFIXES = (".jsonl", ".csv")
 
-_TIMES = {"t_us": 1, "t_s": 1_000_000}
 _ARGUMENT = "arg"
 
 
@@ -77,8 +76,8 @@ def _from_csv(path: Path, lines: Iterable[str]) -> Iterator[Event]:
 def _check_header(path: Path, header: list[str]) -> None:
     refuse_twice(str(path), header, header)
     arguments = [name for name in header if _is_argument(name)]
-    unknown = set(header) - {*_TIMES, "name", "old", "new", *arguments}
-    if unknown or "name" not in header or not set(_TIMES) & set(header):
+    unknown = set(header) - {*TIMES, "name", "old", "new", *arguments}
+    if unknown or "name" not in header or not set(TIMES) & set(header):
         wanted = "columns t_us or t_s, name, arg1, arg2, ..., old, new"
         raise InputError(f"{path}:1: expected {wanted}, got {', '.join(header) or 'an empty file'}")
     if set(arguments) != {f"{_ARGUMENT}{place}" for place in range(1, len(arguments) + 1)}:
@@ -90,7 +89,7 @@ def _is_argument(name: str) -> bool:
 
 
 def _from_row(where: str, row: Mapping[str, str]) -> Event:
-    times = {name: read_number(where, name, row[name], is_whole=name == "t_us") for name in _TIMES if row.get(name)}
+    times = {name: read_number(where, name, row[name], is_whole=name == "t_us") for name in TIMES if row.get(name)}
     places = sorted((int(name.removeprefix(_ARGUMENT)), value) for name, value in row.items() if _is_argument(name))
     values = [value for _, value in places]
     while values and not values[-1]:
@@ -103,9 +102,9 @@ def _only_time(where: str, times: Mapping[str, float]) -> int:
     if len(times) != 1:
         raise InputError(f"{where}: expected either t_us or t_s, got {' and '.join(times) or 'neither'}")
     [(name, value)] = times.items()
-    if not math.isfinite(value) or not 0 <= value * _TIMES[name] <= MAX_MEDIA_US:
-        raise InputError(f"{where}: {name}: expected 0 to {MAX_MEDIA_US // _TIMES[name]}, got {value!r}")
-    return round(value * _TIMES[name])
+    if not math.isfinite(value) or not 0 <= value * TIMES[name] <= MAX_MEDIA_US:
+        raise InputError(f"{where}: {name}: expected 0 to {MAX_MEDIA_US // TIMES[name]}, got {value!r}")
+    return round(value * TIMES[name])
 
 
 def _value(read: bool | str | msgspec.UnsetType | None) -> str | None:

@@ -7,7 +7,7 @@ task that is repeated, or placed twice, finds a job that has ended or is taken, 
 import logging
 import socket
 import time
-from collections.abc import Callable
+from contextlib import closing
 from typing import Any  # what is Ray's: it is an extra, and may not be here
 from urllib.parse import urlsplit
 
@@ -18,7 +18,7 @@ from service.runs.inputs.site import SiteFile
 from service.runs.inputs.toml_tables import read_toml
 from service.runs.interrupts import Interrupts
 from service.runs.requests import RunRequest, read_request
-from service.runs.worker import ASKED_EVERY_S, process_job
+from service.runs.worker import ASKED_EVERY_S, Tell, process_job
 from service.store.databases.location import database_of, log_files
 from service.store.jobs import MOST_ATTEMPTS, Jobs
 from vision.errors import VisionError
@@ -26,8 +26,6 @@ from vision.errors import VisionError
 REACHED_WITHIN_S = 5.0
 ENDED_WITHIN_S = 30.0
 """A task ends between two frames; one that takes longer is left to Ray, which kills it."""
-
-Tell = Callable[[str], None]
 
 
 def work_on_cluster(log_url: str, address: str, *, stays: bool, tell: Tell) -> None:
@@ -146,16 +144,13 @@ def _work_at(log_url: str, job_id: str) -> list[str]:
     """Process a job, in a process of Ray's; give the lines that a worker would tell."""
     look_seldom()
     told = list[str]()
-    jobs = Jobs(database_of(log_url))
-    try:
+    with closing(Jobs(database_of(log_url))) as jobs:
         taken = jobs.take_this(job_id)
         if taken is not None:
             try:
                 process_job(taken, log_url, told.append, has_free_cores=False)
             finally:
                 taken.let_go()  # whatever happened: the process stays for other tasks, and its locks with it
-    finally:
-        jobs.close()
     return told
 
 

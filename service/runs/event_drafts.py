@@ -29,6 +29,7 @@ def event_drafts(
     """
     names = [event.name for event in occurrence.given]
     is_doubtful = occurrence.confidence < (occurrence.floor if least is None else least)
+    status: EventStatus = "doubtful" if is_doubtful and occurrence.status != "retracted" else occurrence.status
     return [
         EventDraft(
             type=name,
@@ -37,7 +38,7 @@ def event_drafts(
             end_us=occurrence.end_us,
             roles=dict(occurrence.roles),
             recognised_us=occurrence.recognised_us if revised is None else now_us,
-            status=_status(occurrence, is_doubtful=is_doubtful),
+            status=status,
             confidence=round(occurrence.confidence, 3),
             revises=revised,
             hypotheses=tuple(occurrence.hypotheses),
@@ -46,7 +47,3 @@ def event_drafts(
         )
         for name, revised in zip_longest(names, told)
     ]
-
-
-def _status(occurrence: Occurrence, *, is_doubtful: bool) -> EventStatus:
-    return "doubtful" if is_doubtful and occurrence.status != "retracted" else occurrence.status

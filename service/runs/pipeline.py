@@ -53,15 +53,20 @@ class Feed:
     Attributes
     ----------
     source : name of the registered source that takes the samples.
-    samples : oldest first; may be taken once.
-    vision : what looks at the values of the samples; None where these are objects already.
-    notes : says what people should know, once the samples were taken.
+    values : oldest first, each with its time as `t_us`; may be taken once.
+    vision : what looks at the values; None where these are objects already.
+    notes : says what people should know, once the values were taken.
     """
 
     source: str
-    samples: Iterable[Sample[Any]] = ()  # Any: what the source takes
+    values: Iterable[Any] = ()  # Any: what the source takes
     vision: Vision[Any] | None = None
     notes: Callable[[], Iterable[str]] = tuple
+
+    @property
+    def samples(self) -> Iterator[Sample[Any]]:
+        """The values as samples that are available at their own time."""
+        return (Sample(one.t_us, one.t_us, one) for one in self.values)
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from service.runs.pipeline import EngineSettings, Pipeline, declared_pipeline, w
 from service.runs.recording import Recorder, recorded_streams
 from service.runs.relations import changed_settings
 from service.runs.requests import RunRequest
-from service.runs.stored_streams import stream_costs, stream_records
+from service.runs.stored_streams import stream_record
 from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_texts, read_text
 from service.texts.idle_chronicles import idle_in_stream, idle_without_roads, unfit_told
@@ -215,8 +215,9 @@ def _run(
         raise
     if status == "finished":
         recorder.record_left_out()
-    writer.append_streams(stream_records(pipeline))
-    writer.append_costs(stream_costs(pipeline))
+    reports = pipeline.node.report()
+    writer.append_streams(stream_record(one, pipeline) for one in reports)
+    writer.append_costs({one.label: one.busy_ns // 1_000 for one in reports})
     is_kept = writer.finish(status, reason)
     record, chronicles = activation.record, activation.chronicles.merged
     lost = (_lost_view(source, *times) for times in recorder.lost_views)
@@ -228,7 +229,7 @@ def _run(
         reason=reason,
         warnings=(*record.warnings, *lost, *unfit, *damage),
         progress=meter.read(),
-        streams=pipeline.node.report(),
+        streams=reports,
         is_kept=is_kept,
         stopped_by=interrupts.came or signal.SIGINT,
     )

@@ -3,7 +3,9 @@
 import math
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import partial
+from typing import Any  # a stream may carry any value
 
 import msgspec
 import numpy as np
@@ -16,7 +18,6 @@ from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
 from dyknow.monitors.monitors import MonitorEvent
 from dyknow.sample import Sample
-from dyknow.streams.stream import Consumer
 from gis.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from service.errors import InputError
@@ -43,16 +44,6 @@ from service.store.writer import RunWriter
 from vision.objects import FloatArray, VisionObjects
 from vision.video.frames import VideoSource
 
-# The streams that are written, and the type that each carries; of frames only their times are, so any type will do.
-_RECORDED: Mapping[str, str | None] = {
-    "recorded_frames": None,
-    "recorded_objects": OBJECTS,
-    "recorded_cars": CARS,
-    "recorded_relations": RELATIONS,
-    "recorded_verdicts": VERDICT,
-    "recorded_occurrences": OCCURRENCE,
-}
-
 
 def recorded_streams(pipeline: Pipeline) -> dict[str, DeclaredStream]:
     """Find the streams that a pipeline declares for the log, by name; what it leaves out is not recorded.
@@ -65,7 +56,7 @@ def recorded_streams(pipeline: Pipeline) -> dict[str, DeclaredStream]:
     strange = [name for name in pipeline.deployment.streams if name.startswith("recorded_") and name not in _RECORDED]
     if strange:
         raise InputError(f"{pipeline.kpl.name}: expected streams among {list(_RECORDED)}, got {strange[0]!r}")
-    found = {name: pipeline.stream(name, value_type) for name, value_type in _RECORDED.items()}
+    found = {name: pipeline.stream(name, value_type) for name, (value_type, _) in _RECORDED.items()}
     return {name: stream for name, stream in found.items() if stream is not None}
 
 
@@ -109,16 +100,8 @@ class Recorder:
         """Subscribe to the streams that are to be recorded; see `recorded_streams`."""
         self.records_cars = "recorded_cars" in streams
         self.records_events = not streams.keys().isdisjoint(("recorded_verdicts", "recorded_occurrences"))
-        consumers: Mapping[str, Consumer] = {
-            "recorded_frames": self._record_frame,
-            "recorded_objects": self._record_objects,
-            "recorded_cars": self._record_cars,
-            "recorded_relations": self._record_relations,
-            "recorded_verdicts": self._record_verdict,
-            "recorded_occurrences": self._record_occurrence,
-        }
         for name, stream in streams.items():
-            stream.subscribe(consumers[name])
+            stream.subscribe(partial(_RECORDED[name][1], self))
 
     @property
     def cars(self) -> int:
@@ -245,6 +228,18 @@ class Recorder:
                 road, x_m, y_m = found
                 return Place(self._rows.road(road), x_m, y_m)
         return None
+
+
+# The streams that are written, the type that each carries, and what takes it; of frames only their times are written,
+# so any type will do.
+_RECORDED: Mapping[str, tuple[str | None, Callable[[Recorder, Sample[Any]], None]]] = {
+    "recorded_frames": (None, Recorder._record_frame),
+    "recorded_objects": (OBJECTS, Recorder._record_objects),
+    "recorded_cars": (CARS, Recorder._record_cars),
+    "recorded_relations": (RELATIONS, Recorder._record_relations),
+    "recorded_verdicts": (VERDICT, Recorder._record_verdict),
+    "recorded_occurrences": (OCCURRENCE, Recorder._record_occurrence),
+}
 
 
 class CarHistory:

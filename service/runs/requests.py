@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any  # what JSON has
 
 import msgspec
 
@@ -66,13 +65,14 @@ def as_text(request: RunRequest) -> str:
     >>> read_request(as_text(request), "b.db") == replace(request, log_url="b.db")
     True
     """
-    plain = msgspec.to_builtins(replace(request, log_url=""), enc_hook=_absolute)
+    plain = msgspec.to_builtins(replace(request, log_url=""), enc_hook=lambda path: str(path.absolute()))
     return json.dumps(plain)  # which knows infinity
 
 
 def read_request(text: str, log_url: str) -> RunRequest:
     """Read a request for the log that it was in."""
-    return replace(msgspec.convert(json.loads(text), RunRequest, dec_hook=_made), log_url=log_url)
+    kept = msgspec.convert(json.loads(text), RunRequest, dec_hook=lambda kind, value: kind(value))
+    return replace(kept, log_url=log_url)
 
 
 def job_id(request: RunRequest) -> str:
@@ -91,11 +91,3 @@ def job_id(request: RunRequest) -> str:
                 state = path.stat()
                 texts.append(f"{name} {path} {state.st_size} {state.st_mtime_ns}")
     return blake2b("\n".join(texts).encode(), digest_size=8).hexdigest()
-
-
-def _absolute(path: Any) -> str:  # Any: what msgspec does not know; paths are all there is
-    return str(path.absolute())
-
-
-def _made(kind: type[Any], value: Any) -> Any:  # Any: as above
-    return kind(value)

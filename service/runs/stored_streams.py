@@ -1,6 +1,5 @@
 """What ran in a run, and what did each stream carry? The report of the pipeline's node, kept with the run."""
 
-from collections.abc import Iterable
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -38,12 +37,8 @@ class StoredStreams(Struct, frozen=True):
 _SAME = tuple({one.name for one in fields(StreamReport)} & set(StreamRecord.__struct_fields__) - {"inputs"})
 
 
-def stream_records(pipeline: "Pipeline") -> tuple[StreamRecord, ...]:
-    """Describe every process of a pipeline, for the log."""
-    return tuple(_record(report, pipeline) for report in pipeline.node.report())
-
-
-def _record(report: StreamReport, pipeline: "Pipeline") -> StreamRecord:
+def stream_record(report: StreamReport, pipeline: "Pipeline") -> StreamRecord:
+    """Describe a process of a pipeline, for the log."""
     said: dict[str, Any] = {name: getattr(report, name) for name in _SAME}  # Any: fields of several types
     said["dropped"] = dict(sorted(report.dropped.items()))
     return StreamRecord(
@@ -52,11 +47,6 @@ def _record(report: StreamReport, pipeline: "Pipeline") -> StreamRecord:
         type=pipeline.type_of(report.label),
         inputs=tuple(map(StreamInput, report.inputs, report.policies)),
     )
-
-
-def stream_costs(pipeline: "Pipeline") -> dict[str, int]:
-    """Give the microseconds that each process of a pipeline took, by label, for the log."""
-    return {report.label: report.busy_ns // 1_000 for report in pipeline.node.report()}
 
 
 def streams_of(log: EventLog, run: RunRecord) -> StoredStreams:
@@ -76,12 +66,8 @@ def streams_of(log: EventLog, run: RunRecord) -> StoredStreams:
     return StoredStreams(run.id, tuple(RanStream(**asdict(one), busy_us=costs.get(one.label)) for one in streams))
 
 
-def as_reports(processes: Iterable[ProcessRecord]) -> tuple[StreamReport, ...]:
-    """Give processes the form that `dyknow.graph` draws; one that was only declared has carried nothing."""
-    return tuple(map(_report, processes))
-
-
-def _report(process: ProcessRecord) -> StreamReport:
+def as_report(process: ProcessRecord) -> StreamReport:
+    """Give a process the form that `dyknow.graph` draws; one that was only declared has carried nothing."""
     stream = RanStream(**asdict(process))
     said: dict[str, Any] = {name: getattr(stream, name) for name in _SAME}  # Any: as above
     return StreamReport(

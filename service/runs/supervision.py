@@ -10,20 +10,18 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from service.errors import ServiceError
 from service.machine import look_seldom
-from service.runs.worker import work
+from service.runs.worker import Tell, work
 
 FIRST_PAUSE_S = 1.0
 MOST_PAUSE_S = 60.0
 LOOK_EVERY_S = 0.2
 ENDED_WITHIN_S = 10.0
 """A run ends between two frames; what takes longer is killed, which loses nothing either."""
-
-Tell = Callable[[str], None]
 
 
 @contextmanager

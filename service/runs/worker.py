@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
 TOLD_EVERY_S = 1.0
 ASKED_EVERY_S = 1.0
 
+Tell = Callable[[str], None]
 _LOGGER = logging.getLogger(__name__)
 
 
-def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
+def work(log_url: str, *, stays: bool, tell: Tell) -> None:
     """Process the jobs of a log.
 
     Parameters
@@ -41,9 +43,8 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
     database = database_of(log_url)
     database.check_readable()  # a name that was mistyped makes no new log
     database.check_writable()
-    jobs = Jobs(database)
     busy = set[str]()  # jobs of runs that somebody else processes: others go before them
-    try:
+    with closing(Jobs(database)) as jobs:
         while True:
             taken = jobs.take(but=busy)
             if taken is None and not busy and not stays:
@@ -53,11 +54,9 @@ def work(log_url: str, *, stays: bool, tell: Callable[[str], None]) -> None:
                 time.sleep(ASKED_EVERY_S)
             elif not process_job(taken, log_url, tell):
                 busy.add(taken.job.id)
-    finally:
-        jobs.close()
 
 
-def process_job(taken: TakenJob, log_url: str, tell: Callable[[str], None], *, has_free_cores: bool = True) -> bool:
+def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bool = True) -> bool:
     """Process one job; False if somebody else, who has no job for it, is at the same run.
 
     Parameters
@@ -102,7 +101,7 @@ def process_job(taken: TakenJob, log_url: str, tell: Callable[[str], None], *, h
     return True
 
 
-def _conclude(taken: TakenJob, summary: "RunSummary", tell: Callable[[str], None], *, cancel_requested: bool) -> None:
+def _conclude(taken: TakenJob, summary: "RunSummary", tell: Tell, *, cancel_requested: bool) -> None:
     if summary.status == "finished":
         _end(taken, "finished", f"run {summary.run}", tell)
     elif cancel_requested:
@@ -114,7 +113,7 @@ def _conclude(taken: TakenJob, summary: "RunSummary", tell: Callable[[str], None
         _end(taken, "failed", summary.reason, tell)
 
 
-def _end(taken: TakenJob, state: JobState, message: str, tell: Callable[[str], None]) -> None:
+def _end(taken: TakenJob, state: JobState, message: str, tell: Tell) -> None:
     taken.end(state, message)
     tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {message}")
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import InputError
+from service.export.tracks import MOT_OFFSET_PX
 from service.records import CarState, RunRecord, SeenObject
 from service.runs.inputs.trajectories import Trajectories, load_trajectories
 from service.scoring.object_rows import ObjectRows
@@ -23,8 +24,6 @@ from service.store.log import EventLog
 MOT_SUFFIXES = (".txt", ".mot")
 MOT_FIELDS = 6
 FARTHEST_PX = 1_000_000
-# In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
-_MOT_OFFSET_PX = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +166,7 @@ def _read_mot(path: Path, frame_us: IntArray, view: SceneView) -> ObjectRows:
         told.add((frame, fields[1].strip()))
         frames.append(frame - 1)
         names.append(fields[1].strip())
-        boxes.append((left - _MOT_OFFSET_PX, top - _MOT_OFFSET_PX, width, height))
+        boxes.append((left - MOT_OFFSET_PX, top - MOT_OFFSET_PX, width, height))
     box_px = np.array(boxes).reshape(-1, 4)
     frame_of = np.array(frames, np.intp)
     centre_m = view.to_ground(frame_us[frame_of], box_px[:, :2] + box_px[:, 2:] / 2)

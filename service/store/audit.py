@@ -18,7 +18,4 @@ def list_written(log: EventLog, *, limit: int) -> list[Written]:
     """List the newest rows, the newest first."""
     table = schema.audit
     columns = [table.c[name] for name in Written.__struct_fields__]
-    with log.connect() as connection:
-        return [
-            Written(*row) for row in connection.execute(select(*columns).order_by(table.c.number.desc()).limit(limit))
-        ]
+    return log.rows(Written, select(*columns).order_by(table.c.number.desc()).limit(limit))

@@ -49,8 +49,7 @@ class ChronicleTexts:
         later = schema.chronicle_texts.alias()
         is_newest = ~exists().where(later.c.name == _TEXTS.name, later.c.version > _TEXTS.version)
         query = select(schema.chronicle_texts).where(is_newest, _TEXTS.text.is_not(None)).order_by(_TEXTS.name)
-        with self._log.connect() as connection:
-            return [ChronicleText(*row) for row in connection.execute(query)]
+        return self._log.rows(ChronicleText, query)
 
     def versions(self, name: str) -> list[ChronicleText]:
         """List all versions of a name, oldest first.
@@ -61,8 +60,7 @@ class ChronicleTexts:
             If there never was one.
         """
         query = select(schema.chronicle_texts).where(_TEXTS.name == name).order_by(_TEXTS.version)
-        with self._log.connect() as connection:
-            found = [ChronicleText(*row) for row in connection.execute(query)]
+        found = self._log.rows(ChronicleText, query)
         if not found:
             raise NotInLogError(f"log {self._log.place.name!r}: expected one of its chronicle texts, got {name!r}")
         return found

@@ -59,13 +59,11 @@ class Deliveries:
 
     def states(self) -> list[WebhookState]:
         """List the webhooks by name."""
-        with self._log.connect() as connection:
-            return [WebhookState(*row) for row in connection.execute(select(schema.webhooks).order_by(_WEBHOOKS.name))]
+        return self._log.rows(WebhookState, select(schema.webhooks).order_by(_WEBHOOKS.name))
 
     def undelivered(self, *, due_for: str | None = None) -> list[Undelivered]:
         """List what was given up, by webhook and in the order of writing; or of one what is to be tried once more."""
         query = select(schema.undelivered).order_by(_UNDELIVERED.webhook, _UNDELIVERED.seq)
         if due_for is not None:
             query = query.where(_UNDELIVERED.webhook == due_for, _UNDELIVERED.is_due)
-        with self._log.connect() as connection:
-            return [Undelivered(*row) for row in connection.execute(query)]
+        return self._log.rows(Undelivered, query)

@@ -5,17 +5,16 @@ run, and can take its lock, knows that its worker is gone, and takes it up again
 """
 
 from collections.abc import Collection
-from contextlib import ExitStack
 
 from msgspec.structs import astuple
 from sqlalchemy import ColumnElement, Connection, func, select, update
 
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
-from service.store.databases.database import Database, Lock, explained
+from service.store.databases.database import Database, Lock
 from service.store.entries import Job, JobState
 from service.store.log import EventLog
-from service.store.versions import create_schema, up_to_date
+from service.store.versions import create_schema
 from service.store.writer import insert_rows, lock_seqs
 
 MOST_ATTEMPTS = 3
@@ -37,21 +36,17 @@ class Jobs:
     """
 
     def __init__(self, database: Database) -> None:
-        if database.exists():
-            with ExitStack() as closing:
-                up_to_date(database, closing, may_be_empty=True)
-        self._database = database
-        self._engine = database.writing()
-        with explained(database, "a log that can be written"), self._engine.begin() as connection:
+        self._log = EventLog(database, "w")
+        with self._log.change() as connection:
             create_schema(connection)
 
     def close(self) -> None:
         """Close all connections."""
-        self._engine.dispose()
+        self._log.close()
 
     def add(self, job_id: str, request: str) -> Job:
         """Add a job at the end; one that is here already is given as it is."""
-        with explained(self._database, "a log that can be written"), self._engine.begin() as connection:
+        with self._log.change() as connection:
             lock_seqs(connection)  # one at a time takes a number
             known = _read(connection, schema.jobs.c.id == job_id)
             if known:
@@ -63,7 +58,7 @@ class Jobs:
 
     def listed(self, *, after: int = 0, most: int | None = None) -> list[Job]:
         """List all jobs in their order, or so many at most behind a number."""
-        with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+        with self._log.connect() as connection:
             return _read(connection, schema.jobs.c.number > after, most=most)
 
     def take(self, *, but: Collection[str] = ()) -> "TakenJob | None":
@@ -86,7 +81,7 @@ class Jobs:
 
     def first(self, state: JobState) -> list[Job]:
         """List the first thousand jobs in a state, in their order."""
-        with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+        with self._log.connect() as connection:
             return _read(connection, schema.jobs.c.state == state, most=_MOST_WORKERS)
 
     def is_left(self, job_id: str) -> bool:
@@ -120,7 +115,7 @@ class Jobs:
         """Change a job if it is in one of these states; tell whether it was."""
         jobs = schema.jobs
         is_it = (jobs.c.id == job_id) & jobs.c.state.in_(states)
-        with explained(self._database, "a log that can be written"), self._engine.begin() as connection:
+        with self._log.change() as connection:
             return connection.execute(update(jobs).where(is_it).values(values)).rowcount > 0
 
     def find(self, job_id: str) -> Job:
@@ -131,10 +126,10 @@ class Jobs:
         NotInLogError
             If there is none.
         """
-        with explained(self._database, "a log that can be read"), self._engine.begin() as connection:
+        with self._log.connect() as connection:
             found = _read(connection, schema.jobs.c.id == job_id)
         if not found:
-            raise NotInLogError(f"log {self._database.name!r}: expected the id of one of its jobs, got {job_id!r}")
+            raise NotInLogError(f"log {self._log.place.name!r}: expected the id of one of its jobs, got {job_id!r}")
         return found[0]
 
     def _found(self, job_id: str, expected: str, *, is_right: bool) -> Job:
@@ -158,7 +153,7 @@ class Jobs:
 
     def _lock(self, job_id: str) -> Lock | None:
         try:
-            return self._database.lock(f"job-{job_id}")
+            return self._log.place.lock(f"job-{job_id}")
         except RunBusyError:
             return None
 

@@ -222,6 +222,11 @@ class EventLog:
         with explained(self.place, "a log that can be written"), self._writing.begin() as connection:
             yield connection
 
+    def rows(self, kind: type[_Record], query: Select[Any]) -> list[_Record]:  # Any: as in `_stream`
+        """Read what belongs to no run; a query gives the columns of a kind of entry in its order."""
+        with self.connect() as connection:
+            return [kind(*row) for row in connection.execute(query)]
+
     def runs(self) -> list[RunRecord]:
         """List the runs in the order in which they first came to the log."""
         table = schema.runs

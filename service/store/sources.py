@@ -48,8 +48,7 @@ class Sources:
 
     def listed(self) -> list[Source]:
         """List the sources by name."""
-        with self._log.connect() as connection:
-            return [Source(*row) for row in connection.execute(select(schema.sources).order_by(_SOURCES.name))]
+        return self._log.rows(Source, select(schema.sources).order_by(_SOURCES.name))
 
     def find(self, name: str) -> Source:
         """Find a source.
@@ -59,8 +58,7 @@ class Sources:
         NotInLogError
             If there is none of that name.
         """
-        with self._log.connect() as connection:
-            row = connection.execute(select(schema.sources).where(_SOURCES.name == name)).one_or_none()
-        if row is None:
+        found = self._log.rows(Source, select(schema.sources).where(_SOURCES.name == name))
+        if not found:
             raise NotInLogError(f"log {self._log.place.name!r}: expected one of its sources, got {name!r}")
-        return Source(*row)
+        return found[0]

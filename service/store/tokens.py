@@ -45,8 +45,7 @@ def make_token(log: EventLog, name: str, scope: Scope, *, now_us: int, expires_u
 
 def list_tokens(log: EventLog) -> list[Token]:
     """List the tokens of a log by name, also those that have ended."""
-    with log.connect() as connection:
-        return [Token(*row) for row in connection.execute(select(schema.tokens).order_by(schema.tokens.c.name))]
+    return log.rows(Token, select(schema.tokens).order_by(schema.tokens.c.name))
 
 
 def revoke_token(log: EventLog, name: str) -> None:

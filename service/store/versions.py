@@ -5,8 +5,7 @@ where every DyKnow has looked for it, so Alembic keeps no table of its own.
 """
 
 import logging
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from importlib.resources import files
 
 from sqlalchemy import Connection, func, inspect, select, update
@@ -31,10 +30,13 @@ def read_version(database: Database) -> int | None:
     LogError
         If it is no event log, or has a schema that is newer than ours or was never migrated.
     """
-    wanted = "an event log written by dyknow"
-    with _reading(database, wanted) as connection:
-        tables = inspect(connection).get_table_names()
-        found = _meta(connection) if schema.meta.name in tables else {}
+    wanted, engine = "an event log written by dyknow", database.reading()
+    try:
+        with explained(database, wanted), engine.begin() as connection:
+            tables = inspect(connection).get_table_names()
+            found = _meta(connection) if schema.meta.name in tables else {}
+    finally:
+        engine.dispose()
     if not tables:
         return None
     if found.get("application") != schema.APPLICATION:
@@ -107,16 +109,6 @@ def _carry_over(database: Database) -> None:
     engine.dispose()
     with suppress(LogError):  # while others read it, it stays as large as it was
         database.compact()
-
-
-@contextmanager
-def _reading(database: Database, wanted: str) -> Iterator[Connection]:
-    engine = database.reading()
-    try:
-        with explained(database, wanted), engine.begin() as connection:
-            yield connection
-    finally:
-        engine.dispose()
 
 
 def _meta(connection: Connection) -> dict[str, str]:

@@ -10,12 +10,13 @@ from pathlib import Path
 
 from chronicles import library
 from chronicles.chronicle_set import ChronicleSet, check_texts, load_texts
+from chronicles.errors import ChronicleError
 from chronicles.language import model
 from chronicles.language.parser import parse
 from dyknow.language.diagnostics import Diagnostic, Reporter
 from qsr.relations import RANK
 from service.errors import InputError
-from service.monitoring.monitor_messages import NO_MESSAGES, Messages, check_uses, misuses
+from service.monitoring.monitor_messages import NO_MESSAGES, Messages, misuses
 from service.records import ChronicleRecord, SourceText
 from service.texts.text_streams import NEARLY, Stream, library_events, stream_of
 
@@ -35,10 +36,7 @@ class LoadedChronicles:
 
 
 def load_chronicle_files(
-    paths: Sequence[Path],
-    stream: Stream | None = "traffic",
-    messages: Messages = NO_MESSAGES,
-    monitored: Collection[str] = (),
+    paths: Sequence[Path], stream: Stream | None = "traffic", messages: Messages = NO_MESSAGES
 ) -> LoadedChronicles:
     """Read and check chronicle files, as `load_chronicle_texts` does; no path means the whole library.
 
@@ -47,7 +45,7 @@ def load_chronicle_files(
     InputError
         If a file cannot be read, and what `load_chronicle_texts` raises.
     """
-    return load_chronicle_texts([(str(path), read_text(path)) for path in paths], stream, messages, monitored)
+    return load_chronicle_texts([(str(path), read_text(path)) for path in paths], stream, messages)
 
 
 def load_chronicle_texts(
@@ -77,7 +75,8 @@ def load_chronicle_texts(
     stream = stream or (stream_of(own) if own else "traffic")
     texts = [*library.texts(), *own] if with_library or not own else with_relations(own, stream, monitored)
     merged = load_texts(texts)
-    check_uses(texts, messages)
+    if misused := misuses(texts, messages):
+        raise ChronicleError.from_diagnostics(misused)
     if not merged.plans:
         raise InputError(f"{', '.join(name for name, _ in own)}: expected at least one chronicle, got none")
     records = tuple(_record(merged, name, text) for name, text in merged.texts)

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from service.errors import InputError
 
+TIMES = {"t_us": 1, "t_s": 1_000_000}  # columns of times, and how many microseconds one of theirs is
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _WHOLE = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 

@@ -8,6 +8,7 @@ from service.api.bodies import Index
 from service.api.openapi import answers
 from service.api.routes.answering import json_answer
 from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, find_last_seq
+from service.records import software_version
 from service.store.log import EventLog
 
 HELLO = """\
@@ -18,15 +19,12 @@ curl '{base}api/v1'                                              everything else
 """
 
 
-def add_index(router: APIRouter, log: EventLog, version: str) -> None:
+def add_index(router: APIRouter, log: EventLog) -> None:
     """Add the first page and the index.
 
     The index links to every described route, by its name.
-
-    Parameters
-    ----------
-    version : of the software.
     """
+    version = software_version()
 
     @router.get("/", include_in_schema=False, response_class=PlainTextResponse)
     def hello(request: Request) -> PlainTextResponse:

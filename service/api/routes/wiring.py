@@ -35,7 +35,6 @@ def add_routes(
     *,
     folders: SourceFolders,
     media_folders: Sequence[Path],
-    version: str,
 ) -> None:
     """Add the routes of one event log to those of an application.
 
@@ -45,7 +44,6 @@ def add_routes(
     shipped : the chronicles that come with DyKnow.
     folders : where sources may lie.
     media_folders : whose videos may be sent.
-    version : of the software, for the index.
     """
     coverage = Coverage(log)
     add_events(router, log, stream, coverage, explanations)
@@ -62,4 +60,4 @@ def add_routes(
     add_jobs(plain, log, folders)
     add_webhooks(plain, log)
     router.routes.extend(plain.routes)  # `include_router` would hide them from the index
-    add_index(router, log, version)
+    add_index(router, log)

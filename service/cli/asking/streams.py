@@ -63,11 +63,11 @@ def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: b
     if path is None:
         return
     from dyknow.graph import to_dot, to_mermaid
-    from service.runs.stored_streams import as_reports
+    from service.runs.stored_streams import as_report
 
     write = to_dot if path.suffix.lower() == ".dot" else to_mermaid
     made_of = {one.label: one.made_of for one in processes if one.made_of}
-    drawn = write(as_reports(processes), made_of=made_of, has_counts=has_run)
+    drawn = write([as_report(one) for one in processes], made_of=made_of, has_counts=has_run)
     path.write_text(drawn, encoding="utf-8")
     print(f"graph: {path}", file=sys.stderr)
 

@@ -1,5 +1,6 @@
 """`dyknow demo`: does it work here? A scene is made, processed and compared with its truth."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -82,7 +83,7 @@ def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
 
 
 def _print_next_steps(out: Path, scene: Path, log: str) -> None:
-    dyknow = _command()
+    dyknow = sys.argv[0] if Path(sys.argv[0]).name == "dyknow" else "dyknow"
     print(f"""
 Ask for them:
   {dyknow} events {log} --type overtake
@@ -95,10 +96,3 @@ Files:
   {scene / "video.mp4"}  video
   {scene / "site.toml"}  roads and camera
   {scene / "truth.csv"}  what really happened""")
-
-
-def _command() -> str:
-    """Return how the user started us, so that the lines printed can be pasted."""
-    import sys
-
-    return sys.argv[0] if Path(sys.argv[0]).name == "dyknow" else "dyknow"

@@ -48,8 +48,6 @@ def tell_line(line: str) -> None:
 
 def list_jobs(log: LogName, as_json: AsJson = False) -> None:
     """List what was queued for a log, in its order."""
-    from msgspec.structs import asdict
-
     from service.runs.requests import read_request
 
     with _opened(log) as jobs:
@@ -64,7 +62,7 @@ def list_jobs(log: LogName, as_json: AsJson = False) -> None:
         ]
         for one in listed
     ]
-    show({"items": [asdict(one) for one in listed]}, format_table(TITLES, rows), as_json=as_json)
+    show({"items": listed}, format_table(TITLES, rows), as_json=as_json)
 
 
 def cancel(log: LogName, job: JobName, as_json: AsJson = False) -> None:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.road_network import plain_rings
 from service.errors import InputError
@@ -97,8 +96,7 @@ class DetectionInput(Input):
                 motion=None if poses is None else StoredPoses(poses, self.size_px),
                 settings=self.settings,
             )
-        instants = self.stored.instants(self.rate_hz)
-        return Feed(VIDEO, (Sample(instant.t_us, instant.t_us, instant) for instant in instants), vision, vision.notes)
+        return Feed(VIDEO, self.stored.instants(self.rate_hz), vision, vision.notes)
 
 
 def _camera(

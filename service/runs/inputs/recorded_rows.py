@@ -7,7 +7,6 @@ from io import RawIOBase
 from pathlib import Path
 from typing import ClassVar
 
-from dyknow.sample import Sample
 from service.errors import InputError
 from service.records import InputKind
 from service.runs.inputs.input_kind import Asked, Input
@@ -106,5 +105,4 @@ class RecordedRows(Input):
 
     def feed(self, *, apart: bool = False) -> Feed:
         """Give the objects of each time; nothing needs to look at them."""
-        samples = (Sample(objects.t_us, objects.t_us, objects) for objects in self.rows)
-        return Feed(TRAJECTORIES, samples, notes=self.rows.notes)
+        return Feed(TRAJECTORIES, self.rows, notes=self.rows.notes)

@@ -222,7 +222,8 @@ def load_site(path: str | Path) -> Site:
         raise wrong(path, "relations.backdate_us", f"expected 0 to {MOST_LATE_US} (us), got {late_us!r}")
     roads, view = said.network or NetworkTable(), said.camera or CameraTable()
     thermal = view.thermal
-    frame = _read_frame(said.frame, path) if said.frame else None
+    with told(SiteError, path, "frame"):
+        frame = LocalFrame(said.frame.origin_lat_deg, said.frame.origin_lon_deg) if said.frame else None
     motion = _read_motion(view, path)
     camera = _read_camera(view, path) if said.camera else None
     network = _read_network(roads, frame, path, _PixelGround(camera, view.size_px)) if said.network else None
@@ -264,11 +265,6 @@ def check_picture(site: Site, path: Path, size_px: tuple[int, int]) -> None:
     fix = f"; all pixels of the site times {wide:.6g} would fit" if abs(wide - high) < 1e-3 else ""
     expected = f"expected {path.name} to be {site.size_px[0]} x {site.size_px[1]} px as the site's picture"
     raise wrong(site.path, "camera.size_px", f"{expected}, got {size_px[0]} x {size_px[1]} px{fix}")
-
-
-def _read_frame(table: FrameTable, path: Path) -> LocalFrame:
-    with told(SiteError, path, "frame"):
-        return LocalFrame(table.origin_lat_deg, table.origin_lon_deg)
 
 
 def _only_form(table: Struct, names: tuple[str, ...], path: Path, place: str) -> str:

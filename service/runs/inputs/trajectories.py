@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS
 from anchoring.observations import Observations
-from dyknow.sample import Sample
 from service.errors import InputError
 from service.records import InputKind
 from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, Input, is_read_once
 from service.runs.pipeline import TRAJECTORIES, Feed
-from service.texts.csv_table import read_name, read_number, read_table, refuse_twice
+from service.texts.csv_table import TIMES, read_name, read_number, read_table, refuse_twice
 from service.times import MAX_MEDIA_US
 from vision.objects import FloatArray
 
@@ -43,9 +42,8 @@ _RANGES = {
 _NUMBERS = tuple(_RANGES)
 _SIGMA_RANGE = (0.0, 100.0)
 _OPTIONAL = ("class", "sensor", "sigma_m")
-_TIMES = {"t_us": 1, "t_s": 1_000_000}
 _UNKNOWN = CLASS_NAMES[UNKNOWN_CLASS]
-KNOWN_COLUMNS = (*_TIMES, "id", *_NUMBERS, *_OPTIONAL)
+KNOWN_COLUMNS = (*TIMES, "id", *_NUMBERS, *_OPTIONAL)
 
 Rows = dict[tuple[int, str], tuple[str, list[float], str, str, float]]
 """By time in microseconds and identifier: place in the file, values as in `Trajectories`, class, sensor, sigma_m."""
@@ -195,7 +193,7 @@ class RowReader:
             If a field is wrong, its time is before `from_us`, or its identifier is there at that time; the rows stay as
             they were.
         """
-        places, scale = self._places, _TIMES[self._time_column]
+        places, scale = self._places, TIMES[self._time_column]
         t = _within(where, self._time_column, fields[places[self._time_column]], (0.0, MAX_MEDIA_US / scale))
         key = round(t * scale), read_name(where, "id", fields[places["id"]])
         if key[0] < from_us:
@@ -235,7 +233,7 @@ def _places(name: str, header: Sequence[str], columns: Mapping[str, str]) -> tup
         raise InputError(f"column map: expected names out of {', '.join(KNOWN_COLUMNS)}, got {unknown[0]!r}")
     theirs = {one: columns.get(one, one) for one in KNOWN_COLUMNS if columns.get(one, one) in header}
     refuse_twice(name, header, theirs.values())
-    times = [one for one in _TIMES if one in theirs]
+    times = [one for one in TIMES if one in theirs]
     missing = [one for one in ("id", *_NUMBERS, *sorted(set(_OPTIONAL) & set(columns))) if one not in theirs]
     if not times or missing:
         wanted = ", ".join([*([] if times else ["t_us or t_s"]), *missing])
@@ -299,4 +297,4 @@ class TrajectoryInput(Input):
 
     def feed(self, *, apart: bool = False) -> Feed:
         """Give the objects of each time; nothing needs to look at them."""
-        return Feed(TRAJECTORIES, (Sample(objects.t_us, objects.t_us, objects) for objects in self.trajectories))
+        return Feed(TRAJECTORIES, self.trajectories)

@@ -3,9 +3,8 @@
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
-from dyknow.sample import Sample
 from gis.camera import GroundCamera
 from gis.road_network import RoadNetwork
 from service.errors import InputError
@@ -30,7 +29,6 @@ from service.runs.inputs.vision_apart import VisionApart
 from service.runs.inputs.watched_area import watched_area
 from service.runs.pipeline import VIDEO, Feed
 from vision.camera import FixedView
-from vision.networks.box_detector import Instant
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.registration.watch import noticed_px
@@ -45,7 +43,6 @@ MOST_SPEEDING = 2.0
 # noticed by vision. A scale wants more traffic than that.
 NOTICED_US = 6_000_000
 SCALE_SPAN_US = 10_000_000
-InstantT = TypeVar("InstantT", bound=Instant)
 CAMERA_AND_ROADS = "with the camera and roads of its site"
 
 
@@ -85,13 +82,9 @@ class VideoInput(Input):
         with told(InputError, self.path, CAMERA_AND_ROADS):
             vision = self.sensor.vision()  # made here in any case: what is wrong is told before anything is written
         if not apart or is_read_once(self.path):
-            return Feed(VIDEO, map(_sample, self.sensor.frames(vision)), vision, vision.notes)
+            return Feed(VIDEO, self.sensor.frames(vision), vision, vision.notes)
         there = VisionApart(self.sensor, vision.settings)
-        return Feed(VIDEO, map(_sample, there.frames()), there, there.notes)
-
-
-def _sample(instant: InstantT) -> Sample[InstantT]:
-    return Sample(instant.t_us, instant.t_us, instant)
+        return Feed(VIDEO, there.frames(), there, there.notes)
 
 
 def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:

@@ -7,6 +7,7 @@ locks in the same process.
 
 import fcntl
 import os
+from contextlib import ExitStack
 from pathlib import Path
 
 from service.errors import RunBusyError
@@ -42,17 +43,14 @@ class RunLock:
     def _try(self, log: Path, run_id: str) -> int | None:
         """Take the lock; None if its file was removed meanwhile by the writer before."""
         handle = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with ExitStack() as unless_taken:
+            unless_taken.callback(os.close, handle)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                wanted = f"log {str(log)!r}: expected run {run_id!r} to be free"
+                raise RunBusyError(f"{wanted}, got one that another process is writing now") from error
             if self._path.exists() and os.path.samestat(os.fstat(handle), self._path.stat()):
+                unless_taken.pop_all()
                 return handle
-        except BlockingIOError as error:
-            os.close(handle)
-            raise RunBusyError(
-                f"log {str(log)!r}: expected run {run_id!r} to be free, got one that another process is writing now"
-            ) from error
-        except OSError:
-            os.close(handle)
-            raise
-        os.close(handle)
         return None

@@ -1,6 +1,7 @@
 """Which recordings go when they are old, or too many?"""
 
 import time
+from contextlib import closing
 from pathlib import Path
 
 from service.live.keeping import left_behind, mark_processed, remove_old
@@ -36,7 +37,7 @@ def test_of_too_much_the_oldest_goes(tmp_path: Path) -> None:
 
 def test_what_waits_to_be_processed_or_is_written_stays(tmp_path: Path) -> None:
     waits = recorded(tmp_path, "a", hours_ago=5, is_processed=False)
-    with RecordingWriter(tmp_path / "b") as growing:
+    with closing(RecordingWriter(tmp_path / "b")) as growing:
         (growing.folder / INDEX).write_text(Part("000000.ts", 0, 0, 0).as_line() + "\n")
         assert remove_old(tmp_path, age_us=HOUR_US, size_bytes=0) == []
         assert left_behind(tmp_path) == [waits]

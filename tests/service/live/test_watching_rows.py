@@ -7,7 +7,7 @@ import signal
 import subprocess
 import threading
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -48,7 +48,7 @@ def told_so_far(log: Path) -> Sequence[object]:
 
 
 def recording(folder: Path, *rows: str) -> Path:
-    with RecordingWriter(folder / "a") as writer:
+    with closing(RecordingWriter(folder / "a")) as writer:
         writer.begin_rows(f"{HEADER}\n".encode())
         writer.write_bytes("".join(f"{row}\n" for row in rows).encode())
     return folder / "a"
@@ -116,7 +116,7 @@ def test_rows_that_are_late_or_wrong_are_told_and_counted(tmp_path: Path, caplog
 
 def test_what_waits_is_bounded_by_the_lateness(tmp_path: Path) -> None:
     """Objects come as soon as rows of that much later have, not at the end."""
-    with RecordingWriter(tmp_path / "a") as writer:
+    with closing(RecordingWriter(tmp_path / "a")) as writer:
         writer.begin_rows(f"{HEADER}\n".encode())
         writer.write_bytes("".join(f"{t_us},a,{t_us / 1e6},{SHAPE}\n" for t_us in (0, 500 * MS, 1501 * MS)).encode())
         found = iter(ArrivingRows(tmp_path / "a", None))

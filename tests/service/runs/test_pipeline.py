@@ -15,7 +15,7 @@ from service.questions.recognition import recognise_stored
 from service.records import SourceText
 from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, declared_pipeline, shipped_kpl
 from service.runs.processing import RunRequest, process
-from service.runs.recording import Recorder, recorded_streams
+from service.runs.recording import CarHistory, recorded_streams
 from service.store.log import open_log
 from tests.service.tracks import write_tracks
 
@@ -121,10 +121,10 @@ def test_relations_of_a_repeated_frame_are_told_once(tmp_path: Path) -> None:
 
 
 def test_run_that_fails_by_a_fault_of_ours_says_so_in_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(recorder: Recorder, sample: object) -> None:
+    def fail(history: CarHistory, cars: object) -> None:
         raise RuntimeError("no such luck")
 
-    monkeypatch.setattr(Recorder, "_record_cars", fail)
+    monkeypatch.setattr(CarHistory, "remember", fail)
     with pytest.raises(RuntimeError, match="no such luck"):
         run(tmp_path, None)
     with open_log(f"sqlite:///{tmp_path / 'log.db'}") as log:
