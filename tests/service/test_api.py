@@ -127,7 +127,7 @@ def test_chronicles_of_the_library_and_of_the_runs(client: Client) -> None:
     assert found[0].parameters == ("overtaker", "overtaken")
 
 
-POSTED = ("check", "format", "try", "diff", "login", "logout")
+POSTED = ("check", "format", "try", "diff", "login", "logout", "try_monitors")
 
 
 def test_the_index_leads_to_paths_that_answer(client: Client) -> None:

@@ -138,6 +138,8 @@ def test_half_an_upload_goes_when_its_server_was_killed_and_no_other_one_lives(t
             asking.sendall(b"GET /api/v1/health HTTP/1.1\r\nHost: localhost\r\n\r\n")
             assert asking.recv(1000)
             assert len(os.listdir(folder)) == 1
+        server.kill()
+        server.wait()  # before the line is cut, as a server that lives clears up then
     assert len(os.listdir(folder)) == 1
     with serving(str(log), *options) as server, called(server):
         until(lambda: not os.listdir(folder))
