@@ -43,6 +43,6 @@ def picture(
     video = video_of(run, folders)
     try:
         image = picture_at(opened(log), run, video, t_us, is_drawn=is_drawn, width_px=width_px)
-    except (InputError, VisionError) as error:  # which name the file
-        raise InputError(str(error).replace(str(video), video.name)) from error
+    except VisionError as error:
+        raise InputError(str(error)) from error
     return cv2.imencode(".jpg", image)[1].tobytes()

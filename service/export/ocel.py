@@ -11,7 +11,7 @@ from typing import Any  # JSON
 
 import msgspec
 
-from service.questions.queries import decode_event
+from service.export.json_items import json_items
 from service.records import EventRecord
 
 _ATTRIBUTES = {"end": "time", "source": "string", "status": "string", "confidence": "float"}
@@ -48,11 +48,3 @@ def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str
         "objectTypes": [{"name": one, "attributes": []} for one in sorted({*objects.values()})],
     }
     yield f"\n],{msgspec.json.encode(rest).decode()[1:]}\n"
-
-
-def json_items(pages: Iterable[Iterable[str]], make: Callable[[EventRecord], object]) -> Iterator[str]:
-    """Write what is made of each event as items of a JSON array, some at once."""
-    before = "\n"
-    for page in filter(None, pages):
-        yield before + ",\n".join(msgspec.json.encode(make(event)).decode() for event in map(decode_event, page))
-        before = ",\n"

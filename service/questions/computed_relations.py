@@ -51,11 +51,11 @@ def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Grou
     path = site_file or (Path(known.path) if known else None)
     where = f"run {run.id!r}: expected the site file of {run.site!r} as it was, {asked}"
     if path is None or not path.exists():
-        came = "none in this older log" if path is None else f"no file {path.name!r}"
+        came = "none in this older log" if path is None else f"no file {str(path)!r}"
         raise InputError(f"{where}, got {came}; say where it is with --site")
     site = load_site(path)
     if not _is_the_same(site, run):
-        raise InputError(f"{where}, got another one in {path.name!r}")
+        raise InputError(f"{where}, got another one in {str(path)!r}")
     return Ground(site.network, site.anchoring, site.relations)
 
 

@@ -121,7 +121,7 @@ def test_the_site_may_have_moved_but_must_be_the_same(
     before = capsys.readouterr().out
     site.unlink()
     assert run(asked) == 3
-    assert "got no file 'site.toml'; say where it is with --site" in capsys.readouterr().err
+    assert f"got no file {str(site)!r}; say where it is with --site" in capsys.readouterr().err
     assert run([*asked, "--site", str(moved / "site.toml")]) == 0
     assert capsys.readouterr().out == before
     network = moved / "network.net.xml"
