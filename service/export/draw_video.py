@@ -12,8 +12,8 @@ from gis.camera import GroundCamera
 from service.errors import InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
 from service.export.tracks import END, Views
-from service.questions.notes import covered
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.notes import covered
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.records import CameraRecord, RunRecord
 from service.store.databases.location import log_files
 from service.store.log import EventLog, open_log

@@ -14,8 +14,8 @@ from msgspec.structs import asdict
 from gis.frames import LocalFrame
 from service.errors import ExportError
 from service.export.json_items import json_items
-from service.questions.car_tracks import CarColumns
-from service.questions.run_sites import RunSite
+from service.questions.observations.car_tracks import CarColumns
+from service.questions.observations.run_sites import RunSite
 from service.records import EventRecord, RunRecord
 
 Json = dict[str, Any]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import msgspec
 
-from service.questions.queries import decode_event
+from service.questions.events.queries import decode_event
 from service.records import EventRecord
 
 
