@@ -31,8 +31,8 @@ from benchmarks.sensor_identity import SENSOR_TITLES, score_sensors
 from benchmarks.tracker_runners import Runner, find_runners
 from data_gen.track_scene import TrackScene, make_track_scene
 from data_gen.trajectories import NoisyTracks, write_tracks
-from service.runs.inputs.site import load_site
-from service.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate import Evaluation
+from service.runs.inputs.sites.site import load_site
 
 EVENT_TYPE = "overtake"
 

@@ -16,11 +16,11 @@ from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
 from data_gen.scene import generate
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate_log import evaluate_log
+from service.questions.scoring.proportions import wilson_interval
+from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation
-from service.scoring.evaluate_log import evaluate_log
-from service.scoring.proportions import wilson_interval
-from service.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
 
 TYPE = "overtake"
 

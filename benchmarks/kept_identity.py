@@ -24,8 +24,8 @@ from benchmarks.lost_tracks import STEP_US, trajectories_of
 from data_gen.trajectories import NoisyTracks
 from dyknow.sample import Sample
 from gis.road_network import RoadNetwork
-from service.scoring.pairs import Pairs
-from service.scoring.tracks import TrackRows, score_tracks
+from service.questions.scoring.pairs import Pairs
+from service.questions.scoring.tracks import TrackRows, score_tracks
 
 IntArray = NDArray[np.int64]
 

@@ -16,7 +16,8 @@ from service.errors import ExportError
 from service.export.json_items import json_items
 from service.questions.observations.car_tracks import CarColumns
 from service.questions.observations.run_sites import RunSite
-from service.records import EventRecord, RunRecord
+from service.records.events import EventRecord
+from service.records.runs import RunRecord
 
 Json = dict[str, Any]
 _DECIMALS = 8  # a millimetre

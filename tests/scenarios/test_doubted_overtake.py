@@ -29,7 +29,7 @@ from service.api.app import create_app
 from service.cli.app import run as dyknow
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.observations.identity import links_of
-from service.records import EventRecord
+from service.records.events import EventRecord
 from service.store.log import open_log
 from tests.service.http import Client
 

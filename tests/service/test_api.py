@@ -17,9 +17,10 @@ from service.api.messages.bodies import ChronicleList, EventList, Index, Problem
 from service.api.messages.parameters import MEDIA_TIME
 from service.errors import LogError
 from service.questions.events.queries import EventFilter, iterate_events
-from service.records import ChronicleRecord, EventRecord
+from service.records.events import EventRecord
+from service.records.runs import ChronicleRecord
+from service.records.times import parse_media_us
 from service.store.log import open_log
-from service.times import parse_media_us
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, read_all, write_log
 

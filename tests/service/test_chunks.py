@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service.errors import LogError
-from service.records import CarState, RelationRecord
+from service.records.seen import CarState, RelationRecord
 from service.store.chunks.columns import pack
 from service.store.chunks.kinds import CAR_STATES, RELATIONS, SPAN_US
 from service.store.chunks.packing import packed, unpacked

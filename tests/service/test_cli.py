@@ -16,7 +16,7 @@ import pytest
 
 from service.cli import app
 from service.questions.events.queries import decode_event
-from service.records import CameraRecord
+from service.records.runs import CameraRecord
 from tests.service.logs import SECOND_US, overtake, read_all, run, write_log, write_small_log
 
 PROGRAM = [sys.executable, "-c", "from service.cli.app import main; main()"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import COMMANDS, run
-from service.records import EventRecord
+from service.records.events import EventRecord
 from tests.docs.commands import all_commands
 from tests.service.logs import read_all, write_small_log
 from tests.service.tracks import write_tracks

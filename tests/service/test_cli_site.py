@@ -15,8 +15,8 @@ from gis.camera import GroundCamera
 from gis.frames import LocalFrame
 from gis.lens import Lens
 from service.cli.app import run
-from service.runs.inputs.new_site import read_marks
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sites.new_site import read_marks
+from service.runs.inputs.sites.site import load_site
 from tests.vision.support import write_video
 
 SIZE_PX = (320, 240)

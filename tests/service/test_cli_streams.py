@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.runs.pipeline import TRAJECTORIES, shipped_kpl
+from service.runs.graph.pipeline import TRAJECTORIES, shipped_kpl
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.logs import write_small_log

@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run as run_cli
-from service.runs.cluster import asks_for_gpu
+from service.runs.jobs.cluster import asks_for_gpu
+from service.runs.jobs.worker import work
 from service.runs.processing import RunRequest, process
-from service.runs.worker import work
 from tests.service.conftest import NewLog
 from tests.service.logs import kept_rows
 from tests.service.test_jobs import WORK, add, opened, until

@@ -6,8 +6,8 @@ import tomllib
 from dataclasses import fields
 from pathlib import Path
 
-from service.runs.inputs.site import SiteFile
-from service.runs.inputs.toml_tables import read_toml, tables_of
+from service.runs.inputs.sites.site import SiteFile
+from service.texts.toml_tables import read_toml, tables_of
 from vision.networks.box_detector import CLASS_NAMES
 from vision.networks.detection_files import KNOWN_COLUMNS
 from vision.networks.onnx_settings import OnnxSettings

@@ -13,7 +13,7 @@ from dyknow.sample import Sample
 from service.api.app import create_app
 from service.cli import app
 from service.questions.events.queries import EventFilter
-from service.runs.recording import Recorder
+from service.runs.graph.recording import Recorder
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, read_all, read_rows, run, write_log

@@ -17,7 +17,7 @@ from service.api.app import create_app
 from service.api.delivery.event_stream import EventStream
 from service.api.messages.bodies import Problem
 from service.questions.events.queries import EventFilter
-from service.records import EventRecord
+from service.records.events import EventRecord
 from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.http import Client, serving

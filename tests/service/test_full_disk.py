@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from service.errors import LogError
+from service.runs.jobs.worker import work
 from service.runs.processing import RunRequest, process
 from service.runs.requests import as_text, job_id
-from service.runs.worker import work
 from service.store.databases.location import database_of
 from service.store.log import open_log
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs

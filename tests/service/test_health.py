@@ -15,7 +15,7 @@ from service.api.app import WORKER_THREADS, create_app
 from service.api.messages.bodies import Problem
 from service.api.processes.pool import ProcessPool
 from service.errors import CrowdedError
-from service.machine import cores
+from service.runs.machine import cores
 from service.store import schema
 from service.store.databases.database import Database
 from service.store.databases.location import database_of

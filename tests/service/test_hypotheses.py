@@ -15,7 +15,7 @@ from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.api.app import create_app
 from service.cli import app
-from service.runs.recording import Recorder
+from service.runs.graph.recording import Recorder
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, read_all, read_rows, run

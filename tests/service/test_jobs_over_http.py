@@ -10,8 +10,8 @@ import pytest
 from service.api.app import create_app
 from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
+from service.runs.jobs.worker import work
 from service.runs.requests import read_request
-from service.runs.worker import work
 from service.store.databases.location import database_of
 from service.store.entries import Source
 from service.store.log import open_log
@@ -118,7 +118,7 @@ def test_folders_are_left_out_of_texts(text: str, left: str) -> None:
 
 def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url: str, tracks: Path) -> None:
     texts = {"a.monitors": "monitor slow per ?car in Car: always speed[?car] < 1 m/s\n"}
-    texts["a.kpl"] = resources.files("service.runs").joinpath("trajectories.kpl").read_text()
+    texts["a.kpl"] = resources.files("service.runs.graph").joinpath("trajectories.kpl").read_text()
     texts["a.linkage"] = resources.files("anchoring.hypotheses").joinpath("default.linkage").read_text()
     named = {}
     for name, text in texts.items():

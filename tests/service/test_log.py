@@ -10,7 +10,8 @@ from sqlalchemy import text
 
 from service.errors import LogError
 from service.questions.events.queries import decode_event
-from service.records import CarRecord, LinkRecord, RelationRecord, RunStatus
+from service.records.runs import RunStatus
+from service.records.seen import CarRecord, LinkRecord, RelationRecord
 from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.logs import count_rows, overtake, random_drafts, read_all, run, state, write_log, write_small_log

@@ -9,10 +9,10 @@ from anchoring.settings import AnchoringSettings
 from chronicles.events import Occurrence
 from dyknow.sample import Sample
 from dyknow.streams.stream import exhaust
-from service.records import ViewRecord
+from service.questions.scoring.evaluate_log import LostViews, find_lost_views
+from service.records.seen import ViewRecord
+from service.runs.graph.pipeline import OCCURRENCE, TRAJECTORIES, Feed, declared_pipeline
 from service.runs.inputs.trajectories import TrajectoryObjects
-from service.runs.pipeline import OCCURRENCE, TRAJECTORIES, Feed, declared_pipeline
-from service.scoring.evaluate_log import LostViews, find_lost_views
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 from tests.service.logs import overtake, run, write_small_log

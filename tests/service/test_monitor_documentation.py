@@ -10,10 +10,10 @@ from chronicles.chronicle_set import load_texts
 from chronicles.library import load_library
 from dyknow.mtl.parser import parse_monitors
 from service.cli.app import run
-from service.monitoring.monitor_files import load_monitor_files
-from service.monitoring.monitored_features import CAR_FEATURES
 from service.questions.events.queries import EventFilter
 from service.texts.chronicle_files import with_relations
+from service.texts.monitor_files import load_monitor_files
+from service.texts.monitored_features import CAR_FEATURES
 from tests.conftest import Demo
 from tests.service.logs import read_all
 from tests.service.monitoring.test_stream_processes import run_race

@@ -1,8 +1,8 @@
 """Tables of scores: every figure in its place, and a dash where there is nothing to divide by."""
 
 from service.cli.asking.evaluate import detection_table, tracks_table
-from service.scoring.detection import DetectionScore
-from service.scoring.tracks import TrackScore
+from service.questions.scoring.detection import DetectionScore
+from service.questions.scoring.tracks import TrackScore
 
 
 def detection(*, right: int = 9, wrong: int = 1, missed: int = 3, standing: tuple[int, int] = (0, 0)) -> DetectionScore:

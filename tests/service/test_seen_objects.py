@@ -9,8 +9,8 @@ from chronicles import load
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.sample import Sample
 from service.export.draw_video import draw_picture
-from service.records import SeenObject, ViewRecord
-from service.runs.recording import Recorder
+from service.records.seen import SeenObject, ViewRecord
+from service.runs.graph.recording import Recorder
 from service.store.log import EventLog, open_log
 from tests.service.logs import CAMERA, run, state
 from tests.vision.support import write_video

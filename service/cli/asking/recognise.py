@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from typing import TextIO
 
     from chronicles.events import Event, Occurrence
-    from service.monitoring.stored_monitoring import Monitored
     from service.questions.recognition.recognised_events import RecognisedEvent
+    from service.questions.recognition.stored_monitoring import Monitored
     from service.questions.recognition.stored_recognition import Recognised
 
 
@@ -58,8 +58,8 @@ def recognise(
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
     from service.questions.recognition.stored_recognition import recognise_stored
+    from service.records.times import parse_media_us
     from service.store.databases.location import is_log_name
-    from service.times import parse_media_us
 
     if lateness is not None and executor == "backfill":
         raise typer.BadParameter("expected eager to go with --lateness, got backfill", param_hint="--executor")
@@ -151,7 +151,7 @@ def monitor(
     as_json: AsJson = False,
 ) -> None:
     """Run monitors over the stored cars and relations of a log; show what was violated or satisfied, and when."""
-    from service.monitoring.stored_monitoring import monitor_log, verdicts
+    from service.questions.recognition.stored_monitoring import monitor_log, verdicts
 
     found = monitor_log(log, files, run=run, site_file=site)
     if as_json:
@@ -161,7 +161,7 @@ def monitor(
 
 
 def _print_verdicts(found: "Monitored") -> None:
-    from service.times import format_media
+    from service.records.times import format_media
 
     rows = [
         [format_media(one.t_us), one.monitor, one.outcome, shown_roles(one.roles), format_media(one.since_us)]

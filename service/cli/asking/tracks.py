@@ -12,7 +12,8 @@ from service.cli.printing import print_json_list, show
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from service.records import CarState, RunRecord
+    from service.records.runs import RunRecord
+    from service.records.seen import CarState
     from service.store.log import EventLog
 
 

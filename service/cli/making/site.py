@@ -10,7 +10,7 @@ from service.cli.printing import print_json, show, tell
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
-    from service.runs.inputs.site_review import Review
+    from service.runs.inputs.sites.site_review import Review
     from vision.objects import ByteArray
     from vision.video.frame import Frame
 
@@ -54,9 +54,9 @@ def _write_site(
 ) -> None:
     import tempfile
 
-    from service.runs.inputs.new_site import read_marks, site_text
-    from service.runs.inputs.site import load_site
-    from service.runs.inputs.site_review import review
+    from service.runs.inputs.sites.new_site import read_marks, site_text
+    from service.runs.inputs.sites.site import load_site
+    from service.runs.inputs.sites.site_review import review
 
     marks = read_marks(points, size_px)
     text = site_text(clip.stem, marks, size_px, lanes)
@@ -99,10 +99,10 @@ def check(
 ) -> None:
     """Draw a site's lanes, points and metre grid on a frame, and warn of what is wrong with them."""
     from service.export.site_picture import draw_site
-    from service.runs.inputs.moving_camera import first_camera
-    from service.runs.inputs.site import check_picture, load_site
-    from service.runs.inputs.site_review import review
-    from service.runs.inputs.toml_tables import told
+    from service.runs.inputs.sensors.moving_camera import first_camera
+    from service.runs.inputs.sites.site import check_picture, load_site
+    from service.runs.inputs.sites.site_review import review
+    from service.texts.toml_tables import told
 
     source = image or clip
     if source is None or (image and clip):
@@ -138,7 +138,7 @@ def frame_of(clip: Path, at: str) -> "Frame":
     InputError, QueryError, VisionError
         If the time is none or past the end, or the clip cannot be read.
     """
-    from service.times import parse_media_us
+    from service.records.times import parse_media_us
     from vision.video.frames import open_video
 
     at_us = parse_media_us(at, parameter="--at")

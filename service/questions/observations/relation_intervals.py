@@ -18,7 +18,7 @@ from service.errors import QueryError
 from service.questions.events.cursors import decode_cursor, encode_cursor
 from service.questions.observations.coverage import Coverage, LookedAt
 from service.questions.observations.stored_events import Part, stored_events, unwatched_relations
-from service.records import RunRecord
+from service.records.runs import RunRecord
 from service.store.log import EventLog
 
 _START_US = attrgetter("start_us")

@@ -10,7 +10,7 @@ import pytest
 from service.api.app import create_app
 from service.api.messages.bodies import EventSummary
 from service.cli.app import run
-from service.records import EventRecord
+from service.records.events import EventRecord
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, event_of_row, overtake, read_all, write_log
 from tests.service.logs import run as run_record

@@ -9,7 +9,7 @@ import pytest
 
 from service.api.app import create_app
 from service.export.draw_video import draw_picture, draw_video
-from service.records import InputFile
+from service.records.runs import InputFile
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, run, state

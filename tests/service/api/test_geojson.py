@@ -10,9 +10,9 @@ import pytest
 from gis.frames import LocalFrame
 from gis.geojson import read_geojson
 from service.api.app import create_app
-from service.records import SiteRecord
+from service.records.runs import SiteRecord
 from service.runs.inputs.input_kind import content_digest
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sites.site import load_site
 from service.runs.processing import process
 from service.runs.requests import RunRequest
 from service.store.log import open_log

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
-from service.records import InputFile
+from service.records.runs import InputFile
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, run

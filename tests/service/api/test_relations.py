@@ -9,7 +9,7 @@ import pytest
 from service.api.app import create_app
 from service.questions.observations.coverage import Coverage
 from service.questions.observations.relation_intervals import RelationQuestion, relation_intervals
-from service.records import HypothesisRecord, RelationRecord
+from service.records.seen import HypothesisRecord, RelationRecord
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, run, state

@@ -10,7 +10,8 @@ from service.api.app import create_app
 from service.api.messages.bodies import CarList, RunDetail, RunList
 from service.questions.events.queries import EventFilter
 from service.questions.observations.coverage import MAX_RUNS, Coverage
-from service.records import InputFile, StreamRecord, ViewRecord
+from service.records.runs import InputFile, StreamRecord
+from service.records.seen import ViewRecord
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, run, state, write_log, write_small_log

@@ -14,11 +14,11 @@ import pytest
 
 from service.cli.app import run as run_cli
 from service.errors import LogError
-from service.live.keeping import left_behind, recordings
-from service.live.live_source import LiveSource
-from service.live.recording_writer import RecordingWriter
-from service.live.row_receiver import RowReceiver
 from service.runs.inputs.recorded_rows import WAIT_US, ArrivingRows
+from service.runs.live.keeping import left_behind, recordings
+from service.runs.live.live_source import LiveSource
+from service.runs.live.recording_writer import RecordingWriter
+from service.runs.live.row_receiver import RowReceiver
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.live.test_watching import WATCH, events, reprocessed, until

@@ -8,7 +8,7 @@ import pytest
 from anchoring.settings import AnchoringSettings
 from qsr.changes.crossings import RelationChange, Value
 from qsr.settings import RelationSettings
-from service.monitoring.monitored_states import IDLE_US, Hindsight, TrafficState, TrafficStates
+from service.runs.graph.monitored_states import IDLE_US, Hindsight, TrafficState, TrafficStates
 from tests.cases import for_each
 from tests.service.logs import state
 

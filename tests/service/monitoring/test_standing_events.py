@@ -14,16 +14,16 @@ from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.cli.app import run
 from service.errors import InputError
-from service.monitoring.monitored_features import CarValue
-from service.monitoring.monitored_states import TrafficState
-from service.monitoring.standing_events import StandingEvents
-from service.monitoring.stored_monitoring import monitor_log
 from service.questions.events.queries import EventFilter
-from service.records import EventRecord
-from service.runs.pipeline import TRAJECTORIES, shipped_kpl
+from service.questions.recognition.stored_monitoring import monitor_log
+from service.records.events import EventRecord
+from service.runs.graph.monitored_states import TrafficState
+from service.runs.graph.pipeline import TRAJECTORIES, shipped_kpl
+from service.runs.graph.standing_events import StandingEvents
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import with_relations
+from service.texts.monitored_features import CarValue
 from tests.conftest import Demo
 from tests.service.logs import SECOND_US, read_all
 from tests.service.monitoring.test_stream_processes import LIMIT, run_race, stored, told, write_jump, written

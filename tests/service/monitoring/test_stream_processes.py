@@ -12,15 +12,15 @@ from dyknow.monitors.monitors import MonitorEvent
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings
 from service.errors import InputError, NotInLogError
-from service.monitoring.monitor_files import load_monitor_files
-from service.monitoring.monitored_features import CAR_FEATURES, SIGNATURE
-from service.monitoring.stored_monitoring import monitor_log
 from service.questions.events.queries import EventFilter
 from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+from service.questions.recognition.stored_monitoring import monitor_log
 from service.questions.recognition.stored_recognition import recognise_stored
-from service.records import EventRecord
+from service.records.events import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
+from service.texts.monitor_files import load_monitor_files
+from service.texts.monitored_features import CAR_FEATURES, SIGNATURE
 from tests.service.logs import SECOND_US, read_all
 from tests.service.tracks import HEADER
 

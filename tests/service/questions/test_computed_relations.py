@@ -13,7 +13,8 @@ from service.cli.app import run
 from service.errors import InputError, LogError
 from service.questions.observations.stored_events import Unwatched, relations_of, streamed_events, unwatched_relations
 from service.questions.recognition import stored_recognition
-from service.records import RelationRecord, RunRecord
+from service.records.runs import RunRecord
+from service.records.seen import RelationRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files

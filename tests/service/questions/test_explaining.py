@@ -13,16 +13,9 @@ from service.errors import LogError, QueryError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.observations.stored_events import Part, StoredEvents, chronicles_of, stored_events
 from service.questions.recognition.explaining import AbsenceQuestion, Explainer
-from service.records import (
-    ChronicleRef,
-    EventDraft,
-    HypothesisRecord,
-    LinkRecord,
-    RelationRecord,
-    RunRecord,
-    SourceText,
-    SubEvent,
-)
+from service.records.events import ChronicleRef, EventDraft, SubEvent
+from service.records.runs import RunRecord, SourceText
+from service.records.seen import HypothesisRecord, LinkRecord, RelationRecord
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import load_chronicle_files
 from tests.conftest import Demo

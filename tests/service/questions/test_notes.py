@@ -6,7 +6,7 @@ import pytest
 
 from service.api.app import create_app
 from service.cli.app import run as run_command
-from service.records import RunStatus
+from service.records.runs import RunStatus
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, run, write_log, write_small_log

@@ -24,10 +24,10 @@ from service.questions.events.queries import (
     iterate_events,
     iterate_pages,
 )
-from service.records import EventRecord, EventStatus
+from service.records.events import EventRecord, EventStatus
+from service.records.times import TimePoint, parse_time
 from service.store.databases.database import driver_rows
 from service.store.log import EventLog, open_log
-from service.times import TimePoint, parse_time
 from tests.service.conftest import NewLog
 from tests.service.logs import SECOND_US, START_UTC_US, overtake, random_drafts, read_all, read_rows, run, write_log
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from qsr.changes.line_up import Seen
 from service.questions.observations.computed_relations import seen_frames
-from service.records import LinkKind, LinkRecord
+from service.records.seen import LinkKind, LinkRecord
 from service.store.log import open_log
 from tests.service.logs import run, state
 

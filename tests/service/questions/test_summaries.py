@@ -11,9 +11,9 @@ from msgspec.structs import replace
 from service.errors import FilterError, QueryError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.events.summaries import By, count_events, summarise
-from service.records import EventRecord
+from service.records.events import EventRecord
+from service.records.times import TimePoint, parse_time
 from service.store.log import EventLog, open_log
-from service.times import TimePoint, parse_time
 from tests.service.conftest import NewLog
 from tests.service.logs import SECOND_US, START_UTC_US, random_drafts, run, write_log
 

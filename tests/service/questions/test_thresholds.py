@@ -10,9 +10,9 @@ from chronicles.explanation.json_form import schema, to_json
 from chronicles.explanation.rendering import render
 from service.questions.recognition.explaining import AbsenceQuestion, Explainer
 from service.questions.recognition.thresholds import _because
-from service.records import CarState
+from service.records.seen import CarState
+from service.runs.graph.relations import stored_settings
 from service.runs.processing import RunRequest, process
-from service.runs.relations import stored_settings
 from service.store.log import open_log
 from tests.chronicles.explanation.schema_check import faults
 from tests.service.logs import run, state

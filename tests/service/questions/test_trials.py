@@ -8,7 +8,8 @@ from service.errors import FilterError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.recognition.explaining import AbsenceQuestion, Explainer
 from service.questions.recognition.trials import difference
-from service.records import EventRecord, RelationRecord
+from service.records.events import EventRecord
+from service.records.seen import RelationRecord
 from service.store.log import EventLog, open_log
 from tests.conftest import Demo
 from tests.service.logs import overtake, run

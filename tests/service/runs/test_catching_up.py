@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from service.runs.pipeline import VIDEO, shipped_kpl
+from service.runs.graph.pipeline import VIDEO, shipped_kpl
 from service.runs.processing import Progress, RunRequest, RunSummary, process
 from service.store.log import open_log
 from tests.service.runs.inputs.test_detectors import FRAMES, make_site, make_video

@@ -10,7 +10,7 @@ import pytest
 
 from service.cli.app import run
 from service.export.draw_video import draw_picture
-from service.records import CameraRecord, InputFile, RunRecord
+from service.records.runs import CameraRecord, InputFile, RunRecord
 from service.runs.inputs.input_kind import content_digest
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log

@@ -10,12 +10,12 @@ from dyknow.kpl.loader import DeclaredStream
 from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError
-from service.monitoring.stored_monitoring import monitor_log
+from service.questions.recognition.stored_monitoring import monitor_log
 from service.questions.recognition.stored_recognition import recognise_stored
-from service.records import SourceText
-from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, declared_pipeline, shipped_kpl
+from service.records.runs import SourceText
+from service.runs.graph.pipeline import TRAJECTORIES, VIDEO, Feed, declared_pipeline, shipped_kpl
+from service.runs.graph.recording import CarHistory, recorded_streams
 from service.runs.processing import RunRequest, process
-from service.runs.recording import CarHistory, recorded_streams
 from service.store.log import open_log
 from tests.service.tracks import write_tracks
 

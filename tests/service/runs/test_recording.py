@@ -16,8 +16,8 @@ from dyknow.kpl.loader import DeclaredStream
 from dyknow.sample import Sample
 from gis.road_network import RoadPositions
 from service.cli.app import run
-from service.records import CarState
-from service.runs.recording import CarHistory, Recorder
+from service.records.seen import CarState
+from service.runs.graph.recording import CarHistory, Recorder
 from service.store.writer import RunWriter
 from tests.service.logs import read_all
 from tests.service.tracks import write_tracks

@@ -15,8 +15,8 @@ import psutil
 import pytest
 
 from service.cli.app import run as run_cli
+from service.runs.jobs.worker import work
 from service.runs.processing import RunRequest, process
-from service.runs.worker import work
 from service.store.databases.sqlite_file import SqliteFile
 from service.store.registers.jobs import Jobs
 from tests.service.conftest import NewLog

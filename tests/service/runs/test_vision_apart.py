@@ -110,7 +110,9 @@ def test_error_of_vision_is_raised_here(video: Path, tmp_path: Path, monkeypatch
         def __reduce__(self) -> tuple[object, ...]:
             return failing, ()
 
-    monkeypatch.setattr("service.runs.inputs.vision_apart.multiprocessing.get_context", context_sending(Failing()))
+    monkeypatch.setattr(
+        "service.runs.inputs.sensors.vision_apart.multiprocessing.get_context", context_sending(Failing())
+    )
     with pytest.raises(InputError, match="expected vehicles, got a fair"):
         processed(video, tmp_path, workers=1)
     assert not multiprocessing.active_children()

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from service.scoring.object_rows import ObjectRows
+from service.questions.scoring.object_rows import ObjectRows
 
 Row = tuple[int, str, float, float]
 

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.pooled_scores import merge_evaluations
 from service.errors import TruthError
-from service.scoring.evaluate import (
+from service.questions.scoring.evaluate import (
     Positions,
     RecognisedEvent,
     TrueEvent,

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run as run_command
-from service.scoring.evaluate_log import scene_doubts
+from service.questions.scoring.evaluate_log import scene_doubts
 from service.store.log import open_log
 from tests.service.logs import run, state
 

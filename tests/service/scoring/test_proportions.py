@@ -5,7 +5,7 @@ import math
 import pytest
 from scipy.stats import binomtest
 
-from service.scoring.proportions import wilson_interval
+from service.questions.scoring.proportions import wilson_interval
 
 
 @pytest.mark.parametrize(("successes", "trials"), [(0, 5), (5, 5), (3, 7), (97, 100), (1, 1)])

@@ -7,10 +7,10 @@ import pytest
 
 from gis.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import InputError, LogError
-from service.records import SeenObject
-from service.scoring.claims import load_tracks
-from service.scoring.scene_scores import CARS, OBJECTS, TRACKS, compare_log, compare_tracks, score_scenes
-from service.scoring.scene_view import SceneView, load_scene_view
+from service.questions.scoring.claims import load_tracks
+from service.questions.scoring.scene_scores import CARS, OBJECTS, TRACKS, compare_log, compare_tracks, score_scenes
+from service.questions.scoring.scene_view import SceneView, load_scene_view
+from service.records.seen import SeenObject
 from service.store.log import open_log
 from tests.service.logs import run, state
 from tests.service.scoring.test_truth_rows import STEP_US, row, write_truth

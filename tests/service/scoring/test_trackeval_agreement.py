@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from service.scoring.pairs import box_pairs
-from service.scoring.tracks import TrackRows, score_tracks
+from service.questions.scoring.pairs import box_pairs
+from service.questions.scoring.tracks import TrackRows, score_tracks
 from tests.service.scoring.sequences import SEEDS, make_sequence
 
 STORED = json.loads((Path(__file__).parent / "trackeval_figures.json").read_text(encoding="utf-8"))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from service.scoring.pairs import Pairs, assign, box_pairs, ground_pairs
-from service.scoring.tracks import TrackRows, TrackScore, score_tracks
+from service.questions.scoring.pairs import Pairs, assign, box_pairs, ground_pairs
+from service.questions.scoring.tracks import TrackRows, TrackScore, score_tracks
 from tests.cases import for_each
 
 

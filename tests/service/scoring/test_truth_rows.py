@@ -7,8 +7,8 @@ import pytest
 
 from gis.camera_pose import CameraPose, CameraTrack
 from service.errors import TruthError
-from service.scoring.scene_view import SceneView
-from service.scoring.truth_rows import EDGE_M, TruthTable, load_truth_table, nearest_times
+from service.questions.scoring.scene_view import SceneView
+from service.questions.scoring.truth_rows import EDGE_M, TruthTable, load_truth_table, nearest_times
 from tests.cases import for_each
 
 HEADER = "t_us,id,class,x_m,y_m,heading_rad,speed_mps,length_m,width_m,road,lane,visible"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from service.errors import InputError
-from service.runs.inputs.first_look import first_look
-from service.runs.inputs.guessed_ground import DoubtedVision
 from service.runs.inputs.input_kind import Asked
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sensors.first_look import first_look
+from service.runs.inputs.sensors.guessed_ground import DoubtedVision
+from service.runs.inputs.sites.site import load_site
 from service.runs.inputs.video_input import VideoInput
 from tests.vision.moving_world import SIZE, MovingWorld, view
 from tests.vision.support import write_video

@@ -10,9 +10,9 @@ import pytest
 from gis.camera import GroundCamera
 from gis.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import SiteError
-from service.runs.inputs.moving_camera import StoredPoses, first_camera, reach_m
-from service.runs.inputs.site import Motion, Site, load_site
-from service.runs.inputs.watched_area import watched_area
+from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera, reach_m
+from service.runs.inputs.sensors.watched_area import watched_area
+from service.runs.inputs.sites.site import Motion, Site, load_site
 from tests.vision.support import make_frame
 
 SIZE = (320, 180)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.errors import SiteError
-from service.runs.inputs.toml_tables import read_toml
+from service.texts.toml_tables import read_toml
 from vision.networks.onnx_settings import OnnxSettings
 
 

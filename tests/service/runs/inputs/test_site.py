@@ -14,10 +14,10 @@ from gis.frames import LocalFrame
 from gis.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
 from service.errors import ServiceError, SiteError
-from service.runs.inputs.site import Site, SiteFile, load_site
-from service.runs.inputs.toml_tables import tables_of
+from service.runs.inputs.sites.site import Site, SiteFile, load_site
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
+from service.texts.toml_tables import tables_of
 from tests.gis.support import CROSSING_NET, write_geojson
 from tests.service.tracks import write_tracks
 

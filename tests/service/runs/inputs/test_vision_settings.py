@@ -13,9 +13,9 @@ import pytest
 from service.cli.app import run
 from service.errors import SiteError
 from service.runs.inputs.opening import open_input
-from service.runs.inputs.site import SiteFile, load_site
-from service.runs.inputs.toml_tables import tables_of
+from service.runs.inputs.sites.site import SiteFile, load_site
 from service.store.log import open_log
+from service.texts.toml_tables import tables_of
 from tests.contracts.tables import page
 from tests.service.runs.inputs.test_detectors import (
     FRAMES,
