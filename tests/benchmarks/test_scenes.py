@@ -9,7 +9,7 @@ from benchmarks.evaluate_scenes import KINDS, Measured, _figure, _overtake_row, 
 from data_gen.scenarios.catalogue import SCENARIOS
 from service.questions.scoring.evaluate import evaluate_events, positions_from_rows
 from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared
-from tests.service.scoring.support import rows
+from tests.service.questions.scoring.support import rows
 
 
 def test_every_kind_is_of_a_scenario_that_exists() -> None:
