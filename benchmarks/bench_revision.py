@@ -20,8 +20,8 @@ from pathlib import Path
 
 from chronicles.adapter import RecognitionUnit
 from chronicles.recogniser import Recogniser
-from data_gen.track_scene import make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
+from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
 from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.settings import RelationSettings

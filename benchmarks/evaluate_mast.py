@@ -30,8 +30,8 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.scene import generate
-from gis.camera_pose import read_camera_track
+from data_gen.outputs.scene import generate
+from gis.cameras.camera_pose import read_camera_track
 from service.questions.scoring.evaluate import Evaluation, TrueEvent, evaluate_events, load_truth, positions_from_rows
 from service.questions.scoring.evaluate_log import load_events
 from service.questions.scoring.pairs import (

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
-from data_gen.scene import generate
+from data_gen.outputs.scene import generate
 from service.questions.scoring.evaluate import Evaluation
 from service.questions.scoring.evaluate_log import evaluate_log
 from service.questions.scoring.proportions import wilson_interval
@@ -31,7 +31,7 @@ class SceneKind:
 
     Attributes
     ----------
-    camera, weather, options, poses, occluders, size_px : as `data_gen.scene.generate` takes them.
+    camera, weather, options, poses, occluders, size_px : as `data_gen.outputs.scene.generate` takes them.
     rate_hz : frames that are looked at in a second; None for the usual.
     aims : the least figure by column, of `error_m` the greatest.
     """

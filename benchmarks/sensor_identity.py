@@ -14,8 +14,8 @@ import numpy as np
 
 from benchmarks.kept_identity import NamedRows, follow
 from benchmarks.lost_tracks import Case, Place, lose_tracks
-from data_gen.track_scene import TrackScene
-from data_gen.trajectories import NoisyTracks, TrueRows
+from data_gen.outputs.track_scene import TrackScene
+from data_gen.outputs.trajectories import NoisyTracks, TrueRows
 from service.questions.scoring.pairs import Pairs
 from service.questions.scoring.tracks import TrackRows, score_tracks
 from service.runs.inputs.sites.site import load_site

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import get_args
 
 from anchoring.settings import AnchoringSettings
-from data_gen.scene import generate
+from data_gen.outputs.scene import generate
 from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events

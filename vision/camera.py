@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from vision.detection.eye import Eye, FixedEye, RoadEye, is_slanting
 from vision.detection.fusion import fuse
-from vision.detection.lanes import LaneStrip
-from vision.detection.surface import checked_polygons
+from vision.detection.parting.lanes import LaneStrip
+from vision.detection.surfaces.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.box_eye import BoxEye
 from vision.networks.knowing_eye import KnowingEye

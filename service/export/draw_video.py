@@ -8,7 +8,7 @@ import av
 import cv2
 import numpy as np
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.errors import InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
 from service.export.tracks import END, Views

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.export.tracks import footprint_corners
 from service.records.events import EventRecord
 from service.records.seen import CarState

@@ -45,7 +45,7 @@ def known_frame_of(run: RunRecord) -> LocalFrame:
 
 
 def site_features(site: RunSite, frame: LocalFrame) -> bytes:
-    """Write the lanes of a site as lines and its junctions as areas, as `gis.geojson.read_geojson` reads them."""
+    """Write the lanes of a site as lines and its junctions as areas, as `gis.roads.geojson.read_geojson` reads them."""
     lanes, junctions = ([asdict(one) for one in part] for part in (site.lanes, site.junctions))
     lines = [_feature(frame, "LineString", one.pop("centre_line_m"), one) for one in lanes]
     areas = [_feature(frame, "Polygon", one.pop("outline_m"), one) for one in junctions]

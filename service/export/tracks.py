@@ -14,7 +14,7 @@ from typing import TextIO
 
 import numpy as np
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.records.runs import CameraRecord
 from service.records.seen import MOT_OFFSET_PX, CarState, ViewRecord
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 from msgspec import Struct
 
 if TYPE_CHECKING:
-    from gis.lens import Lens
+    from gis.cameras.lens import Lens
 
 RunStatus = Literal["running", "finished", "broken", "interrupted", "failed"]
 InputKind = Literal["video", "trajectory", "detections"]
@@ -98,7 +98,7 @@ class CameraRecord(Struct, frozen=True, omit_defaults=True):
     @property
     def lens(self) -> "Lens | None":
         """The lens that bends the picture; None for a straight one."""
-        from gis.lens import Lens
+        from gis.cameras.lens import Lens
 
         return Lens((self.width_px, self.height_px), self.radial) if self.radial else None
 

@@ -29,8 +29,7 @@ from service.runs.graph.stored_streams import stream_record
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.sites.site import Site, load_site
-from service.runs.interrupts import Interrupts
-from service.runs.machine import cores
+from service.runs.machine import Interrupts, cores
 from service.runs.requests import RunRequest
 from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_texts, read_text

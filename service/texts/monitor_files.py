@@ -8,8 +8,8 @@ from chronicles.chronicle_set import ChronicleSet
 from dyknow.errors import FormulaError
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.words import normalised
-from dyknow.monitors.monitors import version_of
 from dyknow.mtl.formula import Monitor
+from dyknow.mtl.monitors import version_of
 from dyknow.mtl.parser import parse_monitors
 from dyknow.mtl.printer import print_monitors
 from dyknow.mtl.structure import features_of

@@ -10,8 +10,8 @@ from typing import get_args
 from chronicles.language import model
 from chronicles.language.parser import parse
 from dyknow.language.diagnostics import Diagnostic, Reporter
-from dyknow.monitors.monitors import Outcome
 from dyknow.mtl.formula import Monitor
+from dyknow.mtl.monitors import Outcome
 from dyknow.mtl.parser import parse_monitors
 from service.records.runs import RunRecord
 

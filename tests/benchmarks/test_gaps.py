@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks import evaluate_gaps, lanelet_network
-from gis.lane_graph import LaneGraph
+from gis.roads.lane_graph import LaneGraph
 from service.runs.inputs.sites.site import load_site
 
 

@@ -15,7 +15,7 @@ import shapely
 from vision.detection.detector import Detections, Expected
 from vision.detection.eye import Eye
 from vision.detection.fusion import Channel
-from vision.detection.surface import road_area
+from vision.detection.surfaces.surface import road_area
 from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray

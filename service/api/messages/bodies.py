@@ -4,7 +4,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
-from dyknow.monitors.monitors import MonitorReport
+from dyknow.mtl.monitors import MonitorReport
 from service.questions.events.summaries import By, Counted
 from service.questions.observations.car_tracks import CarColumns
 from service.questions.observations.coverage import LookedAt, Spans

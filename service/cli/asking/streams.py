@@ -62,7 +62,7 @@ def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph:
 def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: bool) -> None:
     if path is None:
         return
-    from dyknow.graph import to_dot, to_mermaid
+    from dyknow.streams.graph import to_dot, to_mermaid
     from service.runs.graph.stored_streams import as_report
 
     write = to_dot if path.suffix.lower() == ".dot" else to_mermaid

@@ -25,7 +25,7 @@ def demo(
     as_json: AsJson = False,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
-    from data_gen.scene import generate
+    from data_gen.outputs.scene import generate
     from service.cli.asking.evaluate import describe
     from service.cli.making.generate import drawing_bar
     from service.cli.making.process import progress_bar

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 from qsr.settings import RelationSettings
 from service.errors import InputError, NotInLogError
 from service.records.runs import RunRecord

@@ -14,7 +14,7 @@ from anchoring.observations import Level, LinkChange
 from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet, load_texts
 from chronicles.recogniser import recognise
-from dyknow.monitors.monitors import MonitorEvent, MonitorReport
+from dyknow.mtl.monitors import MonitorEvent, MonitorReport
 from dyknow.sample import Sample
 from qsr.changes.crossings import RelationChange, Value
 from service.errors import InputError

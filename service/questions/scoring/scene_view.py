@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from gis.camera_pose import CameraTrack, read_camera_track
-from gis.lens import Lens
+from gis.cameras.camera_pose import CameraTrack, read_camera_track
+from gis.cameras.lens import Lens
 from service.errors import TruthError
 from service.questions.scoring.object_rows import ObjectRows
 from service.questions.scoring.pairs import FloatArray, IntArray

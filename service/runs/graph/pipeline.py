@@ -22,14 +22,14 @@ from anchoring.anchorer import Anchorer
 from anchoring.hypotheses.language import LinkageText
 from anchoring.settings import AnchoringSettings
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.limits import USUAL as USUAL_LIMITS
-from chronicles.limits import Limits
+from chronicles.execution.limits import USUAL as USUAL_LIMITS
+from chronicles.execution.limits import Limits
 from chronicles.recogniser import Recogniser
 from dyknow.kpl.loader import DeclaredStream, Deployment, load_kpl
 from dyknow.node import Node
 from dyknow.registry import Registry
 from dyknow.sample import Sample
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 from qsr.adapter import RelationUnit
 from qsr.relations import RANK
 from qsr.settings import RelationSettings

@@ -16,18 +16,16 @@ from chronicles.adapter import event_of
 from chronicles.events import Occurrence, OccurrenceKey
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.kpl.loader import DeclaredStream
-from dyknow.monitors.monitors import MonitorEvent
+from dyknow.mtl.monitors import MonitorEvent
 from dyknow.sample import Sample
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
 from service.errors import InputError
 from service.records.events import ChronicleRef, EventDraft, EventRecord, Place, SubEvent
 from service.records.runs import CameraRecord
 from service.records.seen import HypothesisRecord, LeftOutFrame, LinkRecord, SeenObject, Verdict, ViewRecord
-from service.runs.graph.car_states import CarRows
-from service.runs.graph.event_drafts import STALE_US, event_drafts
 from service.runs.graph.pipeline import CARS, OBJECTS, OCCURRENCE, RELATIONS, VERDICT, Pipeline
-from service.runs.graph.relations import relation_record
+from service.runs.graph.rows import STALE_US, CarRows, event_drafts, relation_record
 from service.store.writer import RunWriter
 from vision.objects import FloatArray, VisionObjects
 from vision.video.frames import VideoSource

@@ -1,17 +1,14 @@
-"""Which relations change among the cars of a network, and how does a change look in the log?"""
+"""Which relations are looked for among the cars of a network, and by which settings?"""
 
 from collections.abc import Collection
 from dataclasses import fields, replace
 
-from chronicles.adapter import value_text
-from gis.lane_graph import LaneGraph
-from gis.road_network import RoadNetwork
-from gis.turns import turns
-from qsr.changes.crossings import RelationChange
+from gis.roads.lane_graph import LaneGraph
+from gis.roads.road_network import RoadNetwork
+from gis.roads.turns import turns
 from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 from service.records.runs import RunRecord
-from service.records.seen import RelationRecord
 
 SETTINGS = "relations."
 
@@ -31,13 +28,6 @@ def relation_observer(
         turns=turns(network) if "turn" in only else (),
         graph=LaneGraph.of(network, keep_lanes=True),
     )
-
-
-def relation_record(change: RelationChange, hypotheses: tuple[str, ...] = ()) -> RelationRecord:
-    """Write a change as the log has it, with the labels of the links that it rests on."""
-    old, new = value_text(change.old), value_text(change.new)
-    times_us = change.t_us, change.decided_us
-    return RelationRecord(*times_us, change.name, change.args, old, new, hypotheses, change.confidence)
 
 
 def changed_settings(settings: RelationSettings) -> dict[str, str]:

@@ -13,7 +13,7 @@ from chronicles.adapter import RecognitionUnit
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
 from chronicles.events import Event, Occurrence
-from chronicles.limits import USUAL, Limits
+from chronicles.execution.limits import USUAL, Limits
 from chronicles.recogniser import Recogniser
 from dyknow.sample import Sample
 from qsr.adapter import FrameRelations

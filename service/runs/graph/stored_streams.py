@@ -67,7 +67,7 @@ def streams_of(log: EventLog, run: RunRecord) -> StoredStreams:
 
 
 def as_report(process: ProcessRecord) -> StreamReport:
-    """Give a process the form that `dyknow.graph` draws; one that was only declared has carried nothing."""
+    """Give a process the form that `dyknow.streams.graph` draws; one that was only declared has carried nothing."""
     stream = RanStream(**asdict(process))
     said: dict[str, Any] = {name: getattr(stream, name) for name in _SAME}  # Any: as above
     return StreamReport(

@@ -23,12 +23,12 @@ from anchoring.adapter import Anchored
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
-from dyknow.monitors.monitors import MonitorEvent, MonitorReport, Monitors
+from dyknow.mtl.monitors import MonitorEvent, MonitorReport, Monitors
 from dyknow.sample import Sample
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 from qsr.adapter import FrameRelations
-from service.runs.graph.car_states import CarRows
 from service.runs.graph.monitored_states import IDLE_US, TrafficState, TrafficStates
+from service.runs.graph.rows import CarRows
 from service.runs.graph.standing_events import StandingEvents
 from service.texts.monitor_files import LoadedMonitors
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from gis.camera import GroundCamera
-from gis.road_network import plain_rings
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import plain_rings
 from service.errors import InputError
 from service.records.runs import InputKind
 from service.runs.graph.pipeline import VIDEO, Feed

@@ -11,8 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
-from gis.camera import GroundCamera
-from gis.road_network import RoadNetwork
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import RoadNetwork
 from service.errors import InputError
 from service.records.runs import CameraRecord, InputKind
 from service.runs.graph.pipeline import Feed

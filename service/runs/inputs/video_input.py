@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
-from gis.camera import GroundCamera
-from gis.road_network import RoadNetwork
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import RoadNetwork
 from service.errors import InputError
 from service.records.runs import InputKind
 from service.runs.graph.pipeline import VIDEO, Feed

@@ -14,9 +14,8 @@ from urllib.parse import urlsplit
 from service.errors import ClusterError, LogError, ServiceError
 from service.runs.inputs.detectors import OnnxChoice, choose_detector
 from service.runs.inputs.sites.site import SiteFile
-from service.runs.interrupts import Interrupts
 from service.runs.jobs.worker import ASKED_EVERY_S, Tell, process_job
-from service.runs.machine import look_seldom
+from service.runs.machine import Interrupts, look_seldom
 from service.runs.requests import RunRequest, read_request
 from service.store.databases.location import database_of, log_files
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from service.errors import ServiceError
-from service.runs.interrupts import Interrupts
 from service.runs.live.keeping import left_behind, mark_processed, remove_old
 from service.runs.live.live_source import LiveSource
 from service.runs.live.receiver import Receiver, Tell
 from service.runs.live.row_receiver import LOOKED_EVERY_S, RowReceiver
+from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunSummary, load_texts, process
 from service.runs.requests import RunRequest
 from vision.errors import VideoError, VisionError

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.export.drawing import OverlayReader, colour_of, draw_overlay
 from service.records.events import ChronicleRef, EventRecord
 from service.records.seen import CarState

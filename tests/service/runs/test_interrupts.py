@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.runs.interrupts import Interrupts
+from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunRequest, _Meter, process
 from service.store.log import open_log
 from service.store.writer import RunWriter

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gis.camera import GroundCamera
-from gis.camera_pose import CameraTrack
+from gis.cameras.camera import GroundCamera
+from gis.cameras.camera_pose import CameraTrack
 from gis.errors import GisError
 from service.runs.inputs.sites.site import Motion
 from vision.networks.box_detector import Instant

@@ -4,15 +4,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gis.camera import GroundCamera
-from gis.road_network import RoadNetwork
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import RoadNetwork
 from service.runs.inputs.sensors.guessed_ground import DoubtedVision
 from service.runs.inputs.sensors.moving_camera import camera_motion, reach_m
 from service.runs.inputs.sites.site import Motion
 from vision.camera import Camera, FixedView, box_camera, fixed_camera, fused_camera, moving_camera, thermal_settings
 from vision.detection.eye import is_slanting
-from vision.detection.image_surface import road_part
-from vision.detection.lanes import LaneStrip
+from vision.detection.parting.lanes import LaneStrip
+from vision.detection.surfaces.image_surface import road_part
 from vision.networks.box_detector import BoxDetector
 from vision.networks.onnx_detector import OnnxDetector
 from vision.objects import FloatArray

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Final
 
-from service.runs.interrupts import SIGNALS
+from service.runs.machine import SIGNALS
 from vision.errors import VideoBroken
 from vision.networks.stored_detections import StoredInstant
 from vision.objects import VisionObjects

@@ -7,8 +7,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from gis.camera import GroundCamera
-from gis.road_network import RoadNetwork, plain_rings
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import RoadNetwork, plain_rings
 from service.errors import SiteError
 from service.runs.inputs.sensors.moving_camera import reach_m
 from service.runs.inputs.sites.site import Motion

@@ -15,17 +15,17 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from anchoring.settings import AnchoringSettings
-from chronicles.limits import Limits
-from gis.camera import GroundCamera
-from gis.camera_pose import CameraTrack, read_camera_track
+from chronicles.execution.limits import Limits
+from gis.cameras.camera import GroundCamera
+from gis.cameras.camera_pose import CameraTrack, read_camera_track
+from gis.cameras.lens import Lens
 from gis.errors import GisError
 from gis.frames import LocalFrame
-from gis.geojson import read_geojson
-from gis.lanes import Lane, edge_name
-from gis.lens import Lens
 from gis.polyline import FloatArray
-from gis.road_network import RoadNetwork
-from gis.sumo_net import read_sumo_net
+from gis.roads.geojson import read_geojson
+from gis.roads.lanes import Lane, edge_name
+from gis.roads.road_network import RoadNetwork
+from gis.roads.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
 from service.errors import SiteError
 from service.records.times import FIRST_UTC, LAST_UTC

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from gis.polyline import FloatArray
 from service.runs.inputs.sites.site import BORDER_PX, Site
 from vision.detection.eye import is_slanting

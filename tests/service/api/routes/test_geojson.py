@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gis.frames import LocalFrame
-from gis.geojson import read_geojson
+from gis.roads.geojson import read_geojson
 from service.api.app import create_app
 from service.records.runs import SiteRecord
 from service.runs.inputs.input_kind import content_digest

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from pyproj import Transformer
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
+from gis.cameras.lens import Lens
 from gis.frames import LocalFrame
-from gis.lens import Lens
 from service.cli.app import run
 from service.runs.inputs.sites.new_site import read_marks
 from service.runs.inputs.sites.site import load_site

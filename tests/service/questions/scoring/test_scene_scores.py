@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gis.camera_pose import CameraPose, CameraTrack, write_camera_track
+from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import InputError, LogError
 from service.questions.scoring.claims import load_tracks
 from service.questions.scoring.scene_scores import CARS, OBJECTS, TRACKS, compare_log, compare_tracks, score_scenes

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gis.camera_pose import CameraPose, CameraTrack
+from gis.cameras.camera_pose import CameraPose, CameraTrack
 from service.errors import TruthError
 from service.questions.scoring.scene_view import SceneView
 from service.questions.scoring.truth_rows import EDGE_M, TruthTable, load_truth_table, nearest_times

@@ -9,8 +9,8 @@ from chronicles import load
 from chronicles.adapter import RecognitionUnit
 from chronicles.events import Event, Occurrence, Status
 from chronicles.execution.unfit_events import UnfitCounter
-from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
+from dyknow.streams.hypotheses import Hypotheses
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.api.app import create_app

@@ -14,7 +14,7 @@ from chronicles.execution.unfit_events import UnfitCounter
 from chronicles.library import load_library
 from dyknow.kpl.loader import DeclaredStream
 from dyknow.sample import Sample
-from gis.road_network import RoadPositions
+from gis.roads.road_network import RoadPositions
 from service.cli.app import run
 from service.records.seen import CarState
 from service.runs.graph.recording import CarHistory, Recorder

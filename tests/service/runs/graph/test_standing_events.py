@@ -8,8 +8,8 @@ import pytest
 
 from chronicles.chronicle_set import load, load_texts
 from dyknow.errors import FormulaError
-from dyknow.hypotheses import Hypotheses
 from dyknow.mtl.formula import ANY
+from dyknow.streams.hypotheses import Hypotheses
 from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange
 from service.cli.app import run

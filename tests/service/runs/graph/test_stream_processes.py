@@ -8,7 +8,7 @@ import pytest
 from chronicles import library
 from chronicles.errors import ChronicleError
 from dyknow.errors import FormulaError
-from dyknow.monitors.monitors import MonitorEvent
+from dyknow.mtl.monitors import MonitorEvent
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings
 from service.errors import InputError, NotInLogError

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gis.camera import GroundCamera
-from gis.camera_pose import CameraPose, CameraTrack, write_camera_track
+from gis.cameras.camera import GroundCamera
+from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import SiteError
 from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera, reach_m
 from service.runs.inputs.sensors.watched_area import watched_area

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import shapely
 
-from gis.camera import GroundCamera
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from gis.cameras.camera import GroundCamera
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 from service.errors import SiteError
 from service.runs.inputs.sensors.watched_area import watched_area
 

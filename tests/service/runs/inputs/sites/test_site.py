@@ -11,7 +11,7 @@ import pytest
 
 from anchoring.settings import AnchoringSettings
 from gis.frames import LocalFrame
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
 from service.errors import ServiceError, SiteError
 from service.runs.inputs.sites.site import Site, SiteFile, load_site
