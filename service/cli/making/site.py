@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson
-from service.cli.printing import print_json, show, tell
+from service.cli.printing import check_apart, print_json, show, tell
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
@@ -34,8 +34,7 @@ def new(
         raise typer.BadParameter("expected --points FILE, or --still PNG alone to read pixels from; got neither")
     picture = frame_of(clip, at).to_bgr()
     for target in (one for one in (still, out if points else None) if one is not None):
-        if target.exists() and any(one and one.exists() and target.samefile(one) for one in (clip, points, lanes)):
-            raise InputError(f"{target}: expected a new file, got one that is being read")
+        check_apart(target, clip, points, lanes)
         if target.exists() and not force:
             raise InputError(f"{target}: expected a new file, or --force to write over it; got one that is there")
     if still is not None:
@@ -107,8 +106,7 @@ def check(
     source = image or clip
     if source is None or (image and clip):
         raise typer.BadParameter("expected one of --image and --clip")
-    if out.exists() and any(one.exists() and out.samefile(one) for one in (source, site)):
-        raise InputError(f"{out}: expected a new file, got one that is being read")
+    check_apart(out, source, site)
     known = load_site(site)
     if known.camera is None and known.motion is None:
         raise InputError(f"{site}: expected a [camera] to look at, got none")
