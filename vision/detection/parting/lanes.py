@@ -33,6 +33,38 @@ class LaneStrip:
     width_m: float
 
 
+def lane_headings(points_m: FloatArray, lanes: Sequence[LaneStrip]) -> FloatArray:
+    """Tell which way people drive where points lie.
+
+    Parameters
+    ----------
+    points_m : (n, 2).
+    lanes : may be none.
+
+    Returns
+    -------
+    (n,) heading of the lane; nan beside all lanes, and where they overlap.
+
+    Examples
+    --------
+    >>> east = LaneStrip(np.array([[0.0, 0.0], [100.0, 0.0]]), 3.5)
+    >>> north = LaneStrip(np.array([[90.0, -50.0], [90.0, 50.0]]), 3.5)
+    >>> lane_headings(np.array([[10.0, 1.0], [10.0, 3.0], [90.0, 0.0]]), [east, north]).tolist()
+    [0.0, nan, nan]
+    """
+    heading_rad, lanes_there = np.full(len(points_m), np.nan), np.zeros(len(points_m), np.intp)
+    for lane in lanes:
+        start, step = lane.centre_line_m[:-1], np.diff(lane.centre_line_m, axis=0)
+        offset = points_m[:, None] - start
+        part = np.clip((offset * step).sum(axis=2) / (step**2).sum(axis=1), 0.0, 1.0)
+        away_m = np.hypot(*np.moveaxis(offset - part[..., None] * step, 2, 0))
+        piece = np.argmin(away_m, axis=1)
+        is_inside = away_m.min(axis=1) <= lane.width_m / 2
+        heading_rad[is_inside] = np.arctan2(step[piece, 1], step[piece, 0])[is_inside]
+        lanes_there += is_inside
+    return np.where(lanes_there == 1, heading_rad, np.nan)
+
+
 Lean = Callable[[FloatArray], FloatArray]
 """Tells for (n, 2) ground points how far a metre of height shifts what is seen: (n, 2) metres."""
 

@@ -114,6 +114,7 @@ class VideoSensor:
         follow = None
         if motion is not None:
             follow = camera_motion(self.ground_camera, motion, self.size_px, settings.registration)
+        lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
         if self.boxes is not None:
             return box_camera(
                 self.boxes,
@@ -123,8 +124,8 @@ class VideoSensor:
                 motion=follow,
                 settings=settings,
                 lens=lens,
+                lanes=lanes,
             )
-        lanes = [LaneStrip(one.centre_line_m, one.width_m) for one in self.network.lanes] if self.network else []
         if self.thermal is not None:
             colour = FixedView(matrix, self.size_px, lens)
             return fused_camera(colour, self.thermal.view, self.thermal.video, self.area_m, settings, lanes=lanes)
