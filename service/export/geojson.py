@@ -13,10 +13,11 @@ from msgspec.structs import asdict
 
 from gis.frames import LocalFrame
 from service.errors import ExportError
-from service.export.json_items import json_items
+from service.export.json_items import as_json, json_items
 from service.questions.car_tracks import CarColumns
+from service.questions.queries import decode_event
 from service.questions.run_sites import RunSite
-from service.records import EventRecord, RunRecord
+from service.records import RunRecord
 
 Json = dict[str, Any]
 _DECIMALS = 8  # a millimetre
@@ -73,12 +74,13 @@ def event_features(pages: Iterable[Iterable[str]], frames: Mapping[str, LocalFra
     frames : by run.
     """
 
-    def feature(event: EventRecord) -> Json:
+    def feature(text: str) -> Json:
+        event = decode_event(text)
         points_m = [(event.place.x_m, event.place.y_m)] if event.place else []
         return _feature(frames.get(event.run), "Point", points_m, msgspec.to_builtins(event))
 
     yield '{"type":"FeatureCollection","features":['
-    yield from json_items(pages, feature)
+    yield from json_items(as_json(feature(text)) for page in pages for text in page)
     yield "\n]}\n"
 
 
