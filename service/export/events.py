@@ -20,7 +20,7 @@ from service.records import EventRecord
 from service.store.log import EventLog
 from service.times import format_media
 
-ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel"]
+ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel", "openlabel"]
 
 ROLE_PREFIX = "role."
 _SHORTEST_CUE_US = 1_000_000
@@ -80,7 +80,13 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
     ------
     QueryError, FilterError
         As `iterate_pages`, at once.
+    NotInLogError
+        As `openlabel`.
     """
+    if form == "openlabel":
+        from service.export.openlabel import openlabel  # loads what holds relations
+
+        return openlabel(log, wanted)
     pages = iterate_pages(log, wanted)
     match form:
         case "jsonl":
