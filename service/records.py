@@ -26,6 +26,7 @@ LinkKind = Literal[
 ]
 LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted", "undecided"]
+OverlayForm = Literal["none", "boxes", "symbols"]
 
 
 class ChronicleRef(Struct, frozen=True):

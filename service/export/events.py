@@ -23,7 +23,7 @@ from service.times import format_media
 ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel", "openlabel"]
 
 ROLE_PREFIX = "role."
-_SHORTEST_CUE_US = 1_000_000
+SHORTEST_SHOWN_US = 1_000_000
 COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
     "confidence", "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
@@ -123,7 +123,7 @@ def _vtt(pages: Iterable[Iterable[str]], first_pts_us: Mapping[str, int]) -> Ite
 
 def _cue(event: EventRecord, zero_us: int) -> str:
     # A cue without duration is never shown.
-    times_us = zero_us + event.start_us, zero_us + max(event.end_us, event.start_us + _SHORTEST_CUE_US)
+    times_us = zero_us + event.start_us, zero_us + max(event.end_us, event.start_us + SHORTEST_SHOWN_US)
     start, end = (text if text.count(":") == 1 else text.zfill(12) for text in map(format_media, times_us))
     said = ", ".join(f"{role} {actor}" for role, actor in event.roles.items())
     return f"\n{start} --> {end}\n{escape(f'{event.type}: {said}', quote=False)}\n"
