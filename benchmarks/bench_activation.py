@@ -25,8 +25,8 @@ from service.runs import activation
 from service.runs.activation import Activation
 from service.runs.processing import Progress, process
 from service.runs.requests import RunRequest
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
+from service.store.registers.chronicle_texts import ChronicleTexts
 from service.texts.chronicle_files import LoadedChronicles
 
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(?, true), t1) }\n"

@@ -32,7 +32,7 @@ from service.cli.printing import format_table
 from service.runs.processing import RunRequest
 from service.runs.requests import as_text, job_id
 from service.store.databases.location import database_of
-from service.store.jobs import Jobs
+from service.store.registers.jobs import Jobs
 
 TITLES = ("turn", "plain s", "ray s", "ratio")
 WORKER = (sys.executable, "-c", "from service.cli.app import main; main()", "worker")

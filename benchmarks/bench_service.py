@@ -24,8 +24,8 @@ from typing import TypeVar
 import psutil
 
 from service.export.events import ExportFormat, exported
-from service.questions.queries import MAX_LIMIT, EventFilter, find_events
-from service.questions.summaries import summarise
+from service.questions.events.queries import MAX_LIMIT, EventFilter, find_events
+from service.questions.events.summaries import summarise
 from service.records import CarState, ChronicleRef, EventDraft, Place, RunRecord, SubEvent
 from service.store.log import EventLog, open_log
 from service.times import TimePoint

@@ -10,7 +10,7 @@ import csv
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.records import EventRecord
 from service.scoring.proportions import wilson_interval
 from service.store.log import EventLog, open_log

@@ -21,7 +21,7 @@ from data_gen.scenarios.catalogue import SCENARIOS
 from data_gen.track_scene import make_track_scene, write_scenario_tracks
 from data_gen.trajectories import TrackFaults
 from data_gen.truth.event import ROLES
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.runs.processing import RunRequest, process
 from service.scoring.evaluate_log import evaluate_log_types
 from service.store.log import open_log

@@ -29,7 +29,7 @@ from anchoring.settings import AnchoringSettings
 from data_gen.scene import generate
 from qsr.settings import RelationSettings
 from service.errors import InputError
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.records import EventStatus
 from service.runs.processing import RunRequest, process
 from service.scoring.scene_scores import CARS, Compared, compare_log, score_scenes

@@ -15,8 +15,8 @@ from service.errors import ExportError, InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
 from service.export.events import SHORTEST_SHOWN_US
 from service.export.tracks import END, Views
-from service.questions.notes import covered
-from service.questions.queries import EventFilter, decode_event, find_event, iterate_events
+from service.questions.events.notes import covered
+from service.questions.events.queries import EventFilter, decode_event, find_event, iterate_events
 from service.records import CameraRecord, OverlayForm, RunRecord
 from service.store.databases.location import log_files
 from service.store.log import EventLog, open_log

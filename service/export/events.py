@@ -15,7 +15,7 @@ from typing import Literal, TextIO
 import msgspec
 
 from service.export.ocel import ocel
-from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
+from service.questions.events.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records import EventRecord
 from service.store.log import EventLog
 from service.times import format_media

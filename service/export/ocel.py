@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any  # JSON
 
 from service.export.json_items import as_json, json_items
-from service.questions.queries import decode_event
+from service.questions.events.queries import decode_event
 
 _ATTRIBUTES = {"end": "time", "source": "string", "status": "string", "confidence": "float"}
 

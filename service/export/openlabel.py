@@ -13,8 +13,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from service.export.json_items import as_json, json_items
-from service.questions.queries import EventFilter, decode_event, find_last_seq, iterate_pages
-from service.questions.relation_intervals import watched_intervals
+from service.questions.events.queries import EventFilter, decode_event, find_last_seq, iterate_pages
+from service.questions.observations.relation_intervals import watched_intervals
 from service.records import EventRecord, RunRecord
 from service.store.log import EventLog
 from service.times import TimePoint

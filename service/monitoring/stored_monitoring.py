@@ -22,7 +22,7 @@ from service.monitoring.monitor_files import load_monitor_texts
 from service.monitoring.monitored_states import TrafficState, TrafficStates
 from service.monitoring.standing_events import StandingEvents
 from service.monitoring.stream_processes import MonitoringUnit
-from service.questions.stored_events import relations_of, stored_events, unwatched_relations
+from service.questions.observations.stored_events import relations_of, stored_events, unwatched_relations
 from service.records import (
     CarState,
     ChronicleRef,

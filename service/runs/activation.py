@@ -15,9 +15,9 @@ from chronicles.events import Occurrence
 from chronicles.execution.unfit_events import UnfitCounter
 from chronicles.recogniser import Recogniser
 from service.errors import InputError
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.recognised_events import stored_places
-from service.questions.stored_events import Unwatched, relations_of, streamed_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.stored_events import Unwatched, relations_of, streamed_events
+from service.questions.recognition.recognised_events import stored_places
 from service.records import EventStatus, RunRecord
 from service.runs.followed_texts import FollowedTexts, tell_unchanged
 from service.runs.pipeline import Pipeline

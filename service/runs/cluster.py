@@ -20,7 +20,7 @@ from service.runs.interrupts import Interrupts
 from service.runs.requests import RunRequest, read_request
 from service.runs.worker import ASKED_EVERY_S, Tell, process_job
 from service.store.databases.location import database_of, log_files
-from service.store.jobs import MOST_ATTEMPTS, Jobs
+from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from vision.errors import VisionError
 
 REACHED_WITHIN_S = 5.0

@@ -12,7 +12,7 @@ from dyknow.errors import DyKnowError
 from service.errors import LogError, RunBusyError, ServiceError
 from service.store.databases.location import database_of
 from service.store.entries import JobState
-from service.store.jobs import Jobs, TakenJob
+from service.store.registers.jobs import Jobs, TakenJob
 from vision.errors import VisionError
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ import numpy as np
 
 from dyknow.language.diagnostics import near
 from service.errors import TruthError
-from service.questions.coverage import lost_views
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import chronicles_of
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.coverage import lost_views
+from service.questions.observations.stored_events import chronicles_of
 from service.records import CarState, RunRecord
 from service.scoring.evaluate import (
     Evaluation,

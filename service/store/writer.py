@@ -18,7 +18,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunRecord, RunStatus, StreamRecord
 from service.store import schema
-from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind
+from service.store.chunks.kinds import CHUNK_KINDS, SPAN_US, ChunkKind
 from service.store.databases.database import Database, explained
 
 BATCH_ROWS = 20_000
@@ -160,7 +160,7 @@ class RunWriter:
             waiting.clear()
 
     def _chunk_rows(self) -> Iterator[Row]:
-        from service.store.packing import packed
+        from service.store.chunks.packing import packed
 
         for kind, records in self._records.items():
             for chunk in packed(_CHUNKED[kind], records):

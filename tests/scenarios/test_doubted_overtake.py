@@ -27,8 +27,8 @@ from data_gen.site_file import write_site
 from gis.sumo_net import read_sumo_net
 from service.api.app import create_app
 from service.cli.app import run as dyknow
-from service.questions.identity import links_of
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.identity import links_of
 from service.records import EventRecord
 from service.store.log import open_log
 from tests.service.http import Client

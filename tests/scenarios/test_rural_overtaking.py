@@ -63,7 +63,7 @@ def test_every_frame_reached_every_stage(log: str) -> None:
 
 
 def test_event_says_where_and_from_which_sub_events(log: str, evaluation: Evaluation) -> None:
-    from service.questions.queries import decode_event, find_event
+    from service.questions.events.queries import decode_event, find_event
 
     with open_log(log) as opened:
         text = find_event(opened, evaluation.right[0].recognised.id)

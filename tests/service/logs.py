@@ -8,7 +8,7 @@ from typing import Any  # records of many kinds
 import msgspec
 from sqlalchemy import text
 
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.records import (
     CameraRecord,
     CarState,

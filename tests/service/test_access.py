@@ -16,12 +16,11 @@ from service.api.access.admission import OPEN
 from service.api.access.callers import MOST_FAILURES
 from service.api.access.settings import Access
 from service.api.app import create_app
-from service.api.bodies import Problem
+from service.api.messages.bodies import Problem
 from service.cli.app import run
 from service.errors import LogError
-from service.store.audit import list_written
 from service.store.log import open_log
-from service.store.tokens import Scope, make_token, revoke_token
+from service.store.registers.access import Scope, list_written, make_token, revoke_token
 from tests.service.http import Client, serving
 from tests.service.logs import write_log
 

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.api.app import create_app
-from service.api.bodies import ChronicleList, EventList, Index, Problem
-from service.api.parameters import MEDIA_TIME
+from service.api.messages.bodies import ChronicleList, EventList, Index, Problem
+from service.api.messages.parameters import MEDIA_TIME
 from service.errors import LogError
-from service.questions.queries import EventFilter, iterate_events
+from service.questions.events.queries import EventFilter, iterate_events
 from service.records import ChronicleRecord, EventRecord
 from service.store.log import open_log
 from service.times import parse_media_us

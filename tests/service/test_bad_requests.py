@@ -13,9 +13,9 @@ import pytest
 
 from service.api.access.settings import Access
 from service.api.app import create_app
-from service.api.bodies import EventList, Problem
+from service.api.messages.bodies import EventList, Problem
 from service.store.log import open_log
-from service.store.tokens import make_token
+from service.store.registers.access import make_token
 from tests.service.http import Client, serving
 from tests.service.logs import overtake, write_log
 

@@ -6,8 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from service.errors import NotInLogError, VersionError
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
+from service.store.registers.chronicle_texts import ChronicleTexts
 from tests.service.conftest import NewLog
 from tests.service.logs import write_log
 

@@ -11,10 +11,10 @@ import pytest
 
 from service.errors import LogError
 from service.records import CarState, RelationRecord
-from service.store.chunks import CAR_STATES, RELATIONS, SPAN_US
-from service.store.columns import pack
+from service.store.chunks.columns import pack
+from service.store.chunks.kinds import CAR_STATES, RELATIONS, SPAN_US
+from service.store.chunks.packing import packed, unpacked
 from service.store.log import open_log
-from service.store.packing import packed, unpacked
 from tests.service.logs import run, state
 
 STEP_US = 80_000

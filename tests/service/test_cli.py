@@ -15,7 +15,7 @@ import httpx
 import pytest
 
 from service.cli import app
-from service.questions.queries import decode_event
+from service.questions.events.queries import decode_event
 from service.records import CameraRecord
 from tests.service.logs import SECOND_US, overtake, read_all, run, write_log, write_small_log
 
@@ -137,7 +137,7 @@ def test_a_fault_of_ours_is_no_traceback(
     log: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("DYKNOW_TRACEBACK", raising=False)
-    monkeypatch.setattr("service.questions.queries.iterate_events", lambda *_, **__: 1 // 0)
+    monkeypatch.setattr("service.questions.events.queries.iterate_events", lambda *_, **__: 1 // 0)
     assert app.run(["events", log]) == 1
     assert capsys.readouterr().err.startswith("error: dyknow: expected to finish, got 'ZeroDivisionError: ")
 
@@ -146,7 +146,7 @@ def test_an_interrupt_exits_with_130(log: str, monkeypatch: pytest.MonkeyPatch) 
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("service.questions.queries.iterate_events", interrupt)
+    monkeypatch.setattr("service.questions.events.queries.iterate_events", interrupt)
     assert app.run(["events", log]) == 130
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.store.columns import DamagedChunkError, pack, unpack
+from service.store.chunks.columns import DamagedChunkError, pack, unpack
 
 Value = int | float | bool | str | tuple[str, ...] | None
 WHOLE = st.integers(-(2**63) + 1, 2**63 - 1)

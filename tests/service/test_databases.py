@@ -9,11 +9,11 @@ from sqlalchemy import create_engine, text
 from service.api.app import create_app
 from service.cli.app import run as run_cli
 from service.errors import LogError
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.runs.processing import RunRequest, process
-from service.store.audit import list_written, note_written
 from service.store.entries import Written
 from service.store.log import open_log
+from service.store.registers.access import list_written, note_written
 from service.store.upkeep import Pruned, damage, holdings, prune
 from tests.service.conftest import NewLog
 from tests.service.http import Client
@@ -75,7 +75,7 @@ def test_numbers_are_taken_once_by_runs_that_are_written_together(new_log: NewLo
 
 
 def test_what_is_read_in_one_go_is_one_state(new_log: NewLog, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.questions.queries.MAX_LIMIT", 1)
+    monkeypatch.setattr("service.questions.events.queries.MAX_LIMIT", 1)
     url = write_log(new_log(), [overtake(0), overtake(2)])
     with open_log(url) as log:
         reading = iterate_events(log, EventFilter())

@@ -12,7 +12,7 @@ from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.sample import Sample
 from service.api.app import create_app
 from service.cli import app
-from service.questions.queries import EventFilter
+from service.questions.events.queries import EventFilter
 from service.runs.recording import Recorder
 from service.store.log import open_log
 from tests.service.http import Client

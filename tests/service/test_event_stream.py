@@ -14,9 +14,9 @@ import msgspec
 import pytest
 
 from service.api.app import create_app
-from service.api.bodies import Problem
-from service.api.event_stream import EventStream
-from service.questions.queries import EventFilter
+from service.api.delivery.event_stream import EventStream
+from service.api.messages.bodies import Problem
+from service.questions.events.queries import EventFilter
 from service.records import EventRecord
 from service.store.log import open_log
 from tests.service.conftest import NewLog

@@ -10,7 +10,7 @@ import pytest
 
 from service.export.events import write_events_csv, write_events_jsonl
 from service.export.tracks import MotReport, footprint_corners, write_tracks_csv, write_tracks_mot
-from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, find_role_names, iterate_events
 from service.records import CameraRecord, CarState, ViewRecord
 from service.store.log import open_log
 from tests.service.logs import CAMERA, event_of_row, overtake, random_drafts, read_all, state, write_log

@@ -10,8 +10,8 @@ from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse, Response
 
 from service.api.app import MOST_BODY_BYTES, create_app
-from service.api.bodies import Problem
 from service.api.frame import STRICT_HEADERS
+from service.api.messages.bodies import Problem
 from tests.service.http import Client
 from tests.service.logs import overtake, write_log
 

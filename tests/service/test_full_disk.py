@@ -11,8 +11,8 @@ from service.runs.processing import RunRequest, process
 from service.runs.requests import as_text, job_id
 from service.runs.worker import work
 from service.store.databases.location import database_of
-from service.store.jobs import MOST_ATTEMPTS, Jobs
 from service.store.log import open_log
+from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from service.store.upkeep import damage
 from tests.service.logs import kept_rows
 

@@ -12,15 +12,15 @@ import pytest
 from sqlalchemy import update
 
 from service.api.app import WORKER_THREADS, create_app
-from service.api.bodies import Problem
-from service.api.process_pool import ProcessPool
+from service.api.messages.bodies import Problem
+from service.api.processes.pool import ProcessPool
 from service.errors import CrowdedError
 from service.machine import cores
 from service.store import schema
 from service.store.databases.database import Database
 from service.store.databases.location import database_of
-from service.store.jobs import Jobs
 from service.store.log import open_log
+from service.store.registers.jobs import Jobs
 from tests.service.http import Client, serving
 from tests.service.logs import overtake, write_log
 from tests.service.test_long_questions import begin
@@ -133,7 +133,7 @@ def test_all_is_told_while_every_thread_and_process_is_busy(
     url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pools = list[ProcessPool]()
-    monkeypatch.setattr("service.api.app.ProcessPool", lambda within_s: pools.append(ProcessPool(3600)) or pools[-1])
+    monkeypatch.setattr("service.api.app.ProcessPool", lambda log, _: pools.append(ProcessPool(log, 3600)) or pools[-1])
     app = create_app(url, shipped=())
     ended, held = threading.Event(), threading.Semaphore(0)
 
@@ -167,10 +167,10 @@ def test_all_is_told_while_every_thread_and_process_is_busy(
 
 
 def test_who_asks_when_too_many_wait_is_told_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.api.process_pool.WAITING_PER_CORE", 1)
+    monkeypatch.setattr("service.api.processes.pool.WAITING_PER_CORE", 1)
 
     async def ask() -> None:
-        pool = ProcessPool(3600)
+        pool = ProcessPool("", 3600)
         begun = [tmp_path / f"begun{number}" for number in range(2 * cores())]
         busy = [asyncio.create_task(pool.ask(begin, str(one))) for one in begun]
         while pool.waiting < cores():

@@ -116,7 +116,7 @@ def test_a_confirmed_event_is_a_new_row_that_names_the_tentative_one(tmp_path: P
 
 
 def test_a_retracted_event_is_listed_only_when_asked_for(tmp_path: Path) -> None:
-    from service.questions.queries import EventFilter
+    from service.questions.events.queries import EventFilter
 
     path = tmp_path / "a.db"
     recorder = record(path, occurrence("tentative"), occurrence("retracted"), occurrence("recognised", "car9"))

@@ -19,14 +19,14 @@ from service.runs.processing import RunRequest, process
 from service.runs.requests import as_text, job_id
 from service.runs.worker import work
 from service.store.databases.location import database_of
-from service.store.jobs import MOST_ATTEMPTS, Jobs
 from service.store.log import open_log
+from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from tests.service.conftest import NewLog
 from tests.service.logs import kept_rows
 
 TAKE_AND_STAY = """
 import signal, sys
-from service.store.jobs import Jobs
+from service.store.registers.jobs import Jobs
 from service.store.databases.location import database_of
 assert Jobs(database_of(sys.argv[1])).take() is not None
 print("taken", flush=True)

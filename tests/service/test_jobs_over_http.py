@@ -8,16 +8,16 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
-from service.api.problems import without_folders
+from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
 from service.runs.requests import read_request
 from service.runs.worker import work
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.databases.location import database_of
 from service.store.entries import Source
-from service.store.jobs import Jobs
 from service.store.log import open_log
-from service.store.sources import Sources
+from service.store.registers.chronicle_texts import ChronicleTexts
+from service.store.registers.jobs import Jobs
+from service.store.registers.sources import Sources
 from tests.service.http import Client
 from tests.service.logs import write_log
 

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import text
 
 from service.errors import LogError
-from service.questions.queries import decode_event
+from service.questions.events.queries import decode_event
 from service.records import CarRecord, LinkRecord, RelationRecord, RunStatus
 from service.store.log import open_log
 from tests.service.conftest import NewLog

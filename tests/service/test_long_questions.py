@@ -15,11 +15,11 @@ import msgspec
 import pytest
 
 from service.api.app import create_app
-from service.api.bodies import Problem
-from service.api.explanations import Explanations, why, why_not
-from service.api.process_pool import ProcessPool
+from service.api.messages.bodies import Problem
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import why, why_not
 from service.errors import LogError, QueryError, UnansweredError
-from service.questions.explaining import AbsenceQuestion
+from service.questions.recognition.explaining import AbsenceQuestion
 from tests.service.http import Client
 from tests.service.logs import write_log
 
@@ -56,25 +56,25 @@ def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
         assert told.type == "urn:dyknow:problem:unanswered"
         assert told.detail.startswith("answer: expected one within 0.5 s, got none; ask about less time")
         # On a busy machine a process that begins anew takes a while.
-        monkeypatch.setattr("service.api.process_pool.fail_after", lambda _: anyio.fail_after(60))
+        monkeypatch.setattr("service.api.processes.pool.fail_after", lambda _: anyio.fail_after(60))
         assert client.get("/api/v1/chronicles/overtake/why-not").status_code == 404
 
 
 def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there(log: Path) -> None:
     async def ask() -> None:
-        explanations = Explanations(str(log), ProcessPool())
+        pool = ProcessPool(str(log))
         with pytest.raises(UnansweredError, match="a process that was ended"):
-            await explanations.ask(why, Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
-        assert await explanations.ask(why, "r1-99") is None
+            await pool.ask(why, Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
+        assert await pool.ask(why, "r1-99") is None
 
     asyncio.run(ask())
 
 
 def test_errors_come_from_the_process_as_they_are(log: Path) -> None:
     async def ask() -> None:
-        explanations = Explanations(str(log), ProcessPool())
+        pool = ProcessPool(str(log))
         with pytest.raises(LogError, match="expected one of its chronicles, got 'nothing'"):
-            await explanations.ask(why_not, _NO_QUESTION)
+            await pool.ask(why_not, _NO_QUESTION)
 
     asyncio.run(ask())
     error = pickle.loads(pickle.dumps(QueryError("limit: ...", parameter="limit")))
@@ -86,9 +86,9 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     transport = httpx.ASGITransport(app=app)
 
     async def ask() -> None:
-        explanations = Explanations(str(log), ProcessPool(3600))
+        pool = ProcessPool(str(log), 3600)
         begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
-        long = [asyncio.create_task(explanations.ask(why, Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
+        long = [asyncio.create_task(pool.ask(why, Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
         while not all(one.exists() for one in begun):
             await asyncio.sleep(0.01)
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
@@ -107,7 +107,7 @@ def _stay(*_: object) -> None:
     time.sleep(3600.0)
 
 
-def begin(begun: str) -> None:
-    """Say that a process came here, and stay."""
-    Path(begun).touch()
+def begin(*told: str) -> None:
+    """Say that a process came here, by a file that is named last, and stay."""
+    Path(told[-1]).touch()
     time.sleep(3600.0)

@@ -12,7 +12,7 @@ from dyknow.mtl.parser import parse_monitors
 from service.cli.app import run
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_features import CAR_FEATURES
-from service.questions.queries import EventFilter
+from service.questions.events.queries import EventFilter
 from service.texts.chronicle_files import with_relations
 from tests.conftest import Demo
 from tests.service.logs import read_all

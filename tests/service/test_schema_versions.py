@@ -13,8 +13,8 @@ from service.errors import LogError
 from service.store import schema
 from service.store.databases.location import database_of
 from service.store.databases.sqlite_file import SqliteFile
-from service.store.jobs import Jobs
 from service.store.log import open_log
+from service.store.registers.jobs import Jobs
 from tests.service.logs import read_all, run, write_log, write_small_log
 
 SCHEMA_2 = Path(__file__).with_name("schema_2.sql")  # what `write_small_log` wrote when the version was 2

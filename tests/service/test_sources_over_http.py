@@ -16,7 +16,7 @@ from service.api.source_files import MOST_UPLOADS, SourceFolders
 from service.cli.app import run as run_cli
 from service.store.entries import Source
 from service.store.log import open_log
-from service.store.sources import Sources
+from service.store.registers.sources import Sources
 from tests.service.conftest import NewLog
 from tests.service.http import Client, serving
 from tests.service.logs import write_log

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
+from service.store.registers.chronicle_texts import ChronicleTexts
 from tests.conftest import Demo
 from tests.service.http import Client
 from tests.service.logs import write_log

@@ -11,10 +11,9 @@ from sqlalchemy import select
 from service.cli.app import run
 from service.errors import NotInLogError, QueryError
 from service.store import schema
-from service.store.audit import list_written, note_written
 from service.store.entries import SCOPES, Token, Written
 from service.store.log import open_log
-from service.store.tokens import digest_of, list_tokens, make_token, revoke_token
+from service.store.registers.access import digest_of, list_tokens, list_written, make_token, note_written, revoke_token
 from tests.service.conftest import NewLog
 from tests.service.logs import write_log
 

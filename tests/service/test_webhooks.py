@@ -16,12 +16,12 @@ import msgspec
 import pytest
 
 from service.api.app import create_app
-from service.api.webhooks import Webhook, delivering, load_webhooks
+from service.api.delivery.webhooks import Webhook, delivering, load_webhooks
 from service.cli.app import run as run_cli
 from service.errors import SiteError
 from service.store.databases.sqlite_file import SqliteFile
-from service.store.deliveries import Deliveries
 from service.store.log import open_log
+from service.store.registers.deliveries import Deliveries
 from tests.contracts.tables import page
 from tests.service.conftest import NewLog
 from tests.service.http import Client
@@ -51,9 +51,9 @@ class Receiver:
 @pytest.fixture
 def receiver(monkeypatch: pytest.MonkeyPatch) -> Iterator[Receiver]:
     monkeypatch.setenv("OFFICE_SECRET", SECRET)
-    monkeypatch.setattr("service.api.webhooks.FIRST_PAUSE_S", 0.001)
-    monkeypatch.setattr("service.api.webhooks.TRIED_AGAIN_S", 0.01)
-    monkeypatch.setattr("service.api.webhooks.LOOKED_EVERY_S", 0.01)
+    monkeypatch.setattr("service.api.delivery.webhooks.FIRST_PAUSE_S", 0.001)
+    monkeypatch.setattr("service.api.delivery.webhooks.TRIED_AGAIN_S", 0.01)
+    monkeypatch.setattr("service.api.delivery.webhooks.LOOKED_EVERY_S", 0.01)
     told = Receiver()
 
     class Handler(BaseHTTPRequestHandler):

@@ -9,12 +9,12 @@ from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from service.api.asked import MediaTime, NoParameters
-from service.api.explanations import Explanations
-from service.api.openapi import Answers, problems
-from service.api.pictures import clip, picture, video_of
+from service.api.messages.answers import Answers, problems
+from service.api.messages.asked import MediaTime, NoParameters
+from service.api.processes.pictures import clip, picture, video_of
+from service.api.processes.pool import ProcessPool
 from service.export.events import exported
-from service.questions.queries import EventFilter
+from service.questions.events.queries import EventFilter
 from service.records import OverlayForm
 from service.store.log import EventLog
 
@@ -41,7 +41,7 @@ class _Clip(_Drawn):
     pad_us: MediaTime = Field(2_000_000, description="So much before and behind the event too.")
 
 
-def add_media(router: APIRouter, log: EventLog, explanations: Explanations, folders: Sequence[Path]) -> None:
+def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequence[Path]) -> None:
     """Add the routes for players.
 
     Parameters
@@ -71,7 +71,7 @@ def add_media(router: APIRouter, log: EventLog, explanations: Explanations, fold
     async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
         """Answer with a frame of the video as JPEG, with what the run saw on it."""
         make = partial(picture, overlay=asked.overlay, width_px=asked.width)
-        return Response(await explanations.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
+        return Response(await pool.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
 
     @router.get(
         "/api/v1/events/{event_id}/clip.mp4",
@@ -83,7 +83,7 @@ def add_media(router: APIRouter, log: EventLog, explanations: Explanations, fold
     async def get_clip(event_id: str, asked: Annotated[_Clip, Query()], request: Request) -> Response:
         """Answer with the frames of the event as H.264, with what the run saw on them."""
         make = partial(clip, pad_us=asked.pad_us, overlay=asked.overlay, width_px=asked.width)
-        path = await explanations.ask(make, event_id, allowed, request.app.state.clips)
+        path = await pool.ask(make, event_id, allowed, request.app.state.clips)
         return FileResponse(path, content_disposition_type="inline", filename=f"{event_id}.mp4")
 
     @router.get(

@@ -17,7 +17,7 @@ TITLES = ("kind", "rows", "pruned", "bytes", "from", "to")
 
 def info(log: LogName, as_json: AsJson = False) -> None:
     """Say what a log holds: its runs, and of each kind how many rows, of how many bytes, from when to when."""
-    from service.questions.notes import covered
+    from service.questions.events.notes import covered
     from service.store.log import open_log
     from service.store.upkeep import holdings
 
@@ -133,8 +133,8 @@ def audit(
     """Say who changed something over HTTP, or tried to, the newest first."""
     from msgspec.structs import astuple
 
-    from service.store.audit import list_written
     from service.store.log import open_log
+    from service.store.registers.access import list_written
     from service.times import format_utc
 
     with open_log(log) as opened:

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from chronicles.events import Event, Occurrence
     from service.monitoring.stored_monitoring import Monitored
-    from service.questions.recognised_events import RecognisedEvent
-    from service.questions.recognition import Recognised
+    from service.questions.recognition.recognised_events import RecognisedEvent
+    from service.questions.recognition.stored_recognition import Recognised
 
 
 OccurrenceFormat = Literal["table", "jsonl", "json"]
@@ -57,7 +57,7 @@ def recognise(
     as_json: AsJson = False,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
-    from service.questions.recognition import recognise_stored
+    from service.questions.recognition.stored_recognition import recognise_stored
     from service.store.databases.location import is_log_name
     from service.times import parse_media_us
 

@@ -51,8 +51,8 @@ def serve(
 
     from service.api.access.settings import Access
     from service.api.app import Server, create_app
+    from service.api.delivery.webhooks import delivering, load_webhooks
     from service.api.source_files import SourceFolders
-    from service.api.webhooks import delivering, load_webhooks
     from service.errors import InputError, LogError
     from service.runs.supervision import kept_working
     from service.store.databases.location import database_of, shown
@@ -98,7 +98,7 @@ def check_tokens(log: str, host: str) -> None:
     from service.errors import ServiceError
     from service.store.databases.location import shown
     from service.store.log import open_log
-    from service.store.tokens import list_tokens
+    from service.store.registers.access import list_tokens
 
     now_us = time.time_ns() // 1000
     with open_log(log) as opened:

@@ -25,7 +25,7 @@ def make(
 ) -> None:
     """Make a token and print it; it cannot be shown again."""
     from service.store.log import open_log
-    from service.store.tokens import make_token
+    from service.store.registers.access import make_token
 
     now_us, expires_us = time.time_ns() // 1000, None
     if expires is not None:
@@ -39,7 +39,7 @@ def make(
 def list_all(log: LogName, as_json: AsJson = False) -> None:
     """List the tokens of a log; a token itself is not kept."""
     from service.store.log import open_log
-    from service.store.tokens import list_tokens
+    from service.store.registers.access import list_tokens
     from service.times import format_utc
 
     with open_log(log) as opened:
@@ -55,7 +55,7 @@ def list_all(log: LogName, as_json: AsJson = False) -> None:
 def revoke(log: LogName, name: TokenName, as_json: AsJson = False) -> None:
     """Let a token end now."""
     from service.store.log import open_log
-    from service.store.tokens import revoke_token
+    from service.store.registers.access import revoke_token
 
     with open_log(log) as opened:
         revoke_token(opened, name)

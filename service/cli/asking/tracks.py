@@ -34,7 +34,7 @@ def tracks(
     import msgspec
 
     from service.export.tracks import write_tracks_csv
-    from service.questions.identity import check_car
+    from service.questions.observations.identity import check_car
     from service.store.log import open_log
 
     from_us, to_us = read_window(start, end)

@@ -12,8 +12,8 @@ TITLES = ("webhook", "state", "seq", "message")
 
 def list_webhooks(log: LogName, as_json: AsJson = False) -> None:
     """List how far each webhook of a log is, and the events that it gave up."""
-    from service.store.deliveries import Deliveries
     from service.store.log import open_log
+    from service.store.registers.deliveries import Deliveries
 
     with open_log(log) as opened:
         deliveries = Deliveries(opened)
@@ -29,8 +29,8 @@ def retry_webhook(
     as_json: AsJson = False,
 ) -> None:
     """Let what a webhook gave up be tried once more, by the server that delivers."""
-    from service.store.deliveries import Deliveries
     from service.store.log import open_log
+    from service.store.registers.deliveries import Deliveries
 
     with open_log(log) as opened:
         count = Deliveries(opened).retry(name)

@@ -10,7 +10,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.api.app import create_app
-from service.api.pictures import MOST_KEPT
+from service.api.processes.pictures import MOST_KEPT
 from service.cli import app
 from service.records import InputFile
 from service.store.log import open_log

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from service.api.app import create_app
-from service.api.bodies import EventSummary
+from service.api.messages.bodies import EventSummary
 from service.cli.app import run
 from service.records import EventRecord
 from tests.service.http import Client
@@ -40,7 +40,7 @@ def test_a_csv_file_is_that_of_the_command_line(
 ) -> None:
     assert run(["events", url, "--format", "csv", "--order", "-start"]) == 0
     printed = capsys.readouterr().out
-    monkeypatch.setattr("service.questions.queries.MAX_LIMIT", 7)
+    monkeypatch.setattr("service.questions.events.queries.MAX_LIMIT", 7)
     answer = client.get("/api/v1/events/export?format=csv&order=-start")
     assert answer.headers["content-type"].startswith("text/csv")
     assert answer.text == printed

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from service.api.app import create_app
-from service.questions.queries import MAX_LIMIT
+from service.questions.events.queries import MAX_LIMIT
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import overtake, run, state

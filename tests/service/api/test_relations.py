@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
-from service.questions.coverage import Coverage
-from service.questions.relation_intervals import RelationQuestion, relation_intervals
+from service.questions.observations.coverage import Coverage
+from service.questions.observations.relation_intervals import RelationQuestion, relation_intervals
 from service.records import HypothesisRecord, RelationRecord
 from service.store.log import open_log
 from tests.service.http import Client

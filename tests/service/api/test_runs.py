@@ -7,9 +7,9 @@ import msgspec
 import pytest
 
 from service.api.app import create_app
-from service.api.bodies import CarList, RunDetail, RunList
-from service.questions.coverage import MAX_RUNS, Coverage
-from service.questions.queries import EventFilter
+from service.api.messages.bodies import CarList, RunDetail, RunList
+from service.questions.events.queries import EventFilter
+from service.questions.observations.coverage import MAX_RUNS, Coverage
 from service.records import InputFile, StreamRecord, ViewRecord
 from service.store.log import open_log
 from tests.service.http import Client

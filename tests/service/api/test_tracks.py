@@ -6,8 +6,8 @@ import msgspec
 import pytest
 
 from service.api.app import create_app
-from service.api.bodies import Tracks
-from service.questions.car_tracks import CarColumns
+from service.api.messages.bodies import Tracks
+from service.questions.observations.car_tracks import CarColumns
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, run, state
@@ -72,6 +72,6 @@ def test_a_wrong_question_is_refused(client: Client, path: str, status: int, tol
 
 
 def test_too_many_states_are_refused(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.questions.car_tracks.MOST_STATES", 49)
+    monkeypatch.setattr("service.questions.observations.car_tracks.MOST_STATES", 49)
     assert client.get("/api/v1/cars/car3/trajectory").json()["errors"][0]["parameter"] == "step_us"
     assert client.get("/api/v1/cars/car3/trajectory?step_us=400000").status_code == 200

@@ -9,7 +9,7 @@ import pytest
 
 from service.api.app import create_app
 from service.cli import app
-from service.questions.queries import MAX_LIMIT
+from service.questions.events.queries import MAX_LIMIT
 from service.records import LeftOutFrame, RelationRecord
 from service.store.log import open_log
 from tests.service.http import Client

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.questions.recognition import recognise_stored
+from service.questions.recognition.stored_recognition import recognise_stored
 from service.runs.processing import RunRequest, process
 from tests.service.monitoring.test_stream_processes import LIMIT, run_race, write_race, written
 

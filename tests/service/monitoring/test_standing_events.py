@@ -18,7 +18,7 @@ from service.monitoring.monitored_features import CarValue
 from service.monitoring.monitored_states import TrafficState
 from service.monitoring.standing_events import StandingEvents
 from service.monitoring.stored_monitoring import monitor_log
-from service.questions.queries import EventFilter
+from service.questions.events.queries import EventFilter
 from service.records import EventRecord
 from service.runs.pipeline import TRAJECTORIES, shipped_kpl
 from service.runs.processing import RunRequest, process

@@ -15,9 +15,9 @@ from service.errors import InputError, NotInLogError
 from service.monitoring.monitor_files import load_monitor_files
 from service.monitoring.monitored_features import CAR_FEATURES, SIGNATURE
 from service.monitoring.stored_monitoring import monitor_log
-from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.queries import EventFilter
-from service.questions.recognition import recognise_stored
+from service.questions.events.queries import EventFilter
+from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+from service.questions.recognition.stored_recognition import recognise_stored
 from service.records import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log

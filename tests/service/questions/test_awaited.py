@@ -9,9 +9,9 @@ import pytest
 from chronicles.chronicle_set import load
 from chronicles.events import Event
 from service.api.app import create_app
-from service.api.bodies import AwaitedAnswer, Problem
+from service.api.messages.bodies import AwaitedAnswer, Problem
 from service.cli.app import run as run_cli
-from service.questions.awaited import AwaitedList, awaited_instances
+from service.questions.recognition.awaited import AwaitedList, awaited_instances
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, read_all

@@ -11,8 +11,8 @@ import pytest
 from chronicles import library
 from service.cli.app import run
 from service.errors import InputError, LogError
-from service.questions import recognition
-from service.questions.stored_events import Unwatched, relations_of, streamed_events, unwatched_relations
+from service.questions.observations.stored_events import Unwatched, relations_of, streamed_events, unwatched_relations
+from service.questions.recognition import stored_recognition
 from service.records import RelationRecord, RunRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
@@ -60,7 +60,7 @@ def test_what_is_recognised_does_not_depend_on_how_much_is_at_hand(
     asked = ["recognise", str(folder / "one.db"), "--format", "jsonl", "--evidence"]
     assert run(asked) == 0
     at_hand = capsys.readouterr().out
-    monkeypatch.setattr(recognition, "_MOST_AT_HAND", 100)
+    monkeypatch.setattr(stored_recognition, "_MOST_AT_HAND", 100)
     assert run(asked) == 0
     assert capsys.readouterr() == (at_hand, "")
     assert len(at_hand.splitlines()) > 5

@@ -8,7 +8,7 @@ import pytest
 
 from chronicles.events import Event
 from service.errors import InputError
-from service.questions.event_files import load_events
+from service.questions.recognition.event_files import load_events
 
 
 def written(folder: Path, name: str, text: str) -> Path:

@@ -10,9 +10,9 @@ from chronicles.recogniser import recognise
 from service.api.app import create_app
 from service.cli.app import run
 from service.errors import LogError, QueryError
-from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import Part, StoredEvents, chronicles_of, stored_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.stored_events import Part, StoredEvents, chronicles_of, stored_events
+from service.questions.recognition.explaining import AbsenceQuestion, Explainer
 from service.records import (
     ChronicleRef,
     EventDraft,
@@ -155,7 +155,7 @@ def test_what_is_read_to_explain_an_event_is_enough(demo: Demo, monkeypatch: pyt
         ids = [decode_event(text).id for text in iterate_events(log, every)][::2]
         explained = []
         for reader in (counted, whole):
-            monkeypatch.setattr("service.questions.explaining.stored_events", reader)
+            monkeypatch.setattr("service.questions.recognition.explaining.stored_events", reader)
             explained.append([_shown(Explainer(log), one) for one in ids])
         assert explained[0] == explained[1]
         assert len(read) == len(ids) > 8
@@ -179,7 +179,7 @@ def test_a_question_about_a_window_reads_what_may_lie_in_it(
         return found
 
     with open_log(url) as log:
-        monkeypatch.setattr("service.questions.explaining.stored_events", counted)
+        monkeypatch.setattr("service.questions.recognition.explaining.stored_events", counted)
         for roles in ({}, {"a": "car1"}):
             asked = AbsenceQuestion(chronicle="met", roles=roles, start_us=35 * SECOND, end_us=40 * SECOND)
             assert Explainer(log).explain_absence(asked).recognised == 0

@@ -8,7 +8,7 @@ import pytest
 
 from service.api.app import create_app
 from service.cli.app import run as dyknow
-from service.questions.identity import chain_of, hidden_times, identities, links_below, links_of
+from service.questions.observations.identity import chain_of, hidden_times, identities, links_below, links_of
 from service.records import HypothesisRecord, LinkRecord
 from service.store.log import EventLog, open_log
 from tests.service.http import Client

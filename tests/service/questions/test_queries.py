@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sqlalchemy import Connection
 
 from service.errors import CursorError, FilterError, QueryError
-from service.questions.queries import (
+from service.questions.events.queries import (
     EventFilter,
     Match,
     Order,
@@ -66,7 +66,7 @@ def slow_filter(events: list[EventRecord], wanted: EventFilter) -> list[EventRec
 def test_rows_behind_a_number_are_all_that_fit_newest_or_not(
     log: EventLog, monkeypatch: pytest.MonkeyPatch, wanted: EventFilter
 ) -> None:
-    monkeypatch.setattr("service.questions.queries._NUMBERS_AT_ONCE", 7)
+    monkeypatch.setattr("service.questions.events.queries._NUMBERS_AT_ONCE", 7)
     found, seq, as_of_seq = list[EventRecord](), 0, 1
     while seq < as_of_seq:
         rows = find_rows(log, wanted, seq)
@@ -162,7 +162,7 @@ def test_filters_equal_the_slow_obvious_ones(log: EventLog, seed: int) -> None:
 def test_frequent_actors_are_found_as_rare_ones_are(log: EventLog, monkeypatch: pytest.MonkeyPatch) -> None:
     wanted = EventFilter(actors=("car1",), roles=(("overtaken", ("car2", "car3")),))
     rare = list(iterate_events(log, wanted))
-    monkeypatch.setattr("service.questions.queries._RARE_ROWS", 3)
+    monkeypatch.setattr("service.questions.events.queries._RARE_ROWS", 3)
     assert list(iterate_events(log, wanted)) == rare
 
 
@@ -300,7 +300,7 @@ def test_hidden_events_are_found_by_their_own_index(
         asked.append((query, values))
         return driver_rows(connection, query, values)
 
-    monkeypatch.setattr("service.questions.sql_text.driver_rows", note)
+    monkeypatch.setattr("service.questions.events.sql_text.driver_rows", note)
     list(iterate_events(log, EventFilter(statuses=statuses)))
     [(query, values)] = [one for one in asked if "FROM events" in one[0]]
     with log.connect() as connection:

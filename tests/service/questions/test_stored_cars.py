@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from qsr.changes.line_up import Seen
-from service.questions.stored_cars import seen_frames
+from service.questions.observations.computed_relations import seen_frames
 from service.records import LinkKind, LinkRecord
 from service.store.log import open_log
 from tests.service.logs import run, state

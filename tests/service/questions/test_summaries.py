@@ -9,8 +9,8 @@ import pytest
 from msgspec.structs import replace
 
 from service.errors import FilterError, QueryError
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.summaries import By, count_events, summarise
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.summaries import By, count_events, summarise
 from service.records import EventRecord
 from service.store.log import EventLog, open_log
 from service.times import TimePoint, parse_time

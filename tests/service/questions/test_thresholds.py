@@ -8,8 +8,8 @@ import pytest
 from chronicles.explanation.explanations import Failure, HoldReading, ValueSpan, WhyNot
 from chronicles.explanation.json_form import schema, to_json
 from chronicles.explanation.rendering import render
-from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.thresholds import _because
+from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+from service.questions.recognition.thresholds import _because
 from service.records import CarState
 from service.runs.processing import RunRequest, process
 from service.runs.relations import stored_settings

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pytest
 
 from service.errors import FilterError
-from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.trials import difference
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+from service.questions.recognition.trials import difference
 from service.records import EventRecord, RelationRecord
 from service.store.log import EventLog, open_log
 from tests.conftest import Demo

@@ -7,7 +7,7 @@ import pytest
 
 from chronicles.events import Occurrence
 from service.cli.app import run
-from service.questions.recognition import recognise_stored
+from service.questions.recognition.stored_recognition import recognise_stored
 from service.records import EventRecord
 from tests.service.logs import read_all, read_rows
 from tests.service.tracks import HEADER

@@ -11,7 +11,7 @@ from dyknow.kpl.parser import parse_kpl
 from dyknow.kpl.printer import print_statement
 from service.errors import InputError, LogError
 from service.monitoring.stored_monitoring import monitor_log
-from service.questions.recognition import recognise_stored
+from service.questions.recognition.stored_recognition import recognise_stored
 from service.records import SourceText
 from service.runs.pipeline import TRAJECTORIES, VIDEO, Feed, declared_pipeline, shipped_kpl
 from service.runs.processing import RunRequest, process

@@ -18,7 +18,7 @@ from service.cli.app import run as run_cli
 from service.runs.processing import RunRequest, process
 from service.runs.worker import work
 from service.store.databases.sqlite_file import SqliteFile
-from service.store.jobs import Jobs
+from service.store.registers.jobs import Jobs
 from tests.service.conftest import NewLog
 from tests.service.logs import kept_rows, write_log
 from tests.service.test_jobs import add, check_same, is_free, opened, until
