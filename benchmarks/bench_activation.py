@@ -20,7 +20,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from chronicles.chronicle_set import ChronicleSet
-from data_gen.track_scene import make_track_scene
+from data_gen.outputs.track_scene import make_track_scene
 from service.runs import activation
 from service.runs.activation import Activation
 from service.runs.processing import Progress, process

@@ -26,8 +26,8 @@ from typing import Any
 from sqlalchemy import create_engine, text
 from sqlalchemy.engine import URL, make_url
 
-from data_gen.track_scene import make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
+from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
 from service.cli.printing import format_table
 from service.runs.processing import RunRequest
 from service.runs.requests import as_text, job_id

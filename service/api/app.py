@@ -25,7 +25,7 @@ from service.api.metrics import Metrics
 from service.api.processes.pool import ANSWERED_WITHIN_S, ProcessPool
 from service.api.routes.wiring import add_routes
 from service.api.source_files import NO_FOLDERS, SourceFolders
-from service.records import ChronicleRecord, software_version
+from service.records.runs import ChronicleRecord, software_version
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import load_chronicle_files
 

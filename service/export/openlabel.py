@@ -15,9 +15,10 @@ from msgspec.structs import replace
 from service.export.json_items import as_json, json_items
 from service.questions.events.queries import EventFilter, decode_event, find_last_seq, iterate_pages
 from service.questions.observations.relation_intervals import watched_intervals
-from service.records import EventRecord, RunRecord
+from service.records.events import EventRecord
+from service.records.runs import RunRecord
+from service.records.times import TimePoint
 from service.store.log import EventLog
-from service.times import TimePoint
 
 Json = dict[str, Any]
 

@@ -29,15 +29,14 @@ from msgspec import Struct
 from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, func, inspect, select
 
 from service.errors import LogError, NotInLogError
-from service.records import (
+from service.records.runs import RunRecord, StreamRecord
+from service.records.seen import (
     CarRecord,
     CarState,
     HypothesisRecord,
     LinkRecord,
     RelationRecord,
-    RunRecord,
     SeenObject,
-    StreamRecord,
     ViewRecord,
 )
 from service.store import schema

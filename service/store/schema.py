@@ -42,7 +42,7 @@ from sqlalchemy import (
     column,
 )
 
-from service.records import CarRecord, HypothesisRecord, LinkRecord
+from service.records.seen import CarRecord, HypothesisRecord, LinkRecord
 from service.store.entries import ChronicleText, Job, Source, Token, Undelivered, WebhookState, Written
 
 SCHEMA_VERSION = 10  # one more, and a file in `migrations`, for each change of the tables below

@@ -16,7 +16,9 @@ from msgspec.structs import asdict, astuple
 from sqlalchemy import Connection, Engine, Table, case, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
-from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunRecord, RunStatus, StreamRecord
+from service.records.events import EventDraft, EventRecord
+from service.records.runs import RunRecord, RunStatus, StreamRecord
+from service.records.seen import CarState, FrameRecord
 from service.store import schema
 from service.store.chunks.kinds import CHUNK_KINDS, SPAN_US, ChunkKind
 from service.store.databases.database import Database, explained

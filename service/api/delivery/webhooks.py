@@ -24,12 +24,12 @@ from msgspec import Meta, Struct
 from service.api.messages.parameters import read_stream_question
 from service.errors import LogError, QueryError, RunBusyError
 from service.questions.events.queries import EventFilter, check_filter, find_rows
-from service.runs.inputs.toml_tables import Text, read_toml, wrong
-from service.runs.worker import Tell
+from service.runs.jobs.worker import Tell
 from service.store.databases.location import database_of
 from service.store.entries import Undelivered, WebhookState
 from service.store.log import EventLog, open_log
 from service.store.registers.deliveries import Deliveries
+from service.texts.toml_tables import Text, read_toml, wrong
 
 FIRST_PAUSE_S, MOST_PAUSE_S = 1.0, 300.0
 LOOKED_EVERY_S = 0.5

@@ -13,7 +13,7 @@ from service.errors import FilterError, QueryError
 from service.export.events import ROLE_PREFIX
 from service.questions.events.queries import DEFAULT_LIMIT, MAX_LIMIT
 from service.questions.recognition.explaining import MAX_NEAR_MISSES, AbsenceQuestion
-from service.times import parse_media_us
+from service.records.times import parse_media_us
 
 DEFAULT_NEAR_MISSES = 5
 SOURCE_NAME = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"

@@ -4,21 +4,19 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
-from dyknow.monitors.monitors import MonitorReport
+from dyknow.mtl.monitors import MonitorReport
 from service.questions.events.summaries import By, Counted
 from service.questions.observations.car_tracks import CarColumns
 from service.questions.observations.coverage import LookedAt, Spans
 from service.questions.observations.identity import CarIdentity, IdentityLink
 from service.questions.recognition.awaited import AwaitedList
-from service.records import (
+from service.records.events import ChronicleRef, EventRecord, MonitorVerdict
+from service.records.runs import (
     CameraRecord,
     ChronicleRecord,
-    ChronicleRef,
-    EventRecord,
     InputFile,
     InputKind,
     MonitorRecord,
-    MonitorVerdict,
     RunStatus,
     StartFrom,
 )

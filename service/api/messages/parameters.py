@@ -15,8 +15,8 @@ from service.errors import FilterError, QueryError
 from service.export.events import ROLE_PREFIX, ExportFormat
 from service.questions.events.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
 from service.questions.events.summaries import MAX_KEYS, By
-from service.records import EventStatus
-from service.times import MAX_MEDIA_US, TimePoint, parse_time
+from service.records.events import EventStatus
+from service.records.times import MAX_MEDIA_US, TimePoint, parse_time
 
 JsonObject = dict[str, Any]
 Pairs = Sequence[tuple[str, str]]

@@ -11,7 +11,8 @@ import msgspec
 
 from service.api.processes.questions import opened
 from service.errors import ExportError, InputError, NotInLogError
-from service.records import OverlayForm, RunRecord
+from service.records.runs import RunRecord
+from service.records.seen import OverlayForm
 
 MOST_CLIP_US = 60_000_000
 MOST_KEPT = 8

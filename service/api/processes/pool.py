@@ -10,7 +10,7 @@ from typing import TypeVar, TypeVarTuple
 from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 
 from service.errors import CrowdedError, UnansweredError
-from service.machine import cores
+from service.runs.machine import cores
 
 ANSWERED_WITHIN_S = 10.0
 WAITING_PER_CORE = 8

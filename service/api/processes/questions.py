@@ -11,12 +11,12 @@ from msgspec.structs import asdict
 from chronicles.explanation.json_form import to_json
 from service.api.messages.bodies import EventSummary, MonitorTrial
 from service.errors import TextRefusedError
-from service.machine import look_seldom
 from service.questions.events.queries import MAX_LIMIT, EventFilter
 from service.questions.events.summaries import By, summarise
 from service.questions.observations.coverage import Coverage, LookedAt
 from service.questions.observations.relation_intervals import RelationQuestion, relation_intervals
 from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+from service.runs.machine import look_seldom
 from service.store.log import EventLog, open_log
 
 
@@ -71,7 +71,7 @@ def site(log: str, run_id: str, form: str) -> bytes:
 def monitors_tried(log: str, run_id: str | None, text: str) -> bytes:
     """Say what monitors would have told of a run."""
     from dyknow.errors import FormulaError
-    from service.monitoring.stored_monitoring import monitor_run, verdicts
+    from service.questions.recognition.stored_monitoring import monitor_run, verdicts
 
     run = opened(log).run(run_id)
     try:

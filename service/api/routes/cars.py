@@ -14,9 +14,9 @@ from service.export.geojson import car_features, known_frame_of
 from service.questions.observations.car_tracks import car_columns
 from service.questions.observations.coverage import Coverage
 from service.questions.observations.identity import check_car, identities, links_of
-from service.records import RunRecord
+from service.records.runs import RunRecord
+from service.records.times import MAX_MEDIA_US
 from service.store.log import EventLog
-from service.times import MAX_MEDIA_US
 
 MOST_US = 60_000_000
 """Of all cars so much is told at once: some megabytes of a busy junction."""

@@ -12,7 +12,7 @@ from service.api.messages.answers import FINDINGS, TEXT_BODY, answers, json_answ
 from service.api.messages.asked import NoParameters
 from service.api.messages.bodies import ChronicleList, ChronicleUse
 from service.errors import QueryError
-from service.records import ChronicleRecord
+from service.records.runs import ChronicleRecord
 from service.store.log import EventLog
 from service.store.registers.chronicle_texts import ChronicleTexts
 from service.texts.chronicle_files import check_chronicles

@@ -34,7 +34,7 @@ from service.questions.events.notes import name_notes, run_notes
 from service.questions.events.queries import find_event, find_events
 from service.questions.events.summaries import count_events
 from service.questions.observations.coverage import Coverage
-from service.records import EventRecord
+from service.records.events import EventRecord
 from service.store.log import EventLog, HastyLog
 
 MOST_KEPT = 32

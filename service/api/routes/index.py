@@ -7,7 +7,7 @@ from starlette.responses import PlainTextResponse, Response
 from service.api.messages.answers import answers, json_answer
 from service.api.messages.bodies import Index
 from service.questions.events.queries import DEFAULT_LIMIT, MAX_LIMIT, find_last_seq
-from service.records import software_version
+from service.records.runs import software_version
 from service.store.log import EventLog
 
 HELLO = """\

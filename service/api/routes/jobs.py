@@ -17,14 +17,14 @@ from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
 from service.errors import InputError, NotInLogError, QueryError
 from service.questions.events.cursors import decode_cursor, encode_cursor
-from service.records import SourceText
+from service.records.runs import SourceText
+from service.records.times import parse_utc_us
 from service.runs.requests import RunRequest, as_text, job_id
 from service.store.entries import Job
 from service.store.log import EventLog
 from service.store.registers.chronicle_texts import ChronicleTexts
 from service.store.registers.jobs import Jobs
 from service.store.registers.sources import Sources
-from service.times import parse_utc_us
 
 JobName = Annotated[str, Path(pattern="^[0-9a-f]{16}$")]
 _JOB = "/jobs/{job}"

@@ -15,7 +15,7 @@ from service.api.processes.pictures import clip, picture, video_of
 from service.api.processes.pool import ProcessPool
 from service.export.events import exported
 from service.questions.events.queries import EventFilter
-from service.records import OverlayForm
+from service.records.seen import OverlayForm
 from service.store.log import EventLog
 
 _VIDEO: Answers = {

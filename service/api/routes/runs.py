@@ -17,8 +17,8 @@ from service.api.processes.questions import site
 from service.questions.events.queries import MAX_VALUES
 from service.questions.observations.coverage import Coverage, lost_views
 from service.questions.observations.run_sites import RunSite
-from service.records import RunStatus
-from service.runs.stored_streams import StoredStreams, streams_of
+from service.records.runs import RunStatus
+from service.runs.graph.stored_streams import StoredStreams, streams_of
 from service.store.log import EventLog
 from service.store.upkeep import holdings
 

@@ -22,7 +22,7 @@ from service.api.routes.sources import add_sources
 from service.api.routes.webhooks import add_webhooks
 from service.api.source_files import SourceFolders
 from service.questions.observations.coverage import Coverage
-from service.records import ChronicleRecord
+from service.records.runs import ChronicleRecord
 from service.store.log import EventLog
 
 

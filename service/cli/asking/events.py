@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from service.questions.events.queries import EventFilter
-    from service.records import EventRecord
+    from service.records.events import EventRecord
+    from service.records.times import TimePoint
     from service.store.log import EventLog
-    from service.times import TimePoint
 
 TABLE_LIMIT = 100
 TITLES = ("start", "end", "type", "roles", "road", "status", "sure", "source", "id")
@@ -93,7 +93,7 @@ def events(
 
 
 def _time(text: str | None, parameter: str) -> "TimePoint | None":
-    from service.times import parse_time
+    from service.records.times import parse_time
 
     return None if text is None else parse_time(text, parameter=parameter)
 
@@ -157,7 +157,7 @@ def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) 
 
 def cells(event: "EventRecord") -> list[str]:
     """Write an event for a table with `TITLES`."""
-    from service.times import format_media
+    from service.records.times import format_media
 
     road = event.place.road if event.place else ""
     start, end = format_media(event.start_us), format_media(event.end_us)

@@ -41,7 +41,7 @@ def objects(
 
 
 def _car_row(one: "CarIdentity") -> list[str]:
-    from service.times import format_media
+    from service.records.times import format_media
 
     times = [format_media(one.first_us), format_media(one.last_us)]
     counts = [str(count) if count else "" for count in (one.undecided, one.refuted, one.open)]
@@ -49,7 +49,7 @@ def _car_row(one: "CarIdentity") -> list[str]:
 
 
 def _link_row(one: "IdentityLink") -> list[str]:
-    from service.times import format_media
+    from service.records.times import format_media
 
     end = "" if one.end_us is None else format_media(one.end_us)
     hidden = _seconds(0 if one.hidden_us is None else one.start_us - one.hidden_us)

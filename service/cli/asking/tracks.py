@@ -12,7 +12,8 @@ from service.cli.printing import print_json_list, show
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from service.records import CarState, RunRecord
+    from service.records.runs import RunRecord
+    from service.records.seen import CarState
     from service.store.log import EventLog
 
 
@@ -112,9 +113,9 @@ def clip(
     """Cut the piece of video of an event, with what the run saw on it."""
     from service.errors import InputError
     from service.export.draw_video import check_target, event_window, write_video
+    from service.records.times import parse_media_us
     from service.store.databases.location import log_files
     from service.store.log import open_log
-    from service.times import parse_media_us
 
     if out.suffix.lower() != ".mp4":
         raise InputError(f"--out: expected a path ending in .mp4, got {str(out)!r}")

@@ -32,11 +32,11 @@ def worker(
     Any number of workers may be at one log, on any machine that reaches it and the files.
     """
     if cluster is None:
-        from service.runs.worker import work
+        from service.runs.jobs.worker import work
 
         work(log, stays=not once, tell=tell_line)
     else:
-        from service.runs.cluster import work_on_cluster
+        from service.runs.jobs.cluster import work_on_cluster
 
         work_on_cluster(log, cluster, stays=not once, tell=tell_line)
 

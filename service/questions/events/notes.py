@@ -8,10 +8,10 @@ from sqlalchemy import ColumnElement, select
 
 from dyknow.language.diagnostics import hinted
 from service.questions.events.queries import EventFilter
-from service.records import RunRecord, RunStatus
+from service.records.runs import RunRecord, RunStatus
+from service.records.times import format_media
 from service.store.log import EventLog
 from service.store.schema import cars, event_roles, events, role_names
-from service.times import format_media
 
 _STATES: Mapping[RunStatus, str] = {
     "running": "is being written still, or was killed",
@@ -55,7 +55,7 @@ def _known(log: EventLog, what: str) -> set[str]:
     runs = log.runs()
     match what:
         case "type":
-            from service.monitoring.monitor_messages import messages_of_run  # loads all of chronicles and monitors
+            from service.texts.monitor_messages import messages_of_run  # loads all of chronicles and monitors
 
             given = {one.name for run in runs for one in run.chronicles}
             given |= {name for run in runs for name in messages_of_run(run)}

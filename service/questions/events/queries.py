@@ -21,10 +21,10 @@ from sqlalchemy import Connection
 from service.errors import FilterError, QueryError
 from service.questions.events.cursors import decode_cursor, encode_cursor
 from service.questions.events.sql_text import Sql, all_of, number_of, one_of, rows_of, value_of, values_of
-from service.records import EventRecord, EventStatus
+from service.records.events import EventRecord, EventStatus
+from service.records.times import TimePoint
 from service.store.log import EventLog
 from service.store.schema import HIDDEN_STATUSES
-from service.times import TimePoint
 
 Match = Literal["overlap", "start", "end", "inside"]
 Order = Literal["start", "-start"]

@@ -6,7 +6,7 @@ from itertools import islice
 from msgspec import Struct
 
 from service.errors import QueryError
-from service.records import CarState
+from service.records.seen import CarState
 
 MOST_STATES = 200_000
 """Of a hundred cars in a minute there are 75,000; so many are 15 MB of JSON."""

@@ -13,13 +13,15 @@ from operator import itemgetter
 import numpy as np
 
 from anchoring.observations import nowhere
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 from qsr.changes.line_up import Seen
 from qsr.measuring.footprints import BODY, BoolArray, FloatArray, Footprints, LongArray, Rows, bodies, joined, on_roads
 from service.questions.observations.identity import IdentityLink, chain_of, links_below
 from service.questions.observations.run_sites import Ground
-from service.records import RelationRecord, RunRecord
-from service.runs.relations import relation_observer, relation_record
+from service.records.runs import RunRecord
+from service.records.seen import RelationRecord
+from service.runs.graph.relations import relation_observer
+from service.runs.graph.rows import relation_record
 from service.store.log import EventLog
 
 # So much is shown at once: a frame has too few cars to be worth a call of its own.

@@ -10,7 +10,7 @@ from msgspec import Struct
 from sqlalchemy import func, select
 
 from service.questions.events.queries import EventFilter
-from service.records import RunRecord
+from service.records.runs import RunRecord
 from service.store import schema
 from service.store.chunks.kinds import FRAMES
 from service.store.log import EventLog

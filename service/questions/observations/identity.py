@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 from dyknow.language.diagnostics import hinted
 from service.errors import NotInLogError
-from service.records import CarRecord, LinkRecord, RunRecord
+from service.records.runs import RunRecord
+from service.records.seen import CarRecord, LinkRecord
 from service.store.log import EventLog
 
 _LEVELS = ("world", "on_road", "car")

@@ -18,7 +18,8 @@ from service.errors import QueryError
 from service.questions.events.cursors import decode_cursor, encode_cursor
 from service.questions.observations.coverage import Coverage, LookedAt
 from service.questions.observations.stored_events import Part, refuted_labels, stored_events, unwatched_relations
-from service.records import RelationRecord, RunRecord
+from service.records.runs import RunRecord
+from service.records.seen import RelationRecord
 from service.store.log import EventLog
 
 _START_US, _T_US = attrgetter("start_us"), attrgetter("t_us")

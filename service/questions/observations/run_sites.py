@@ -8,12 +8,12 @@ import numpy as np
 from msgspec import Struct
 
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 from qsr.settings import RelationSettings
 from service.errors import InputError, NotInLogError
-from service.records import RunRecord
+from service.records.runs import RunRecord
 from service.runs.inputs.input_kind import content_digest
-from service.runs.inputs.site import Site, load_site
+from service.runs.inputs.sites.site import Site, load_site
 
 
 @dataclass(frozen=True, slots=True)

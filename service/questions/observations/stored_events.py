@@ -17,9 +17,10 @@ from chronicles.events import Event
 from qsr.relations import RANK
 from service.errors import LogError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
-from service.records import RelationRecord, RunRecord
+from service.records.runs import RunRecord
+from service.records.seen import RelationRecord
+from service.records.times import TimePoint
 from service.store.log import EventLog
-from service.times import TimePoint
 
 _DECIDED_US = attrgetter("decided_us")
 _OF_THE_MAP = ("turn",)
@@ -151,7 +152,7 @@ def _messages(log: EventLog, run_id: str, part: Part | None) -> Iterator[tuple[i
     monitors = {(one.name, one.version) for one in run.monitors}
     if not monitors:
         return
-    from service.runs.relations import stored_settings  # with all engines, which few questions need
+    from service.runs.graph.relations import stored_settings  # with all engines, which few questions need
 
     lag_us = stored_settings(run).backdate_us
     asked = EventFilter(runs=(run_id,))

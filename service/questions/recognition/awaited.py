@@ -9,7 +9,7 @@ from msgspec import Struct
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
 from chronicles.recogniser import Recogniser
-from service.records import SubEvent
+from service.records.events import SubEvent
 
 State = Literal["awaited", "recognised", "timed out", "failed"]
 

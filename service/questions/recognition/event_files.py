@@ -13,9 +13,9 @@ import msgspec
 from chronicles.adapter import value_text
 from chronicles.events import Event
 from service.errors import InputError
+from service.records.times import MAX_MEDIA_US
 from service.texts.chronicle_files import read_text
 from service.texts.csv_table import TIMES, read_number, read_table, refuse_twice
-from service.times import MAX_MEDIA_US
 
 EVENT_SUFFIXES = (".jsonl", ".csv")
 

@@ -38,9 +38,10 @@ from service.questions.observations.stored_events import (
 )
 from service.questions.recognition.awaited import AwaitedList, awaited_instances
 from service.questions.recognition.trials import Difference, Trial, difference
-from service.records import EventRecord, RunRecord, SourceText
+from service.records.events import EventRecord
+from service.records.runs import RunRecord, SourceText
+from service.records.times import format_media
 from service.store.log import EventLog
-from service.times import format_media
 
 if TYPE_CHECKING:
     from service.texts.chronicle_files import LoadedChronicles
@@ -222,9 +223,9 @@ class Explainer:
     ) -> tuple["LoadedChronicles", tuple[str, ...], StoredEvents, list[EventRecord]]:
         """Recognise the chronicles that a text declares in the window of a question."""
         from chronicles.recogniser import recognise
-        from service.monitoring.monitor_messages import messages_of_run
         from service.questions.recognition.recognised_events import recognised_events
         from service.texts.chronicle_files import chronicle_names, load_chronicle_texts
+        from service.texts.monitor_messages import messages_of_run
 
         loaded = load_chronicle_texts([("text", text)], messages=messages_of_run(run))
         names = chronicle_names("text", text) or ()

@@ -7,8 +7,10 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from chronicles.events import Occurrence
-from service.records import CarState, EventRecord, Place, RunRecord
-from service.runs.event_drafts import STALE_US, event_drafts
+from service.records.events import EventRecord, Place
+from service.records.runs import RunRecord
+from service.records.seen import CarState
+from service.runs.graph.rows import STALE_US, event_drafts
 from service.store.chunks.kinds import SPAN_US
 from service.store.log import EventLog
 

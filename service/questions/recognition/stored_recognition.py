@@ -12,7 +12,6 @@ from chronicles.events import Event, Occurrence
 from chronicles.execution.unfit_events import UnfitCounter
 from chronicles.recogniser import Recogniser, recognise
 from service.errors import QueryError
-from service.monitoring.monitor_messages import messages_of_run
 from service.questions.observations.stored_events import (
     refuse_thinned,
     relations_of,
@@ -21,11 +20,12 @@ from service.questions.observations.stored_events import (
 )
 from service.questions.recognition.event_files import load_events
 from service.questions.recognition.recognised_events import RecognisedEvent, recognised_events
-from service.records import RunRecord
+from service.records.runs import RunRecord
 from service.store.databases.location import is_log_name
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 from service.texts.idle_chronicles import idle_in_file, idle_in_stream, unfit_told
+from service.texts.monitor_messages import messages_of_run
 from service.texts.text_streams import Stream
 
 # Above this many events, some 200 MB, all that is at hand is what may still take part.

@@ -15,10 +15,11 @@ from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, object_t
 from qsr.measuring.road_relations import switch_values
 from qsr.relations import Switch
 from qsr.settings import RelationSettings
-from service.records import CarState, RunRecord
-from service.runs.relations import SETTINGS, stored_settings
+from service.records.runs import RunRecord
+from service.records.seen import CarState
+from service.records.times import format_media
+from service.runs.graph.relations import SETTINGS, stored_settings
 from service.store.log import EventLog
-from service.times import format_media
 
 _RELATION = re.compile(r"(\w+)\[([^]]*)\]")
 _SLIGHT = 1e-9

@@ -5,7 +5,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
-from service.records import EventRecord
+from service.records.events import EventRecord
 
 
 class Trial(Struct, frozen=True):

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import ClassVar
 
 from service.errors import InputError
-from service.records import InputKind
+from service.records.runs import InputKind
+from service.runs.graph.pipeline import TRAJECTORIES, Feed
 from service.runs.inputs.input_kind import Asked, Input
 from service.runs.inputs.trajectories import RowReader, Rows, TrajectoryObjects
-from service.runs.pipeline import TRAJECTORIES, Feed
 from service.texts.csv_table import ROW_SUFFIXES, read_line_by_line
 from vision.video.recording import connections, is_recording, parts_so_far
 

@@ -11,7 +11,7 @@ from typing import Any, Generic, NamedTuple, TypeVar  # a value of a column is o
 
 from msgspec import Struct
 
-from service.records import CarState, FrameRecord, LeftOutFrame, RelationRecord, SeenObject, ViewRecord
+from service.records.seen import CarState, FrameRecord, LeftOutFrame, RelationRecord, SeenObject, ViewRecord
 
 SPAN_US = 10_000_000
 

@@ -12,9 +12,9 @@ import numpy as np
 from msgspec.structs import fields
 
 from service.errors import LogError
+from service.records.times import format_media
 from service.store.chunks.columns import Column, DamagedChunkError, FloatArray, LongArray, pack, unpack
 from service.store.chunks.kinds import RELATIONS, SPAN_US, Chunk, ChunkKind, Record, Where
-from service.times import format_media
 
 PRUNED = "pruned"
 

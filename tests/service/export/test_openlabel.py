@@ -10,7 +10,7 @@ import pytest
 from service.api.app import create_app
 from service.cli import app
 from service.questions.events.queries import MAX_LIMIT
-from service.records import LeftOutFrame, RelationRecord
+from service.records.seen import LeftOutFrame, RelationRecord
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import SECOND_US, overtake, read_all, run, state, write_log
