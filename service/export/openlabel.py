@@ -40,7 +40,7 @@ def openlabel(log: EventLog, wanted: EventFilter) -> Iterator[str]:
     run = log.run(wanted.runs[0] if len(wanted.runs) == 1 else None)
     as_of = find_last_seq(log) if wanted.as_of is None else wanted.as_of
     wanted = replace(wanted, runs=(run.id,), as_of=as_of)  # since events are read twice
-    iterate_pages(log, wanted)
+    iterate_pages(log, wanted)  # for its errors: what is written begins later
     return _written(log, run, wanted)
 
 
