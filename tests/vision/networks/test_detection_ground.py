@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -134,6 +135,15 @@ def test_lanes_tell_nothing_where_they_cross_nor_beside_them_nor_of_what_a_track
     assert detect(camera, box, lanes=crossing).boxes.heading_rad == pytest.approx(alone)
     assert detect(camera, box, lanes=[lane_through((2.0, 55.0), 0.0)]).boxes.heading_rad == pytest.approx(alone)
     assert detect(camera, box, known(car), [lane_through(at_m, 0.7)]).boxes.heading_rad == pytest.approx([1.0])
+
+
+def test_lane_tells_nothing_of_a_box_that_no_vehicle_along_it_explains() -> None:
+    camera, at_m, heading_rad = slanted(8.0, 0.2, 1000.0), (2.0, 45.0), 1.0
+    whole = drawn(camera, make_boxes([(*at_m, heading_rad, 4.5, 1.8)]))
+    half = replace(whole, centre_px=whole.centre_px - whole.size_px * (0.25, 0), size_px=whole.size_px * (0.5, 1.0))
+    alone = detect(camera, half)
+    found = detect(camera, half, lanes=[lane_through(at_m, heading_rad)])
+    assert found.boxes.corners() == pytest.approx(alone.boxes.corners())
 
 
 def test_diagonal_box_without_a_track_has_no_clear_direction() -> None:
