@@ -38,7 +38,7 @@ test-slow: $(VENV)/installed-dev
 
 # On a Ray cluster of this machine; Ray is 240 MB, so the other targets do without, and skip these tests.
 test-cluster: $(VENV)/installed-cluster
-	$(BIN)/python -m pytest -m 'slow or not slow' tests/service/test_cluster.py $(TEST_ARGS)
+	$(BIN)/python -m pytest -m 'slow or not slow' tests/service/runs/jobs/test_cluster.py $(TEST_ARGS)
 
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -47,7 +47,7 @@ check: $(VENV)/installed-dev
 
 # Requests that the OpenAPI description allows, and some that it does not, by schemathesis: the answers must be as described.
 check-api: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m slow tests/service/test_described_api.py $(TEST_ARGS)
+	$(BIN)/python -m pytest -m slow tests/service/api/test_described_api.py $(TEST_ARGS)
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python -m benchmarks

@@ -8,8 +8,8 @@ from anchoring.absences import Absences
 from anchoring.anchorer import Anchorer
 from anchoring.former import FormerRows
 from anchoring.observations import Cars, LinkChange, Observations
-from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
+from dyknow.streams.hypotheses import Hypotheses
 
 
 class TrackedObjects(Protocol):

@@ -26,7 +26,7 @@ from anchoring.linking.returns import find_returns
 from anchoring.linking.sensors import Sensors
 from anchoring.observations import BoolArray, Cars, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 
 # Where hidden cars were is told for frames at least so far apart: relations change more slowly.
 _MOMENT_US = 200_000

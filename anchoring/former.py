@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from anchoring.observations import Cars, FloatArray, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
-from gis.road_network import RoadPositions
+from gis.roads.road_network import RoadPositions
 
 
 class FormerRows:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anchoring.errors import AnchoringError
-from gis.road_network import RoadPositions
+from gis.roads.road_network import RoadPositions
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -20,13 +20,13 @@ from pathlib import Path
 from unittest.mock import patch
 
 from chronicles.chronicle_set import ChronicleSet
-from data_gen.track_scene import make_track_scene
+from data_gen.outputs.track_scene import make_track_scene
 from service.runs import activation
 from service.runs.activation import Activation
 from service.runs.processing import Progress, process
 from service.runs.requests import RunRequest
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
+from service.store.registers.chronicle_texts import ChronicleTexts
 from service.texts.chronicle_files import LoadedChronicles
 
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(?, true), t1) }\n"

@@ -26,13 +26,13 @@ from typing import Any
 from sqlalchemy import create_engine, text
 from sqlalchemy.engine import URL, make_url
 
-from data_gen.track_scene import make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
+from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
 from service.cli.printing import format_table
 from service.runs.processing import RunRequest
 from service.runs.requests import as_text, job_id
 from service.store.databases.location import database_of
-from service.store.jobs import Jobs
+from service.store.registers.jobs import Jobs
 
 TITLES = ("turn", "plain s", "ray s", "ratio")
 WORKER = (sys.executable, "-c", "from service.cli.app import main; main()", "worker")

@@ -20,8 +20,9 @@ from sqlalchemy.engine import make_url
 
 from benchmarks.bench_service import append_all, make_events
 from service.cli.printing import format_table
-from service.questions.queries import EventFilter, find_events
-from service.records import EventDraft, RunRecord
+from service.questions.events.queries import EventFilter, find_events
+from service.records.events import EventDraft
+from service.records.runs import RunRecord
 from service.store.log import EventLog, open_log
 
 TURNS = 5

@@ -17,7 +17,8 @@ from pathlib import Path
 
 import httpx
 
-from service.records import ChronicleRef, EventDraft, RunRecord
+from service.records.events import ChronicleRef, EventDraft
+from service.records.runs import RunRecord
 from service.store.log import open_log
 
 CLIENTS = 20

@@ -12,8 +12,8 @@ from functools import partial
 
 import numpy as np
 
-from gis.road_network import RoadNetwork
-from gis.sumo_net import read_sumo_net
+from gis.roads.road_network import RoadNetwork
+from gis.roads.sumo_net import read_sumo_net
 from tests.gis.support import CROSSING_NET, FloatArray, arc, locate_slowly, two_way_along
 
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dyknow.monitors.monitors import Monitors
 from dyknow.mtl.formula import Monitor
+from dyknow.mtl.monitors import Monitors
 from dyknow.mtl.parser import parse_monitors
 from dyknow.mtl.progression.states import DictState
 

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from data_gen.drawing.cameras import CameraKind, camera_path
 from data_gen.drawing.render import SceneRenderer
 from data_gen.drawing.video import VideoWriter
+from data_gen.outputs.scene import plan_world
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.scene import plan_world
 from data_gen.simulation.simulate import simulate
 from data_gen.simulation.states import VehicleStates
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 
 SIZE_PX = (1280, 720)
 FRAMES = 50

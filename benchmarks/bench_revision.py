@@ -20,14 +20,14 @@ from pathlib import Path
 
 from chronicles.adapter import RecognitionUnit
 from chronicles.recogniser import Recogniser
-from data_gen.track_scene import make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
+from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
 from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.settings import RelationSettings
+from service.runs.graph.pipeline import RELATIONS, declared_pipeline
 from service.runs.inputs.opening import open_input
-from service.runs.inputs.site import load_site
-from service.runs.pipeline import RELATIONS, declared_pipeline
+from service.runs.inputs.sites.site import load_site
 from service.texts.chronicle_files import load_chronicle_files
 
 FAULTS = TrackFaults(position_sigma_m=1.0, miss_share=0.2, gaps_per_minute=8, gap_us=2_000_000, swap_share=1.0)

@@ -24,11 +24,13 @@ from typing import TypeVar
 import psutil
 
 from service.export.events import ExportFormat, exported
-from service.questions.queries import MAX_LIMIT, EventFilter, find_events
-from service.questions.summaries import summarise
-from service.records import CarState, ChronicleRef, EventDraft, Place, RunRecord, SubEvent
+from service.questions.events.queries import MAX_LIMIT, EventFilter, find_events
+from service.questions.events.summaries import summarise
+from service.records.events import ChronicleRef, EventDraft, Place, SubEvent
+from service.records.runs import RunRecord
+from service.records.seen import CarState
+from service.records.times import TimePoint
 from service.store.log import EventLog, open_log
-from service.times import TimePoint
 
 T = TypeVar("T")
 

@@ -36,8 +36,8 @@ from benchmarks.tracker_runners import (
     Settings,
     find_runners,
 )
-from service.scoring.pairs import ground_pairs
-from service.scoring.tracks import TrackRows, TrackScore, score_tracks
+from service.questions.scoring.pairs import ground_pairs
+from service.questions.scoring.tracks import TrackRows, TrackScore, score_tracks
 
 Turn = tuple[DetectedTraffic, Followed]
 Titled = Mapping[str, Settings]

@@ -21,8 +21,9 @@ from chronicles.events import Event
 from chronicles.recogniser import recognise
 from service.cli.app import run
 from service.cli.printing import format_table
-from service.questions.computed_relations import computed_relations, ground_of
-from service.questions.stored_events import stored_events
+from service.questions.observations.computed_relations import computed_relations
+from service.questions.observations.run_sites import ground_of
+from service.questions.observations.stored_events import stored_events
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from benchmarks.evaluate_scenes import KINDS, made_scene
 from service.cli.printing import format_table
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.recognition import recognise_stored
-from service.records import EventRecord
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.recognition.stored_recognition import recognise_stored
+from service.records.events import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 

@@ -17,13 +17,13 @@ import numpy as np
 from scipy.optimize import minimize
 
 from chronicles.execution.confidence import USUAL
+from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
 from data_gen.scenarios.catalogue import SCENARIOS
-from data_gen.track_scene import make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
 from data_gen.truth.event import ROLES
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.scoring.evaluate_log import evaluate_log_types
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate_log import evaluate_log_types
 from service.store.log import open_log
 
 RATE_HZ, BINS = 10, 10

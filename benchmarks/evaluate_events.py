@@ -15,14 +15,14 @@ from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.pooled_scores import merge_evaluations
+from data_gen.outputs.track_scene import TrackScene, make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
 from data_gen.scenarios.catalogue import SCENARIOS
-from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
 from data_gen.truth.event import ROLES
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate_log import evaluate_log_types
+from service.questions.scoring.proportions import wilson_interval
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation
-from service.scoring.evaluate_log import evaluate_log_types
-from service.scoring.proportions import wilson_interval
 
 RATE_HZ = 10
 LOW_SHARE = 0.95

@@ -20,9 +20,9 @@ from benchmarks.compare_passes import Intervals, overlapping, recognised_passes
 from benchmarks.kept_identity import count_returns, follow, idf1, revise
 from benchmarks.lost_tracks import GAPS_PER_MINUTE
 from benchmarks.pooled_scores import share_text
-from data_gen.trajectories import NoisyTracks, TrackFaults, TrueRows, disturb, write_tracks
+from data_gen.outputs.trajectories import NoisyTracks, TrackFaults, TrueRows, disturb, write_tracks
 from service.cli.making.process import parse_columns
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sites.site import load_site
 from service.runs.inputs.trajectories import load_trajectories
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log

@@ -12,10 +12,10 @@ from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
 from benchmarks.recognised_tracks import score_recognition
-from data_gen.track_scene import TrackScene, make_track_scene, write_scenario_tracks
-from data_gen.trajectories import TrackFaults
-from service.scoring.evaluate import Evaluation
-from service.scoring.proportions import wilson_interval
+from data_gen.outputs.track_scene import TrackScene, make_track_scene, write_scenario_tracks
+from data_gen.outputs.trajectories import TrackFaults
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.proportions import wilson_interval
 
 SEEDS = (1, 2, 3, 4, 5)
 SECONDS = 60

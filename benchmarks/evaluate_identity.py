@@ -29,10 +29,10 @@ from benchmarks.pooled_scores import merge_evaluations, share_text
 from benchmarks.recognised_tracks import score_recognition
 from benchmarks.sensor_identity import SENSOR_TITLES, score_sensors
 from benchmarks.tracker_runners import Runner, find_runners
-from data_gen.track_scene import TrackScene, make_track_scene
-from data_gen.trajectories import NoisyTracks, write_tracks
-from service.runs.inputs.site import load_site
-from service.scoring.evaluate import Evaluation
+from data_gen.outputs.track_scene import TrackScene, make_track_scene
+from data_gen.outputs.trajectories import NoisyTracks, write_tracks
+from service.questions.scoring.evaluate import Evaluation
+from service.runs.inputs.sites.site import load_site
 
 EVENT_TYPE = "overtake"
 

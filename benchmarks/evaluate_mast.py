@@ -30,14 +30,23 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.scene import generate
-from gis.camera_pose import read_camera_track
-from service.records import CarState
+from data_gen.outputs.scene import generate
+from gis.cameras.camera_pose import read_camera_track
+from service.questions.scoring.evaluate import Evaluation, TrueEvent, evaluate_events, load_truth, positions_from_rows
+from service.questions.scoring.evaluate_log import load_events
+from service.questions.scoring.pairs import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Pairs,
+    StrArray,
+    assign,
+    ground_pairs,
+    groups_of,
+)
+from service.questions.scoring.truth_rows import nearest_times
+from service.records.seen import CarState
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation, TrueEvent, evaluate_events, load_truth, positions_from_rows
-from service.scoring.evaluate_log import load_events
-from service.scoring.pairs import BoolArray, FloatArray, IntArray, Pairs, StrArray, assign, ground_pairs, groups_of
-from service.scoring.truth_rows import nearest_times
 from service.store.log import open_log
 
 SCENARIOS: Mapping[str, Mapping[str, str]] = {"motorway": {"demand": "high"}, "rural_overtaking": {}, "junction": {}}

@@ -32,11 +32,11 @@ import shapely.ops
 from numpy.typing import NDArray
 
 from benchmarks.true_meetings import TrueMeetings
-from data_gen.track_scene import make_track_scene
-from data_gen.trajectories import TrackFaults, disturb
-from gis.lane_graph import LaneGraph
-from gis.road_network import RoadNetwork
-from gis.sumo_net import read_sumo_net
+from data_gen.outputs.track_scene import make_track_scene
+from data_gen.outputs.trajectories import TrackFaults, disturb
+from gis.roads.lane_graph import LaneGraph
+from gis.roads.road_network import RoadNetwork
+from gis.roads.sumo_net import read_sumo_net
 from qsr.measuring.footprints import Footprints, on_roads
 from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings

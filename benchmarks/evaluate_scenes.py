@@ -15,12 +15,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
-from data_gen.scene import generate
+from data_gen.outputs.scene import generate
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate_log import evaluate_log
+from service.questions.scoring.proportions import wilson_interval
+from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation
-from service.scoring.evaluate_log import evaluate_log
-from service.scoring.proportions import wilson_interval
-from service.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
 
 TYPE = "overtake"
 
@@ -31,7 +31,7 @@ class SceneKind:
 
     Attributes
     ----------
-    camera, weather, options, poses, occluders, size_px : as `data_gen.scene.generate` takes them.
+    camera, weather, options, poses, occluders, size_px : as `data_gen.outputs.scene.generate` takes them.
     rate_hz : frames that are looked at in a second; None for the usual.
     aims : the least figure by column, of `error_m` the greatest.
     """

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.lost_tracks import STEP_US, Case, Place, lose_tracks
-from data_gen.trajectories import NoisyTracks, TrueRows
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from data_gen.outputs.trajectories import NoisyTracks, TrueRows
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 
 LANES, LANE_M, SPEED_LIMIT_MPS = 10, 3.5, 30.0
 APART_M, SLOWEST_MPS, FASTER_MPS = 20.0, 15.0, 1.0

@@ -21,11 +21,11 @@ from anchoring.adapter import Anchored, AnchoringUnit
 from anchoring.anchorer import Anchorer
 from anchoring.settings import AnchoringSettings
 from benchmarks.lost_tracks import STEP_US, trajectories_of
-from data_gen.trajectories import NoisyTracks
+from data_gen.outputs.trajectories import NoisyTracks
 from dyknow.sample import Sample
-from gis.road_network import RoadNetwork
-from service.scoring.pairs import Pairs
-from service.scoring.tracks import TrackRows, score_tracks
+from gis.roads.road_network import RoadNetwork
+from service.questions.scoring.pairs import Pairs
+from service.questions.scoring.tracks import TrackRows, score_tracks
 
 IntArray = NDArray[np.int64]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.trajectories import NoisyTracks, TrackFaults, TrueRows, disturb
+from data_gen.outputs.trajectories import NoisyTracks, TrackFaults, TrueRows, disturb
 from service.runs.inputs.trajectories import Trajectories
 
 FloatArray = NDArray[np.float64]

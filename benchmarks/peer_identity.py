@@ -17,8 +17,8 @@ from benchmarks.kept_identity import NO_CAR, NamedRows, idf1
 from benchmarks.lost_tracks import STEP_US
 from benchmarks.tracked_traffic import DetectedTraffic
 from benchmarks.tracker_runners import Followed, Runner, Settings
-from data_gen.trajectories import NoisyTracks, TrueRows
-from service.scoring.pairs import assign, ground_pairs
+from data_gen.outputs.trajectories import NoisyTracks, TrueRows
+from service.questions.scoring.pairs import assign, ground_pairs
 
 FloatArray = NDArray[np.float64]
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from service.scoring.evaluate import Evaluation
-from service.scoring.proportions import wilson_interval
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.proportions import wilson_interval
 
 
 def merge_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:

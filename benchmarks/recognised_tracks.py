@@ -3,10 +3,10 @@
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from data_gen.track_scene import TrackScene
+from data_gen.outputs.track_scene import TrackScene
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate_log import evaluate_log
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation
-from service.scoring.evaluate_log import evaluate_log
 
 
 def score_recognition(scene: TrackScene, file: Path, event_type: str) -> Evaluation:

@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.kept_identity import NamedRows, follow
 from benchmarks.lost_tracks import Case, Place, lose_tracks
-from data_gen.track_scene import TrackScene
-from data_gen.trajectories import NoisyTracks, TrueRows
-from service.runs.inputs.site import load_site
-from service.scoring.pairs import Pairs
-from service.scoring.tracks import TrackRows, score_tracks
+from data_gen.outputs.track_scene import TrackScene
+from data_gen.outputs.trajectories import NoisyTracks, TrueRows
+from service.questions.scoring.pairs import Pairs
+from service.questions.scoring.tracks import TrackRows, score_tracks
+from service.runs.inputs.sites.site import load_site
 
 SENSORS = ("colour", "thermal")
 _CASE = Case(gap_s=4.0)

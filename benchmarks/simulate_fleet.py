@@ -33,7 +33,7 @@ from benchmarks.bench_cluster import WORKER, add_jobs, make_tracks, new_database
 from service.cli.printing import format_table
 from service.store import schema
 from service.store.databases.location import database_of
-from service.store.jobs import Jobs
+from service.store.registers.jobs import Jobs
 from service.store.writer import insert_rows, lock_seqs
 
 HOUR_S = 3600.0

@@ -26,13 +26,13 @@ from pathlib import Path
 from typing import get_args
 
 from anchoring.settings import AnchoringSettings
-from data_gen.scene import generate
+from data_gen.outputs.scene import generate
 from qsr.settings import RelationSettings
 from service.errors import InputError
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import EventStatus
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
+from service.records.events import EventStatus
 from service.runs.processing import RunRequest, process
-from service.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
 from service.store.log import open_log
 from vision.settings import VisionSettings
 

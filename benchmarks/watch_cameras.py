@@ -9,8 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gis.camera import GroundCamera
-from service.runs.inputs.site import load_site
+from gis.cameras.camera import GroundCamera
+from service.runs.inputs.sites.site import load_site
 from vision.registration.watch import MovementWatch, noticed_px
 from vision.settings import VisionSettings
 from vision.video.frames import VideoSource, open_video

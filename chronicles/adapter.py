@@ -5,8 +5,8 @@ from typing import Protocol, TypeVar
 
 from chronicles.events import Event, Occurrence
 from chronicles.recogniser import Recogniser
-from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
+from dyknow.streams.hypotheses import Hypotheses
 
 
 class Change(Protocol):

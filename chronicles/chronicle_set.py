@@ -11,9 +11,9 @@ from chronicles.compilation.compiler import compile_chronicle
 from chronicles.compilation.cost import warn_unjoined
 from chronicles.compilation.example_checks import check_examples
 from chronicles.compilation.hierarchy import order_by_emission
+from chronicles.compilation.names.symbols import Signature, collect_symbols
+from chronicles.compilation.names.usage import canonical_texts, print_all, warn_unproduced, warn_unused
 from chronicles.compilation.plan import Plan
-from chronicles.compilation.symbols import Signature, collect_symbols
-from chronicles.compilation.usage import canonical_texts, print_all, warn_unproduced, warn_unused
 from chronicles.errors import ChronicleError
 from chronicles.language import model
 from chronicles.language.parser import parse

@@ -23,12 +23,12 @@ from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence, PartialInstance
 from chronicles.execution.engine import Engine
+from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.plain_data import from_plain, to_plain
 from chronicles.execution.live.revision import Revision, Verdict
 from chronicles.execution.stored.backfill import recognise_columns
 from chronicles.execution.stored.columns import EventColumns
 from chronicles.execution.stored.matches import TooManyMatches
-from chronicles.limits import USUAL, Limits
 
 _EXECUTORS = ("eager", "backfill")
 

@@ -2,7 +2,7 @@
 from .errors import DataGenError as DataGenError
 from .scenario import Scenario as Scenario
 from .scenarios.catalogue import scenario_named as scenario_named
-from .scene import generate as generate
+from .outputs.scene import generate as generate
 from .simulation.simulate import simulate as simulate
-from .stills import draw_stills as draw_stills
-from .trajectories import disturb as disturb
+from .outputs.stills import draw_stills as draw_stills
+from .outputs.trajectories import disturb as disturb

@@ -5,12 +5,12 @@ from .errors import (
     KplError as KplError,
     PolicyError as PolicyError,
 )
-from .graph import to_dot as to_dot, to_mermaid as to_mermaid
+from .streams.graph import to_dot as to_dot, to_mermaid as to_mermaid
 from .kpl.checks import check_kpl as check_kpl
 from .kpl.loader import load_kpl as load_kpl
 from .kpl.policies import parse_policy as parse_policy
 from .kpl.printer import print_kpl as print_kpl
-from .monitors.monitors import Monitors as Monitors
+from .mtl.monitors import Monitors as Monitors
 from .mtl.kinds import Kind as Kind, Signature as Signature
 from .mtl.parser import parse_formula as parse_formula, parse_monitors as parse_monitors
 from .mtl.progression.progressor import Progressor as Progressor
@@ -30,4 +30,4 @@ from .policies.synchroniser import Synchroniser as Synchroniser
 from .registry import Registry as Registry
 from .sample import NO_VALUE as NO_VALUE, NOT_YET as NOT_YET, Sample as Sample
 from .streams.stream import StreamGenerator as StreamGenerator
-from .testing import samples_of as samples_of, under as under
+from .streams.testing import samples_of as samples_of, under as under

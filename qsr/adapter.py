@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Protocol
 
-from dyknow.hypotheses import Hypotheses
 from dyknow.sample import Sample
-from gis.road_network import RoadPositions
+from dyknow.streams.hypotheses import Hypotheses
+from gis.roads.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
 from qsr.changes.line_up import Seen
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, on_roads

@@ -9,8 +9,8 @@ from operator import itemgetter
 
 import numpy as np
 
-from gis.lane_graph import LaneGraph
-from gis.turns import Turn
+from gis.roads.lane_graph import LaneGraph
+from gis.roads.turns import Turn
 from qsr.changes.crossings import RelationChange
 from qsr.changes.line_up import NOBODY, LineUp, Seen
 from qsr.changes.looks import Doubt, Look, Objects, differs

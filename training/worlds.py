@@ -22,14 +22,14 @@ from data_gen.drawing.traffic.solid_painter import Meshes, SolidPainter
 from data_gen.drawing.traffic.sprites import SpritePainter, looks_of, rows_near_image
 from data_gen.drawing.traffic.vehicle_models import vehicle_parts
 from data_gen.drawing.view import CameraView, at_height, views_of
+from data_gen.outputs.scene import plan_world
 from data_gen.scenario import VehicleClass, View
 from data_gen.scenarios.catalogue import SCENARIOS, scenario_named
-from data_gen.scene import plan_world
 from data_gen.simulation.simulate import simulate
 from data_gen.simulation.states import ByteArray, FloatArray, VehicleStates
-from gis.camera_pose import CameraPose, CameraTrack
-from gis.road_network import RoadNetwork
-from gis.sumo_net import read_sumo_net
+from gis.cameras.camera_pose import CameraPose, CameraTrack
+from gis.roads.road_network import RoadNetwork
+from gis.roads.sumo_net import read_sumo_net
 from training.clutter import littered, raise_poles
 
 Generator = np.random.Generator

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from vision.detection.eye import Eye, FixedEye, RoadEye, is_slanting
 from vision.detection.fusion import fuse
-from vision.detection.lanes import LaneStrip
-from vision.detection.surface import checked_polygons
+from vision.detection.parting.lanes import LaneStrip
+from vision.detection.surfaces.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.box_eye import BoxEye
 from vision.networks.knowing_eye import KnowingEye
@@ -283,7 +283,7 @@ def fixed_camera(
     road_polygons_m : outlines of the road, (k, 2) each; what lies outside is not looked at.
     image_size_px : (width, height) of the frames.
     settings : constants; the defaults suit daylight traffic.
-    lanes : of the road, if they are known; they help with vehicles that stand side by side.
+    lanes : of the road, if they are known; they help with vehicles that stand.
     lens : bends the picture of the homography; None for a straight one.
     reach_m : as of `moving_camera`, should it move all the same; None to believe that it does not.
     knows : a network that says what is a vehicle; None to believe all that moves.
@@ -299,7 +299,9 @@ def fixed_camera(
     looks = None
     if knows is not None:
         hz = settings.networks.looks_hz
-        looks = BoxEye(knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, looks_hz=hz)
+        looks = BoxEye(
+            knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, looks_hz=hz, lanes=lanes
+        )
     view = GroundView(pixel_from_ground, image_size_px, settings, lens)
     road = partial(FixedEye, pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
     eye = _eye(road, looks, view, polygons_m, settings)
@@ -442,6 +444,7 @@ def box_camera(
     motion: CameraMotion[InstantT] | None = None,
     settings: VisionSettings | None = None,
     lens: Lens | None = None,
+    lanes: Sequence[LaneStrip] = (),
 ) -> Camera[InstantT]:
     """Make a camera of which boxes are known, by a network or a file.
 
@@ -451,7 +454,7 @@ def box_camera(
     road_polygons_m, image_size_px, settings : as of `fixed_camera`.
     pixel_from_ground : (3, 3) of a camera that stands.
     motion : knows the maps of one that moves; without either, boxes must be on the ground already.
-    lens : of a camera that stands, as of `fixed_camera`.
+    lens, lanes : of a camera that stands, as of `fixed_camera`.
 
     Raises
     ------
@@ -459,7 +462,8 @@ def box_camera(
         If there is no road, or one is no polygon.
     """
     settings = settings or VisionSettings()
-    eye = BoxEye(detector, checked_polygons(road_polygons_m), image_size_px, settings, pixel_from_ground, lens=lens)
+    polygons_m = checked_polygons(road_polygons_m)
+    eye = BoxEye(detector, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, lanes=lanes)
     return Camera([eye], motion, settings)
 
 

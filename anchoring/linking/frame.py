@@ -13,7 +13,7 @@ from anchoring.linking.ways import Looks, front_as
 from anchoring.observations import DECIMALS, BoolArray, FloatArray, IntArray, LongArray, Observations, nowhere
 from anchoring.settings import AnchoringSettings
 from gis.polyline import ReferenceLines
-from gis.road_network import RoadNetwork, RoadPositions
+from gis.roads.road_network import RoadNetwork, RoadPositions
 
 
 @dataclass(slots=True)

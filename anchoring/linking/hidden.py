@@ -13,7 +13,7 @@ from anchoring.linking.bodies import LOST, NOW, START, Bodies
 from anchoring.linking.frame import RoadMap
 from anchoring.linking.ways import Looks
 from anchoring.observations import Cars, FloatArray, LongArray
-from gis.lane_graph import Route
+from gis.roads.lane_graph import Route
 
 # Centres (2, k), headings and speeds (k,) at k times.
 Path = tuple[FloatArray, FloatArray, FloatArray]

@@ -4,8 +4,8 @@ import numpy as np
 
 from anchoring.linking.ways import Looks, Routes
 from anchoring.observations import BoolArray, FloatArray, LongArray
-from gis.lane_graph import LaneGraph, LanePlaces, Route
-from gis.road_network import RoadNetwork
+from gis.roads.lane_graph import LaneGraph, LanePlaces, Route
+from gis.roads.road_network import RoadNetwork
 
 
 class LaneRoutes:

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+from chronicles.compilation.names.patterns import Cell, Cells
+from chronicles.compilation.names.symbols import Symbols
+from chronicles.compilation.names.usage import VARIABLE
+from chronicles.compilation.names.variables import Variables
 from chronicles.compilation.obligations import ObligationBuilder, event_test
-from chronicles.compilation.patterns import Cell, Cells
 from chronicles.compilation.plan import Anchor, Emission, EventTest, Filling, Plan, Position, ReportPart, Selection
-from chronicles.compilation.symbols import Symbols
-from chronicles.compilation.timing import Timing, moved
-from chronicles.compilation.usage import VARIABLE
-from chronicles.compilation.variables import Variables
+from chronicles.compilation.times.timing import Timing, moved
 from chronicles.language import model
 from chronicles.language.printer import print_pattern
 from dyknow.language.diagnostics import Reporter

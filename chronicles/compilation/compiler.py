@@ -8,12 +8,12 @@ import re
 from dataclasses import replace
 
 from chronicles.compilation.assembly import Assembly, Resolved
-from chronicles.compilation.patterns import PatternResolver
+from chronicles.compilation.names.patterns import PatternResolver
+from chronicles.compilation.names.symbols import Symbols
+from chronicles.compilation.names.usage import VARIABLE
+from chronicles.compilation.names.variables import Variables, resolve_variables
 from chronicles.compilation.plan import Plan
-from chronicles.compilation.symbols import Symbols
-from chronicles.compilation.timing import resolve_timing
-from chronicles.compilation.usage import VARIABLE
-from chronicles.compilation.variables import Variables, resolve_variables
+from chronicles.compilation.times.timing import resolve_timing
 from chronicles.language import model
 from chronicles.language.printer import print_statement
 from dyknow.language.diagnostics import Reporter, suggest

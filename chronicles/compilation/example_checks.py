@@ -7,8 +7,8 @@ examples handed on, names of constants are replaced by their values.
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from chronicles.compilation.patterns import Cell, PatternResolver
-from chronicles.compilation.symbols import Symbols
+from chronicles.compilation.names.patterns import Cell, PatternResolver
+from chronicles.compilation.names.symbols import Symbols
 from chronicles.language import model
 from chronicles.language.printer import print_term
 from dyknow.language.diagnostics import Reporter, suggest

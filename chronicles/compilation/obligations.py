@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from chronicles.compilation.domains import ANY_VALUE
-from chronicles.compilation.patterns import Cell, Cells
+from chronicles.compilation.names.domains import ANY_VALUE
+from chronicles.compilation.names.patterns import Cell, Cells
+from chronicles.compilation.names.variables import Variables
 from chronicles.compilation.plan import Anchor, Count, EventTest, Persistence
-from chronicles.compilation.variables import Variables
 from chronicles.language import model
 from chronicles.language.printer import print_statement
 from dyknow.language.diagnostics import Reporter

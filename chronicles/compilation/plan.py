@@ -11,8 +11,8 @@ new value.
 from dataclasses import dataclass
 from typing import Literal
 
-from chronicles.compilation.domains import ValueSet
-from chronicles.compilation.symbols import UNKNOWN
+from chronicles.compilation.names.domains import ValueSet
+from chronicles.compilation.names.symbols import UNKNOWN
 
 
 @dataclass(frozen=True, slots=True)

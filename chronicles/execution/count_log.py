@@ -3,8 +3,8 @@
 from bisect import bisect_left
 from operator import attrgetter, ne
 
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Count
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event
 from chronicles.execution.event_tests import EventMatcher, Values, event_matcher
 

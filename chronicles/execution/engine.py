@@ -11,13 +11,13 @@ from typing import Any  # states are plain nested data
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
-from chronicles.compilation.network import UNBOUNDED_US
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event, Occurrence, PartialInstance
+from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.eager import Completed, EagerExecutor
 from chronicles.execution.occurrences import Finding
 from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage
-from chronicles.limits import USUAL, Limits
 
 BEFORE_ALL_US = -UNBOUNDED_US
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from textwrap import indent
 from typing import Any  # the namespaces of generated code
 
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import EventTest
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 
 Values = tuple[str, ...]

@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from typing import Any  # states are plain nested data
 
-from chronicles.compilation.symbols import UNKNOWN
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.events import Event
 
 Labels = tuple[str, ...]

@@ -1,7 +1,7 @@
 """Is a `hold` or an `assert` true of the past, and which variables does it give a value?"""
 
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Persistence
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.execution.history import AttributeHistory
 
 Values = tuple[str, ...]

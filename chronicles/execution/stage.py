@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from typing import Any  # states are plain nested data
 
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Plan
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event, PartialInstance
 from chronicles.execution.conclusions import Conclusions
 from chronicles.execution.history import AttributeHistory

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from chronicles.chronicle_set import ChronicleSet
-from chronicles.compilation.domains import ValueSet
-from chronicles.compilation.symbols import UNKNOWN
+from chronicles.compilation.names.domains import ValueSet
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.events import Event
 
 Reason = Literal["unknown name", "other shape", "value outside its domain"]

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import Plan
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event
 from chronicles.execution.event_tests import event_matcher
 from chronicles.explanation.event_log import EventLog

@@ -18,8 +18,8 @@ from typing import Literal
 import numpy as np
 
 from chronicles.chronicle_set import load
-from chronicles.compilation.network import minimise
 from chronicles.compilation.plan import Persistence, Plan
+from chronicles.compilation.times.network import minimise
 from chronicles.errors import ChronicleError
 from chronicles.events import Occurrence
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs

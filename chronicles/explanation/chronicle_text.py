@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from chronicles.chronicle_set import ChronicleSet
+from chronicles.compilation.names.symbols import collect_symbols
 from chronicles.compilation.plan import Plan, Position
-from chronicles.compilation.symbols import collect_symbols
-from chronicles.compilation.timing import closed_bounds_us, difference, offset_us
+from chronicles.compilation.times.timing import closed_bounds_us, difference, offset_us
 from chronicles.language import model
 from chronicles.language.parser import parse
 from chronicles.language.printer import print_file, print_pattern, print_statement

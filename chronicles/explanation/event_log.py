@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from itertools import groupby
 from operator import attrgetter
 
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Count, EventTest
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.count_log import CountLog
 from chronicles.execution.history import value_after

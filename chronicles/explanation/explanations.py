@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from chronicles.compilation.symbols import UNKNOWN
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.events import Event
 
 Outcome = Literal["met", "failed", "open", "not asked"]

@@ -16,8 +16,8 @@ from data_gen.drawing.view import Bounds, CameraView, camera_over, views_of, wid
 from data_gen.errors import DataGenError
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray, IntArray
-from gis.camera_pose import CameraPose, CameraTrack
-from gis.road_network import RoadNetwork
+from gis.cameras.camera_pose import CameraPose, CameraTrack
+from gis.roads.road_network import RoadNetwork
 
 CameraKind = Literal["vertical", "oblique", "uav", "mast"]
 

@@ -12,8 +12,8 @@ import shapely
 
 from data_gen.scenario import View
 from data_gen.simulation.states import FloatArray
-from gis.camera_pose import CameraPose
-from gis.road_network import RoadNetwork
+from gis.cameras.camera_pose import CameraPose
+from gis.roads.road_network import RoadNetwork
 
 _HEIGHT_M = (4.0, 12.0)
 _PITCH_DEG = (5.0, 25.0)

@@ -17,7 +17,7 @@ from data_gen.drawing.ground.scenery import draw_tree
 from data_gen.drawing.sun import Sun
 from data_gen.errors import DataGenError
 from data_gen.simulation.states import FloatArray
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 
 OccluderKind = Literal["trees", "bridge", "gantry"]
 

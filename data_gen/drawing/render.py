@@ -28,7 +28,7 @@ from data_gen.drawing.traffic.sprites import SpritePainter, blend
 from data_gen.drawing.view import CameraView, Raster
 from data_gen.errors import DataGenError
 from data_gen.simulation.states import ByteArray, FloatArray, VehicleStates
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 
 _MARGIN_M = 40.0
 NOISE_SIGMA = 1.8

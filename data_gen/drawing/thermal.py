@@ -18,7 +18,7 @@ from data_gen.drawing.traffic.vehicle_models import height_m
 from data_gen.drawing.view import CameraView, Rectangle, camera_over, corners_m, silhouette_px, views_of, widened
 from data_gen.scenario import View
 from data_gen.simulation.states import Picture, VehicleStates
-from gis.camera_pose import CameraPose, CameraTrack
+from gis.cameras.camera_pose import CameraPose, CameraTrack
 
 _WIDER = 1.06
 _BORESIGHT_RAD = (0.004, -0.003)

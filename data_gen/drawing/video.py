@@ -13,7 +13,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from data_gen.degrade import USUAL_CRF
+from data_gen.drawing.degrade import USUAL_CRF
 from data_gen.errors import DataGenError
 
 _QUEUE_LENGTH = 8

@@ -12,8 +12,8 @@ import numpy as np
 
 from data_gen.scenario import View
 from data_gen.simulation.states import BoolArray, ByteArray, FloatArray, VehicleStates
-from gis.camera import GroundCamera
-from gis.camera_pose import CameraPose
+from gis.cameras.camera import GroundCamera
+from gis.cameras.camera_pose import CameraPose
 
 _FINER = 1.15
 """The raster is this much finer than the finest frame: bilinear sampling then keeps what a lens would keep."""

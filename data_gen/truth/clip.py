@@ -20,7 +20,7 @@ from data_gen.truth.near_miss import find_near_misses
 from data_gen.truth.queue_jump import find_queue_jumps
 from data_gen.truth.reckless import find_reckless
 from data_gen.truth.turns import find_turns
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 
 COLUMNS = (
     *("t_us", "id", "class", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m"),

@@ -7,7 +7,7 @@ import numpy as np
 
 from data_gen.simulation.states import BoolArray, Cells, FloatArray, IndexArray, IntArray, VehicleStates
 from data_gen.truth.event import ROLES, TruthEvent, reasons_cut_by_clip, reasons_out_of_view, rows_around
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 
 NOMINAL, STRICT, LOOSE = 0, 1, 2
 """Columns of a condition that is asked three times: as it stands, strictly and loosely."""
@@ -191,7 +191,7 @@ def truth_tables(states: Sequence[VehicleStates], network: RoadNetwork, seen: Bo
 
     Examples
     --------
-    >>> from gis.lanes import Lane
+    >>> from gis.roads.lanes import Lane
     >>> lane = Lane("e_0", "e", 0, "e", +1, np.array([[0.0, 0.0], [100.0, 0.0]]), 3.5, 25.0)
     >>> step = VehicleStates(
     ...     t_us=0, ids=("a",), classes=("car",), lanes=("e_0",), centre_m=np.array([[10.0, 0.0]]),

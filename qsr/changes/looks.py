@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gis.lane_graph import LaneGraph
+from gis.roads.lane_graph import LaneGraph
 from qsr.measuring.footprints import (
     OBSERVED,
     BoolArray,

@@ -7,7 +7,7 @@ from typing import Any, Generic, TypeVar  # columns are arrays of several types
 import numpy as np
 from numpy.typing import NDArray
 
-from gis.road_network import RoadPositions
+from gis.roads.road_network import RoadPositions
 from qsr.errors import QsrError
 
 FloatArray = NDArray[np.float64]

@@ -5,8 +5,8 @@ from typing import Self
 
 import numpy as np
 
-from gis.lane_graph import LaneGraph, LanePlaces
-from gis.road_network import RoadPositions
+from gis.roads.lane_graph import LaneGraph, LanePlaces
+from gis.roads.road_network import RoadPositions
 from qsr.measuring.footprints import BoolArray, FloatArray, Footprints, LongArray
 
 

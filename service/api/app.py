@@ -15,18 +15,16 @@ from starlette.responses import Response
 from service.api.access.admission import Admission
 from service.api.access.login import add_login
 from service.api.access.settings import Access
-from service.api.docs_page import add_docs
-from service.api.event_stream import EventStream
-from service.api.explanations import Explanations
+from service.api.delivery.event_stream import EventStream
+from service.api.description import add_docs, describe_bodies
 from service.api.frame import Compression, RequestFrame
 from service.api.health import add_health
+from service.api.messages.problems import register_problems
 from service.api.metrics import Metrics
-from service.api.openapi import describe_bodies
-from service.api.problems import register_problems
-from service.api.process_pool import ANSWERED_WITHIN_S, ProcessPool
+from service.api.processes.pool import ANSWERED_WITHIN_S, ProcessPool
 from service.api.routes.wiring import add_routes
 from service.api.source_files import NO_FOLDERS, SourceFolders
-from service.records import ChronicleRecord, software_version
+from service.records.runs import ChronicleRecord, software_version
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import load_chronicle_files
 
@@ -89,11 +87,10 @@ def create_app(
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
-    pool = ProcessPool(within_s)
+    pool = ProcessPool(log.read_from.url, within_s)
     metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
-    explanations = Explanations(log.read_from.url, pool)
-    add_routes(app.router, log, stream, explanations, library, folders=folders, media_folders=media_folders)
+    add_routes(app.router, log, stream, pool, library, folders=folders, media_folders=media_folders)
     add_login(app.router)  # behind those that are asked most: routes are tried one by one
     add_health(app.router, log, metrics)
     add_docs(app)

@@ -16,8 +16,8 @@ from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.messages.problems import MEDIA_TYPE, REQUEST_ID, answer_bug, answer_refusal
 from service.api.metrics import Metrics
-from service.api.problems import MEDIA_TYPE, REQUEST_ID, answer_bug, answer_refusal
 
 STRICT_HEADERS = {
     b"cache-control": b"no-store",

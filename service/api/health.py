@@ -12,15 +12,15 @@ from fastapi import APIRouter, Request
 from prometheus_client import CONTENT_TYPE_LATEST
 from starlette.responses import PlainTextResponse, Response
 
-from service.api.bodies import ProblemDetail
+from service.api.messages.answers import problems
+from service.api.messages.bodies import ProblemDetail
+from service.api.messages.problems import problem
 from service.api.metrics import Metrics
-from service.api.openapi import problems
-from service.api.problems import problem
 from service.errors import LogError
-from service.questions.queries import find_last_seq
+from service.questions.events.queries import find_last_seq
 from service.store.databases.location import log_files
-from service.store.jobs import count_jobs
 from service.store.log import EventLog
+from service.store.registers.jobs import count_jobs
 from service.store.schema import SCHEMA_VERSION
 from service.store.versions import read_version
 

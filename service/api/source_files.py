@@ -22,7 +22,7 @@ from starlette.requests import ClientDisconnect
 
 from service.errors import CrowdedError, QueryError, TakenError
 from service.store.entries import Source
-from service.store.sources import Sources
+from service.store.registers.sources import Sources
 
 UPLOAD_GB = 20.0
 MOST_UPLOADS = 4

@@ -16,14 +16,14 @@ from typing import Annotated
 import typer
 
 from service.cli import texts
-from service.cli.asking import evaluate, events, explain, log, objects, recognise, serve, streams, tokens, tracks
-from service.cli.asking.webhooks import list_webhooks, retry_webhook
+from service.cli.asking import evaluate, events, explain, log, objects, recognise, streams, tracks
 from service.cli.making import demo, detector, generate, jobs, process, site, watch
-from service.cli.operating import config, doctor
+from service.cli.operating import config, doctor, serve, tokens
+from service.cli.operating.webhooks import list_webhooks, retry_webhook
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.settings import take_settings
 from service.errors import QueryError, RunBusyError
-from service.machine import look_seldom
+from service.runs.machine import look_seldom
 
 # A new command: write its function in its own module and add it here with the arguments of an example; the order is
 # that of `dyknow --help`. Two words are a command of a group; groups come last.
@@ -186,7 +186,7 @@ def _program(
 ) -> None:
     """Recognise what happens between vehicles in traffic video, and ask for it."""
     if version:
-        from service.records import software_version
+        from service.records.runs import software_version
 
         print(software_version())
         raise typer.Exit

@@ -92,7 +92,7 @@ STREAM_CODES = frozenset({"C0201", "C0203", "C0301", "C0302", "C0901"})
 
 def read_window(start: str | None, end: str | None) -> tuple[int | None, int | None]:
     """Read `--from` and `--to` as microseconds of media time; raises `QueryError` if one is no time."""
-    from service.times import parse_media_us
+    from service.records.times import parse_media_us
 
     from_us = None if start is None else parse_media_us(start, parameter="--from")
     return from_us, None if end is None else parse_media_us(end, parameter="--to")

@@ -6,7 +6,10 @@ Scripts rely on the exit codes; docs/cli.md lists them.
 
 import sys
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Final
+
+from service.errors import InputError
 
 OK: Final = 0
 INTERNAL: Final = 1  # a fault of ours
@@ -34,6 +37,18 @@ def format_table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     widths = [max(len(line[column]) for line in lines) for column in range(len(titles))]
     padded = ("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
     return "".join(f"{line.rstrip()}\n" for line in padded)
+
+
+def check_apart(out: Path, *read: Path | None) -> None:
+    """Refuse to write over what is read, by whatever name it goes.
+
+    Raises
+    ------
+    InputError
+        If `out` is one of the files that are read.
+    """
+    if out.exists() and any(one is not None and one.exists() and out.samefile(one) for one in read):
+        raise InputError(f"{out}: expected a new file, got one that is being read")
 
 
 def print_json(record: object) -> None:

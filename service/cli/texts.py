@@ -68,9 +68,9 @@ def check(
     from chronicles.chronicle_set import load_texts
     from dyknow.language.diagnostics import TextError
     from dyknow.language.rendering import render_json
-    from service.monitoring.monitor_files import load_monitor_files
     from service.texts.chronicle_files import check_chronicles, read_text_or_input, with_relations
     from service.texts.linkage_files import LINKAGE_SUFFIX, check_linkages
+    from service.texts.monitor_files import load_monitor_files
 
     rates_hz = read_rates(rates or ())
     every = [(name, read_text_or_input(name)) for name in files]

@@ -8,16 +8,16 @@ import av
 import cv2
 import numpy as np
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.errors import InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
 from service.export.tracks import END, Views
-from service.questions.notes import covered
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import CameraRecord, RunRecord
+from service.questions.events.notes import covered
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.records.runs import CameraRecord, RunRecord
+from service.records.times import TimePoint, format_media
 from service.store.databases.location import log_files
 from service.store.log import EventLog, open_log
-from service.times import TimePoint, format_media
 from vision.objects import ByteArray
 from vision.video.frames import Frame, VideoSource, open_video
 

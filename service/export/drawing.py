@@ -12,9 +12,10 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.export.tracks import footprint_corners
-from service.records import CarState, EventRecord
+from service.records.events import EventRecord
+from service.records.seen import CarState
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
 from vision.objects import ByteArray, FloatArray
 

@@ -15,10 +15,10 @@ from typing import Literal, TextIO
 import msgspec
 
 from service.export.ocel import ocel
-from service.questions.queries import EventFilter, decode_event, find_role_names, iterate_pages
-from service.records import EventRecord
+from service.questions.events.queries import EventFilter, decode_event, find_role_names, iterate_pages
+from service.records.events import EventRecord
+from service.records.times import format_media
 from service.store.log import EventLog
-from service.times import format_media
 
 ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel"]
 

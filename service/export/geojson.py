@@ -14,9 +14,10 @@ from msgspec.structs import asdict
 from gis.frames import LocalFrame
 from service.errors import ExportError
 from service.export.json_items import json_items
-from service.questions.car_tracks import CarColumns
-from service.questions.run_sites import RunSite
-from service.records import EventRecord, RunRecord
+from service.questions.observations.car_tracks import CarColumns
+from service.questions.observations.run_sites import RunSite
+from service.records.events import EventRecord
+from service.records.runs import RunRecord
 
 Json = dict[str, Any]
 _DECIMALS = 8  # a millimetre
@@ -44,7 +45,7 @@ def known_frame_of(run: RunRecord) -> LocalFrame:
 
 
 def site_features(site: RunSite, frame: LocalFrame) -> bytes:
-    """Write the lanes of a site as lines and its junctions as areas, as `gis.geojson.read_geojson` reads them."""
+    """Write the lanes of a site as lines and its junctions as areas, as `gis.roads.geojson.read_geojson` reads them."""
     lanes, junctions = ([asdict(one) for one in part] for part in (site.lanes, site.junctions))
     lines = [_feature(frame, "LineString", one.pop("centre_line_m"), one) for one in lanes]
     areas = [_feature(frame, "Polygon", one.pop("outline_m"), one) for one in junctions]

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Iterator
 
 import msgspec
 
-from service.questions.queries import decode_event
-from service.records import EventRecord
+from service.questions.events.queries import decode_event
+from service.records.events import EventRecord
 
 
 def json_items(pages: Iterable[Iterable[str]], make: Callable[[EventRecord], object]) -> Iterator[str]:

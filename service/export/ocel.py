@@ -12,7 +12,7 @@ from typing import Any  # JSON
 import msgspec
 
 from service.export.json_items import json_items
-from service.records import EventRecord
+from service.records.events import EventRecord
 
 _ATTRIBUTES = {"end": "time", "source": "string", "status": "string", "confidence": "float"}
 

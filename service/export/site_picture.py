@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import shapely
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.export.drawing import FAR_PX, FONT, LEAST_WIDTH_PX, WHITE, Colour, in_front, write_text
-from service.runs.inputs.site import Site
-from service.runs.inputs.site_review import HULL_MARGIN_M, Review, across_m, in_picture
+from service.runs.inputs.sites.site import Site
+from service.runs.inputs.sites.site_review import HULL_MARGIN_M, Review, across_m, in_picture
 from vision.objects import ByteArray, FloatArray
 
 # Blue, green, red, with the words of the legend.

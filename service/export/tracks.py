@@ -14,8 +14,9 @@ from typing import TextIO
 
 import numpy as np
 
-from gis.camera import GroundCamera
-from service.records import CameraRecord, CarState, ViewRecord
+from gis.cameras.camera import GroundCamera
+from service.records.runs import CameraRecord
+from service.records.seen import MOT_OFFSET_PX, CarState, ViewRecord
 
 COLUMNS = (
     "t_us", "id", "class", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m", "road", "lane", "visible",
@@ -24,8 +25,6 @@ COLUMNS = (
 Point = tuple[float, float]
 Box = tuple[float, float, float, float]
 
-# In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
-MOT_OFFSET_PX = 1.5
 END = (0, 1 << 62)  # behind the frames
 
 

@@ -1,1 +1,1 @@
-"""What can be asked of a log? Events, why and why not, and chronicles of one's own."""
+"""What can be asked of a log? Its events, what was seen, and what chronicles find in that: why, and why not."""

@@ -15,13 +15,14 @@ from chronicles.events import Occurrence
 from chronicles.execution.unfit_events import UnfitCounter
 from chronicles.recogniser import Recogniser
 from service.errors import InputError
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.recognised_events import stored_places
-from service.questions.stored_events import Unwatched, relations_of, streamed_events
-from service.records import EventStatus, RunRecord
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.stored_events import Unwatched, relations_of, streamed_events
+from service.questions.recognition.recognised_events import stored_places
+from service.records.events import EventStatus
+from service.records.runs import RunRecord
 from service.runs.followed_texts import FollowedTexts, tell_unchanged
-from service.runs.pipeline import Pipeline
-from service.runs.recording import Recorder
+from service.runs.graph.pipeline import Pipeline
+from service.runs.graph.recording import Recorder
 from service.store.log import EventLog
 from service.store.writer import RunWriter
 from service.texts.chronicle_files import LoadedChronicles

@@ -11,13 +11,13 @@ from pathlib import Path
 from chronicles.errors import ChronicleError
 from dyknow.errors import DyKnowError
 from service.errors import ServiceError
-from service.monitoring.monitor_files import LoadedMonitors
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.databases.location import database_of
 from service.store.entries import ChronicleText
 from service.store.log import EventLog, open_log
+from service.store.registers.chronicle_texts import ChronicleTexts
 from service.store.versions import read_version
 from service.texts.chronicle_files import LoadedChronicles
+from service.texts.monitor_files import LoadedMonitors
 
 LOOKED_EVERY_S = 1.0
 WRONG = (ServiceError, ChronicleError, DyKnowError)

@@ -18,25 +18,24 @@ from anchoring.settings import AnchoringSettings
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
-from service.machine import cores
-from service.monitoring.monitor_files import LoadedMonitors, load_monitor_files
-from service.records import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
+from service.records.runs import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
+from service.records.times import utc_us
 from service.runs.activation import Activation
 from service.runs.followed_texts import FollowedTexts, Text, load_with_stored
+from service.runs.graph.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
+from service.runs.graph.recording import Recorder, recorded_streams
+from service.runs.graph.relations import changed_settings
+from service.runs.graph.stored_streams import stream_record
 from service.runs.inputs.input_kind import Input, content_digest
 from service.runs.inputs.opening import open_input
-from service.runs.inputs.site import Site, load_site
-from service.runs.interrupts import Interrupts
-from service.runs.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
-from service.runs.recording import Recorder, recorded_streams
-from service.runs.relations import changed_settings
+from service.runs.inputs.sites.site import Site, load_site
+from service.runs.machine import Interrupts, cores
 from service.runs.requests import RunRequest
-from service.runs.stored_streams import stream_record
 from service.store.log import open_log
 from service.texts.chronicle_files import LoadedChronicles, load_chronicle_texts, read_text
 from service.texts.idle_chronicles import idle_in_stream, idle_without_roads, unfit_told
 from service.texts.linkage_files import load_linkage_file
-from service.times import utc_us
+from service.texts.monitor_files import LoadedMonitors, load_monitor_files
 from vision.errors import VideoBroken
 from vision.video.frames import VideoSource
 from vision.video.recording import is_recording

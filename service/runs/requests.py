@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from service.records import SourceText
+from service.records.runs import SourceText
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@
         for run in log.runs(): ...
         for state in log.states("r1"): ...
 
-Questions about events are in `service.questions.queries`.
+Questions about events are in `service.questions.events.queries`.
 """
 
 import heapq
@@ -29,19 +29,18 @@ from msgspec import Struct
 from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, func, inspect, select
 
 from service.errors import LogError, NotInLogError
-from service.records import (
+from service.records.runs import RunRecord, StreamRecord
+from service.records.seen import (
     CarRecord,
     CarState,
     HypothesisRecord,
     LinkRecord,
     RelationRecord,
-    RunRecord,
     SeenObject,
-    StreamRecord,
     ViewRecord,
 )
 from service.store import schema
-from service.store.chunks import (
+from service.store.chunks.kinds import (
     CAR_STATES,
     FRAMES,
     LEFT_OUT,
@@ -271,11 +270,11 @@ class EventLog:
     def state_columns(
         self, run_id: str, names: Sequence[str], *, from_us: int | None = None, to_us: int | None = None
     ) -> "Iterator[tuple[int, list[str], NDArray[np.float64]]]":
-        """Stream some numbers of the car states, a span of ten seconds at once; see `service.store.packing.numbers`.
+        """Stream some numbers of the car states, a span of ten seconds at once; see `packing.numbers`.
 
         Spans that reach into `from_us <= t_us < to_us` are read whole.
         """
-        from service.store.packing import numbers
+        from service.store.chunks.packing import numbers
 
         return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES, from_us, to_us), names, log=self.place.name)
 
@@ -378,7 +377,7 @@ class EventLog:
         where: Where = MappingProxyType({}),
     ) -> Iterator[_Record]:
         """Stream rows of a kind that is kept in chunks; see `packing.unpacked`."""
-        from service.store.packing import unpacked
+        from service.store.chunks.packing import unpacked
 
         chunks = self.chunks(run_id, kind, from_us, to_us)
         return unpacked(kind, chunks, from_us=from_us, to_us=to_us, where=where, log=self.place.name)

@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import Connection, MetaData, Table, delete, func, insert, literal, select
 
 from service.store import schema
-from service.store.chunks import FRAMES
+from service.store.chunks.kinds import FRAMES
 from service.store.databases.database import Database, explained
 from service.store.writer import insert_rows, take_seqs
 

@@ -42,7 +42,7 @@ from sqlalchemy import (
     column,
 )
 
-from service.records import CarRecord, HypothesisRecord, LinkRecord
+from service.records.seen import CarRecord, HypothesisRecord, LinkRecord
 from service.store.entries import ChronicleText, Job, Source, Token, Undelivered, WebhookState, Written
 
 SCHEMA_VERSION = 10  # one more, and a file in `migrations`, for each change of the tables below
@@ -164,7 +164,7 @@ role_names = _run_table("role_names", Column("type", Text, primary_key=True), Co
 # `number` is 1, 2, ... in order of first sight within the run, `car_class` the last one that was not `unknown`.
 cars = _run_table("cars", *_columns(CarRecord, "car"))
 
-# What `service.store.chunks` keeps together. `number` counts the chunks of a run in the order of writing.
+# What `service.store.chunks.kinds` keeps together. `number` counts the chunks of a run in the order of writing.
 chunks = _run_table(
     "chunks",
     Column("kind", Text, primary_key=True),

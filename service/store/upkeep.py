@@ -9,12 +9,12 @@ from sqlalchemy import ColumnElement, Connection, Delete, Update, delete, func, 
 
 from service.errors import LogError
 from service.store import schema
-from service.store.chunks import CHUNK_KINDS, FRAMES, SPAN_US, ChunkKind
-from service.store.columns import DamagedChunkError
+from service.store.chunks.columns import DamagedChunkError
+from service.store.chunks.kinds import CHUNK_KINDS, FRAMES, SPAN_US, ChunkKind
+from service.store.chunks.packing import PRUNED, opened, said_of_missing
 from service.store.databases.database import Database, explained
 from service.store.databases.sqlite_file import SqliteFile
 from service.store.log import EventLog
-from service.store.packing import PRUNED, opened, said_of_missing
 from service.store.versions import read_version
 from service.store.writer import take_seqs
 
@@ -33,7 +33,7 @@ class Holding:
 
     Attributes
     ----------
-    kind : `events`, or a kind of `chunks.CHUNK_KINDS`.
+    kind : `events`, or a kind of `CHUNK_KINDS`.
     rows : those that can be read.
     pruned : rows that were there.
     size_bytes : of what is stored, without the pages and indexes of the database.

@@ -16,9 +16,11 @@ from msgspec.structs import asdict, astuple
 from sqlalchemy import Connection, Engine, Table, case, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
-from service.records import CarState, EventDraft, EventRecord, FrameRecord, RunRecord, RunStatus, StreamRecord
+from service.records.events import EventDraft, EventRecord
+from service.records.runs import RunRecord, RunStatus, StreamRecord
+from service.records.seen import CarState, FrameRecord
 from service.store import schema
-from service.store.chunks import CHUNK_KINDS, SPAN_US, ChunkKind
+from service.store.chunks.kinds import CHUNK_KINDS, SPAN_US, ChunkKind
 from service.store.databases.database import Database, explained
 
 BATCH_ROWS = 20_000
@@ -160,7 +162,7 @@ class RunWriter:
             waiting.clear()
 
     def _chunk_rows(self) -> Iterator[Row]:
-        from service.store.packing import packed
+        from service.store.chunks.packing import packed
 
         for kind, records in self._records.items():
             for chunk in packed(_CHUNKED[kind], records):

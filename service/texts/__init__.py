@@ -1,1 +1,1 @@
-"""Which chronicles and streams do the user's texts define, and do they fit the pipeline?"""
+"""What do the user's texts say, and do they fit the pipeline? Chronicles, monitors, linkage, tables of CSV and TOML."""

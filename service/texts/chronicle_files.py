@@ -16,8 +16,8 @@ from chronicles.language.parser import parse
 from dyknow.language.diagnostics import Diagnostic, Reporter
 from qsr.relations import RANK
 from service.errors import InputError
-from service.monitoring.monitor_messages import NO_MESSAGES, Messages, misuses
-from service.records import ChronicleRecord, SourceText
+from service.records.runs import ChronicleRecord, SourceText
+from service.texts.monitor_messages import NO_MESSAGES, Messages, misuses
 from service.texts.text_streams import NEARLY, Stream, library_events, stream_of
 
 

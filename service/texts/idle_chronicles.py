@@ -6,8 +6,8 @@ Such a chronicle finds nothing, and nothing else would say why.
 from collections.abc import Collection, Iterable
 
 from chronicles.chronicle_set import ChronicleSet
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Plan
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.execution.unfit_events import Reason, UnfitCounter, UnfitEvents
 from dyknow.language.diagnostics import hinted

@@ -8,8 +8,8 @@ import numpy as np
 
 from anchoring.anchorer import Anchorer
 from anchoring.observations import Cars, LinkChange, Observations
-from gis.lanes import Junction, Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Junction, Lane
+from gis.roads.road_network import RoadNetwork
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import bench_day
-from data_gen.scene import generate
+from data_gen.outputs.scene import generate
 
 
 @pytest.mark.slow

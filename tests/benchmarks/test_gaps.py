@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks import evaluate_gaps, lanelet_network
-from gis.lane_graph import LaneGraph
-from service.runs.inputs.site import load_site
+from gis.roads.lane_graph import LaneGraph
+from service.runs.inputs.sites.site import load_site
 
 
 def band(left_m: float, start_m: float, end_m: float) -> dict[str, list[list[float]]]:

@@ -30,8 +30,8 @@ from benchmarks.lost_tracks import STEP_US, Case, Place, lose_tracks, read_case
 from benchmarks.peer_identity import SWEEPS, as_detections, best_of_peer, name_rows
 from benchmarks.tracker_runners import PEERS, Followed, Job, Settings
 from data_gen.scenarios.catalogue import SCENARIOS
-from dyknow.hypotheses import Hypotheses
-from service.scoring.evaluate import Evaluation, RecognisedEvent
+from dyknow.streams.hypotheses import Hypotheses
+from service.questions.scoring.evaluate import Evaluation, RecognisedEvent
 from tests.benchmarks.test_lost_tracks import drive
 
 ROWS_A_SECOND = 1_000_000 // STEP_US

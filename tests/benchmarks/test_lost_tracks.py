@@ -15,7 +15,7 @@ from benchmarks.lost_tracks import (
     read_case,
     trajectories_of,
 )
-from data_gen.trajectories import NoisyTracks, TrueRows
+from data_gen.outputs.trajectories import NoisyTracks, TrueRows
 
 STRIP, DISC = Place(150.0, 0.0, is_disc=False), Place(150.0, 0.0, is_disc=True)
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.evaluate_mast import Measured, ShownTruth, compare_shown, load_shown, pooled, write_boxes
-from service.records import CarState
-from service.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate import Evaluation
+from service.records.seen import CarState
 
 STEP_US = 100_000
 EYE_M = np.zeros(2)

@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.evaluate_scenes import KINDS, Measured, _figure, _overtake_row, _scene_name, _seen_row, made_scene
 from data_gen.scenarios.catalogue import SCENARIOS
-from service.scoring.evaluate import evaluate_events, positions_from_rows
-from service.scoring.scene_scores import CARS, OBJECTS, Compared
-from tests.service.scoring.support import rows
+from service.questions.scoring.evaluate import evaluate_events, positions_from_rows
+from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared
+from tests.service.questions.scoring.support import rows
 
 
 def test_every_kind_is_of_a_scenario_that_exists() -> None:

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.evaluate_identity import KINDS, make_scenes
 from benchmarks.kept_identity import NamedRows, follow
 from benchmarks.sensor_identity import SENSORS, pooled_idf1, score_sensors, taken_together, two_sensors
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sites.site import load_site
 
 TRUE = [(0, t_us, "a") for t_us in range(4)]
 

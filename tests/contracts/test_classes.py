@@ -5,7 +5,7 @@ from typing import get_args
 
 from anchoring.linking.classes import CLASS_NAMES as OF_CARS
 from data_gen.scenario import VehicleClass
-from service.monitoring.monitored_features import WORDS
+from service.texts.monitored_features import WORDS
 from tests.contracts.tables import page
 from vision.networks.box_detector import CLASS_NAMES as OF_BOXES
 

@@ -6,9 +6,9 @@ import signal
 from anchoring.hypotheses.language import FLUENTS, default_text
 from service.cli import printing
 from service.cli.app import COMMANDS, GROUPS
-from service.runs.inputs.site import SiteFile
-from service.runs.inputs.toml_tables import tables_of
+from service.runs.inputs.sites.site import SiteFile
 from service.store.schema import metadata
+from service.texts.toml_tables import tables_of
 from tests.contracts.tables import ROOT, page, table
 from tests.docs.commands import all_commands, program
 

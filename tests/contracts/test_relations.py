@@ -4,9 +4,9 @@ import re
 from typing import get_args
 
 from dyknow.mtl.kinds import Kind
-from gis.turns import TurnDirection
+from gis.roads.turns import TurnDirection
 from qsr.relations import RELATIONS
-from service.monitoring.monitored_features import CAR_FEATURES, KINDS, NEED_ROADS, PLACE_RELATIONS, SIGNATURE, WORDS
+from service.texts.monitored_features import CAR_FEATURES, KINDS, NEED_ROADS, PLACE_RELATIONS, SIGNATURE, WORDS
 from tests.contracts.tables import LIBRARY, declared, page, table, terms
 
 TEXT = (LIBRARY / "relations.chronicle").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from data_gen.scenario import Scenario
 from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import simulate
 from data_gen.simulation.states import FloatArray, VehicleStates
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 
 STEP_S = 0.1
 

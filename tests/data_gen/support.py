@@ -7,8 +7,8 @@ import numpy as np
 
 from data_gen.simulation.states import FloatArray, VehicleStates
 from data_gen.truth.motion import Motion
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 
 STEP_US = 40_000
 

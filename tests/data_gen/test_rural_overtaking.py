@@ -9,7 +9,7 @@ from data_gen.simulation.simulate import simulate
 from data_gen.truth.event import TruthEvent
 from data_gen.truth.events import find_events
 from data_gen.truth.motion import tabulate
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 from tests.data_gen.truth_support import centres_in_view
 
 SCENARIO = scenario_named("rural_overtaking")

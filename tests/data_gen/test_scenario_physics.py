@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from data_gen.scenarios.catalogue import SCENARIOS
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 from tests.data_gen.scenario_clips import STEP_S, Clip, clip, moving, touching_pairs, tracks
 
 SECONDS = 20

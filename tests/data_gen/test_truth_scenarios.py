@@ -8,7 +8,7 @@ import pytest
 from data_gen.drawing.view import camera_over
 from data_gen.truth.clip import clip_events, visible_masks
 from data_gen.truth.event import ROLES, TruthEvent
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 from tests.data_gen.scenario_clips import clip, lane_sequences
 
 NO_OPTIONS: Mapping[str, str] = {}

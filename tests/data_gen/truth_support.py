@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from data_gen.drawing.view import CameraView
 from data_gen.simulation.states import FloatArray, VehicleStates
 from data_gen.truth.motion import Motion, TruthTables, tabulate, truth_tables
-from gis.lanes import Junction, Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Junction, Lane
+from gis.roads.road_network import RoadNetwork
 
 STEP_US = 100_000
 

@@ -10,7 +10,7 @@ from dyknow.node import Node
 from dyknow.policies.policy import Approximation, Order, Policy, SampleEvery
 from dyknow.policies.synchroniser import Synchroniser
 from dyknow.sample import Sample
-from dyknow.testing import Recorder
+from dyknow.streams.testing import Recorder
 from tests.dyknow.units import Doubling, Pairing, Silence
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gis.frames import LocalFrame
-from gis.lanes import Lane
 from gis.polyline import offset
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 
 FloatArray = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from statistics import fmean
 
 from msgspec.structs import astuple
 
-from service.store.chunks import CHUNK_KINDS
+from service.store.chunks.kinds import CHUNK_KINDS
+from service.store.chunks.packing import unpacked
 from service.store.log import EventLog, open_log
-from service.store.packing import unpacked
 
 EVERY = 5
 """Of positions, the rows of each so many-th frame are pinned."""

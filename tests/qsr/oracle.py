@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gis.lane_graph import LaneGraph, LanePlaces
-from gis.road_network import RoadPositions
+from gis.roads.lane_graph import LaneGraph, LanePlaces
+from gis.roads.road_network import RoadPositions
 from qsr.changes.crossings import RelationChange
 from qsr.measuring.footprints import Footprints
 from qsr.settings import RelationSettings

@@ -9,9 +9,9 @@ from scipy.interpolate import PchipInterpolator
 from chronicles import library
 from chronicles.events import Event
 from chronicles.recogniser import Recogniser
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
-from gis.turns import turns
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
+from gis.roads.turns import turns
 from qsr.changes.crossings import Value
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver

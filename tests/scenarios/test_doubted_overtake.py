@@ -19,17 +19,17 @@ from data_gen.drawing.occluders import Occluder
 from data_gen.drawing.overlay import Overlay
 from data_gen.drawing.render import SceneRenderer
 from data_gen.drawing.video import VideoWriter
+from data_gen.outputs.scene import plan_world
+from data_gen.outputs.site_file import write_site
 from data_gen.scenario import View
 from data_gen.scenarios.catalogue import scenario_named
-from data_gen.scene import plan_world
 from data_gen.simulation.states import VehicleStates
-from data_gen.site_file import write_site
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 from service.api.app import create_app
 from service.cli.app import run as dyknow
-from service.questions.identity import links_of
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import EventRecord
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.identity import links_of
+from service.records.events import EventRecord
 from service.store.log import open_log
 from tests.clips import first_seconds
 from tests.service.http import Client

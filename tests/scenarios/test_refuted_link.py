@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from chronicles.recogniser import recognise
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import chronicles_of, stored_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.stored_events import chronicles_of, stored_events
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.tracks import HEADER

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from service.runs.inputs.video_sensor import USUAL_RATE_HZ as RATE_HZ
+from service.questions.scoring.evaluate import Evaluation
+from service.questions.scoring.evaluate_log import evaluate_log
+from service.runs.inputs.sensors.video_sensor import USUAL_RATE_HZ as RATE_HZ
 from service.runs.processing import RunRequest, process
-from service.scoring.evaluate import Evaluation
-from service.scoring.evaluate_log import evaluate_log
 from service.store.log import open_log
 from tests.conftest import SECONDS, Demo
 
@@ -56,7 +56,7 @@ def test_every_frame_reached_every_stage(log: str) -> None:
 
 
 def test_event_says_where_and_from_which_sub_events(log: str, evaluation: Evaluation) -> None:
-    from service.questions.queries import decode_event, find_event
+    from service.questions.events.queries import decode_event, find_event
 
     with open_log(log) as opened:
         text = find_event(opened, evaluation.right[0].recognised.id)
@@ -70,7 +70,7 @@ def test_event_says_where_and_from_which_sub_events(log: str, evaluation: Evalua
 
 
 def test_one_car_symbol_for_one_vehicle(scene: Path, log: str) -> None:
-    from service.scoring.evaluate import load_truth
+    from service.questions.scoring.evaluate import load_truth
 
     _, vehicles = load_truth(scene)
     with open_log(log) as opened:

@@ -7,10 +7,10 @@ import pytest
 
 from chronicles.recogniser import recognise
 from service.cli.app import run
-from service.questions.explaining import AbsenceQuestion, Explainer
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.questions.stored_events import chronicles_of, stored_events, unwatched_relations
-from service.records import EventRecord
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.observations.stored_events import chronicles_of, stored_events, unwatched_relations
+from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+from service.records.events import EventRecord
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.conftest import Demo

@@ -12,7 +12,7 @@ from anyio.from_thread import start_blocking_portal
 from fastapi import FastAPI
 
 from service.api.app import Server
-from service.cli.asking.serve import listen
+from service.cli.operating.serve import listen
 
 
 class Client:

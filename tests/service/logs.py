@@ -8,20 +8,10 @@ from typing import Any  # records of many kinds
 import msgspec
 from sqlalchemy import text
 
-from service.questions.queries import EventFilter, decode_event, iterate_events
-from service.records import (
-    CameraRecord,
-    CarState,
-    ChronicleRecord,
-    ChronicleRef,
-    EventDraft,
-    EventRecord,
-    LinkRecord,
-    Place,
-    RelationRecord,
-    RunRecord,
-    SubEvent,
-)
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.records.events import ChronicleRef, EventDraft, EventRecord, Place, SubEvent
+from service.records.runs import CameraRecord, ChronicleRecord, RunRecord
+from service.records.seen import CarState, LinkRecord, RelationRecord
 from service.store import schema
 from service.store.log import open_log
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tests.vision.networks.test_detection_ground import SIZE_PX, drawn, projection_of
 from tests.vision.support import make_boxes, top_view
 from vision.camera import box_camera
+from vision.detection.parting.lanes import LaneStrip
 from vision.networks.box_detector import GroundBoxes, ImageBoxes, Instant
 from vision.networks.stored_detections import StoredInstant
 from vision.objects import VisionObjects
@@ -43,8 +44,10 @@ class Blinking:
         return None if 40 <= frame.index < 60 else VIEW
 
 
-def watch(detector: Seer, *, count: int = 100, motion: Blinking | None = None) -> list[VisionObjects]:
-    vision = box_camera(detector, [ROAD], SIZE_PX, pixel_from_ground=VIEW, motion=motion)
+def watch(
+    detector: Seer, *, count: int = 100, motion: Blinking | None = None, lanes: Sequence[LaneStrip] = ()
+) -> list[VisionObjects]:
+    vision = box_camera(detector, [ROAD], SIZE_PX, pixel_from_ground=VIEW, motion=motion, lanes=lanes)
     instants = (StoredInstant(k, 40_000 * k) for k in range(count))
     seen = [objects for instant in instants for objects in vision.observe(instant)]
     return [*seen, *vision.finish()]
@@ -63,6 +66,13 @@ def test_diagonal_car_gets_its_heading_and_length_from_its_way() -> None:
     results = watch(Seer(lambda t: [(20 + 7 * t, 32 + 4 * t, 0.519, 5.0, 1.8)]))
     assert results[-1].heading_rad[0] == pytest.approx(0.519, abs=0.05)
     assert results[-1].length_m[0] == pytest.approx(5.0, abs=0.4)
+
+
+def test_car_that_never_moved_lies_along_its_lane() -> None:
+    standing = Seer(lambda t: [(60.0, 40.0, 0.519, 4.5, 1.8)])
+    lane = LaneStrip(np.array([[60.0, 40.0], [60.0, 40.0]]) + np.outer([-20, 20], [np.cos(0.519), np.sin(0.519)]), 3.5)
+    assert abs(watch(standing)[-1].heading_rad[0] - 0.519) > 0.3
+    assert watch(standing, lanes=[lane])[-1].heading_rad[0] == pytest.approx(0.519)
 
 
 def test_what_is_off_the_road_is_no_vehicle() -> None:

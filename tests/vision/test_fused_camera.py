@@ -15,7 +15,7 @@ from vision.background.background import Background
 from vision.background.settings import BackgroundSettings
 from vision.camera import FixedView, fixed_camera, fused_camera
 from vision.detection import eye
-from vision.detection.lanes import LaneStrip
+from vision.detection.parting.lanes import LaneStrip
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.video.frames import Frame

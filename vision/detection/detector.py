@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from vision.background.background import AT_THRESHOLD, Background
 from vision.detection.blobs import Cells, find_blobs
-from vision.detection.lanes import LaneField
+from vision.detection.parting.lanes import LaneField
 from vision.detection.settings import DetectionSettings
 from vision.detection.split import assign_cells
-from vision.detection.surface import Appearances, Surface
+from vision.detection.surfaces.surface import Appearances, Surface
 from vision.objects import BoolArray, FloatArray, IntArray, Table
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.road.rectify import RoadImage

@@ -13,10 +13,10 @@ import numpy as np
 from vision.background.background import Background
 from vision.detection.detector import Detections, Expected, MotionDetector
 from vision.detection.fusion import Channel, DetectionRate
-from vision.detection.ground_surface import GroundSurface
-from vision.detection.image_surface import ImageSurface
-from vision.detection.lanes import LaneField, LaneStrip, borders_of
-from vision.detection.surface import FixedSurface, Surface
+from vision.detection.parting.lanes import LaneField, LaneStrip, borders_of
+from vision.detection.surfaces.ground_surface import GroundSurface
+from vision.detection.surfaces.image_surface import ImageSurface
+from vision.detection.surfaces.surface import FixedSurface, Surface
 from vision.objects import BoolArray, ByteArray, FloatArray, VerdictArray
 from vision.road.boxes import Boxes
 from vision.road.rectify import RectifiedFrame, RoadImage

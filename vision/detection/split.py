@@ -11,7 +11,7 @@ import numpy as np
 
 from vision.detection.blobs import Cells
 from vision.detection.settings import DetectionSettings
-from vision.detection.surface import Appearances
+from vision.detection.surfaces.surface import Appearances
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes
 

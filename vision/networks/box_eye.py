@@ -15,7 +15,8 @@ import shapely
 from vision.detection.detector import Detections, Expected
 from vision.detection.eye import Eye
 from vision.detection.fusion import Channel
-from vision.detection.surface import road_area
+from vision.detection.parting.lanes import LaneStrip
+from vision.detection.surfaces.surface import road_area
 from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray
@@ -46,6 +47,7 @@ class BoxEye(Eye[InstantT]):
     pixel_from_ground : of a camera that stands; None if it moves, or there is no picture.
     lens : bends the picture of the homography; None for a straight one.
     looks_hz : how often it looks; None for every instant.
+    lanes : of the road, if they are known: what has never moved lies along them.
     """
 
     def __init__(
@@ -58,12 +60,14 @@ class BoxEye(Eye[InstantT]):
         *,
         lens: Lens | None = None,
         looks_hz: float | None = None,
+        lanes: Sequence[LaneStrip] = (),
     ) -> None:
         self._detector = detector
         self._image_size_px = image_size_px
         self._settings = settings
         self._standing = pixel_from_ground
         self._lens = lens
+        self._lanes = lanes
         self._road = road_area(road_polygons_m).buffer(settings.road_margin_m)
         shapely.prepare(self._road)
         self._period_us = 0 if looks_hz is None else round(1_000_000 / looks_hz)
@@ -117,7 +121,9 @@ class BoxEye(Eye[InstantT]):
             assert self._view is not None, "boxes in pixels need a camera"
             size_px = self._image_size_px
             seen = whole_boxes(found.boxes, size_px)
-            detections = image_detections(seen, self._view, expected, image_size_px=size_px, settings=self._settings)
+            detections = image_detections(
+                seen, self._view, expected, image_size_px=size_px, settings=self._settings, lanes=self._lanes
+            )
         if self._period_us:
             detections = replace(detections, weight=self._settings.networks.look_evidence * detections.weights())
         # What is too weak to tell of a vehicle may still tell where one is (Zhang et al., ByteTrack, 2022).

@@ -9,13 +9,14 @@ across and along the picture is taken.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.detector import Detections, Expected
+from vision.detection.parting.lanes import LaneStrip, lane_headings
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.settings import UsualSize
 from vision.networks.vehicle_fit import LONGEST_STEP_M, Ends, VehicleFit, heading_on_ground, pixels_by_metres
@@ -33,6 +34,7 @@ def image_detections(
     *,
     image_size_px: tuple[int, int],
     settings: VisionSettings,
+    lanes: Sequence[LaneStrip] = (),
 ) -> Detections:
     """Put boxes of a picture on the ground.
 
@@ -43,6 +45,7 @@ def image_detections(
     expected : where objects must be; their directions are lent to boxes that have none.
     image_size_px : (width, height).
     settings : noise, the coarsest ground to look at.
+    lanes : of the road; what no track lends a direction lies along its lane, whichever end is its front.
 
     Returns
     -------
@@ -62,7 +65,10 @@ def image_detections(
     is_free = ~is_lent
     if is_free.any():
         first, is_clear[is_free] = fit.select(is_free).undirected(start_m[is_free])
-        heading[is_free], start_m[is_free] = first.footprint.heading_rad, first.footprint.centre_m
+        way_rad = lane_headings(first.footprint.centre_m, lanes)
+        is_clear[is_free] |= ~np.isnan(way_rad)
+        heading[is_free] = np.where(np.isnan(way_rad), first.footprint.heading_rad, way_rad)
+        start_m[is_free] = first.footprint.centre_m
     heading = _with_own_axis(heading, boxes, start_m, view)
     guess = fit.directed(start_m, heading)
     elongation = np.where(boxes.is_oriented | is_clear, _elongation(guess.footprint), 1.0)

@@ -13,7 +13,7 @@ from vision.background.background import Background
 from vision.detection.detector import Expected
 from vision.detection.eye import RoadEye
 from vision.detection.fusion import Channel
-from vision.detection.ground_surface import MapSurface, cell_size, painted_road
+from vision.detection.surfaces.ground_surface import MapSurface, cell_size, painted_road
 from vision.errors import VisionError
 from vision.objects import BoolArray, FloatArray
 from vision.registration.plane_fit import transform

@@ -16,14 +16,14 @@ from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import Any  # an instance is a heterogeneous list; states are plain data
 
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
 from chronicles.compilation.steps import deadline_bounds, known_slots, members, steps_from
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.execution.event_tests import Code
 from chronicles.execution.instances import Instance, Record, no_records, record_builder
+from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.partial_rows import Row, Rows
 from chronicles.execution.live.programs import extend_code, read_code, row_places
-from chronicles.limits import USUAL, Limits
 
 # Numbers of chronicles, each with instances that have all their events; a chronicle may come more than once.
 Completed = list[tuple[int, Sequence[Instance]]]

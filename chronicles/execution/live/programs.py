@@ -13,9 +13,9 @@ The row of a state holds, for each matched position in ascending order, the time
 
 from collections.abc import Callable, Sequence
 
-from chronicles.compilation.network import UNBOUNDED_US
 from chronicles.compilation.plan import EventTest, Plan
 from chronicles.compilation.steps import Step, known_slots, members
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.execution.event_tests import Code, field_text, fit_code, tuple_text
 from chronicles.execution.instances import Record, says_everything
 

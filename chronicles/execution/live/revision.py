@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from operator import attrgetter, itemgetter
 from typing import Any, Literal  # Any: states are plain nested data
 
-from chronicles.compilation.network import UNBOUNDED_US
+from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event, Occurrence, OccurrenceKey, Status
 from chronicles.execution.engine import Engine
 

@@ -23,13 +23,13 @@ from chronicles.events import Event, Occurrence
 from chronicles.execution.engine import Engine
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance
+from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.eager import Completed
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder
 from chronicles.execution.results import Told, is_told_at_once
 from chronicles.execution.stored.columns import EventColumns, Rows, Times
 from chronicles.execution.stored.joins import MOST_ROWS
 from chronicles.execution.stored.matches import Matches, find_matches
-from chronicles.limits import USUAL, Limits
 
 _MATCHES_AT_A_TIME = 1 << 12
 

@@ -15,8 +15,8 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import NDArray
 
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import EventTest
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 
 Times = NDArray[np.int64]

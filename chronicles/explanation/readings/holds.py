@@ -6,8 +6,8 @@ Where a `hold` may give a variable its value, every value is read.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Persistence
-from chronicles.compilation.symbols import UNKNOWN
 from chronicles.events import Event
 from chronicles.explanation.assignments import Values
 from chronicles.explanation.event_log import Args, EventLog

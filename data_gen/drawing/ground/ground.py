@@ -19,9 +19,9 @@ from data_gen.drawing.ground.sky import Haze, paint_distance
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView, at_height, plane_camera
 from data_gen.simulation.states import Picture
-from gis.lanes import Lane
 from gis.polyline import offset
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 
 Surface = shapely.Polygon | shapely.MultiPolygon
 

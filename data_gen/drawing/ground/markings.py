@@ -17,9 +17,9 @@ from shapely.ops import substring
 from data_gen.drawing.ground.paint import placed
 from data_gen.scenario import ParkingStrip
 from data_gen.simulation.states import FloatArray
-from gis.lanes import Lane
 from gis.polyline import offset
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 
 _LINE_WIDTH_M = 0.2
 _EDGE_INSET_M = 0.15

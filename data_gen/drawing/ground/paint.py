@@ -15,7 +15,7 @@ import shapely
 from shapely import affinity
 
 from data_gen.simulation.states import FloatArray, Picture
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 
 Colour = tuple[float, float, float]
 """Blue, green, red in 0 to 255."""

@@ -16,7 +16,7 @@ from shapely.ops import split
 from data_gen.drawing.ground.paint import Colour, placed
 from data_gen.drawing.sun import Sun
 from data_gen.simulation.states import FloatArray
-from gis.road_network import RoadNetwork
+from gis.roads.road_network import RoadNetwork
 
 _FIELD_COLOURS: tuple[Colour, ...] = (  # blue, green, red: corn, meadow, ripe corn, ploughed, stubble, clover
     (68.0, 118.0, 88.0),

@@ -11,7 +11,7 @@ import numpy as np
 from data_gen.drawing.ground.paint import Colour, fractal_noise
 from data_gen.drawing.sun import Sun
 from data_gen.simulation.states import FloatArray, Picture
-from gis.camera_pose import CameraPose
+from gis.cameras.camera_pose import CameraPose
 
 _HAZE_M = (900.0, 4000.0)
 """Distance over which two thirds of a colour are lost; drawn log-evenly."""

@@ -17,8 +17,8 @@ from data_gen.drawing.ground.sky import Haze
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView
 from data_gen.simulation.states import ByteArray, FloatArray, Picture
-from gis.camera_pose import CameraPose
-from gis.road_network import RoadNetwork
+from gis.cameras.camera_pose import CameraPose
+from gis.roads.road_network import RoadNetwork
 
 _FINENESS = 2
 _FARTHEST_M, _NEAREST_M = 600.0, 0.5

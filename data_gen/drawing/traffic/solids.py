@@ -17,7 +17,7 @@ from data_gen.drawing.sun import Sun
 from data_gen.drawing.traffic.vehicle_models import Part
 from data_gen.drawing.view import CameraView, Rectangle, corners_m
 from data_gen.simulation.states import BoolArray, ByteArray, FloatArray, IndexArray, IntArray, VehicleStates
-from gis.camera import clip_ring
+from gis.cameras.camera import clip_ring
 
 NEAREST_M = 0.5
 """Nothing closer before the camera is drawn."""

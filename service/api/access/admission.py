@@ -18,12 +18,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.access.callers import LOOPBACK, Callers, address_of
 from service.api.access.settings import Access
-from service.api.problems import REQUEST_ID, answer_refusal
+from service.api.messages.problems import REQUEST_ID, answer_refusal
 from service.errors import LogError
-from service.store.audit import note_written
 from service.store.entries import Scope as TokenScope
 from service.store.entries import Written
 from service.store.log import EventLog
+from service.store.registers.access import note_written
 
 OPEN: Final = frozenset({"/healthz", "/readyz", "/logout"})
 """What anybody may ask who reaches the server."""

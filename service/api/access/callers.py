@@ -16,7 +16,7 @@ from starlette.requests import Request
 from service.errors import LogError
 from service.store.entries import Token
 from service.store.log import EventLog
-from service.store.tokens import digest_of, list_tokens
+from service.store.registers.access import digest_of, list_tokens
 
 COOKIE = "dyknow_token"
 LOOPBACK = Token("loopback", "", "admin", 0)

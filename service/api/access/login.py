@@ -4,7 +4,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from service.api.access.callers import COOKIE, bearer, unknown
-from service.api.openapi import problems
+from service.api.messages.answers import problems
 
 
 def add_login(router: APIRouter) -> None:

@@ -6,18 +6,17 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
 
-from service.api.asked import GEOJSON, Form, InWindow, MediaTime, OfRun
-from service.api.bodies import CarList, LinkList, Tracks
-from service.api.openapi import answers
-from service.api.routes.answering import json_answer
+from service.api.messages.answers import answers, json_answer
+from service.api.messages.asked import GEOJSON, Form, InWindow, MediaTime, OfRun
+from service.api.messages.bodies import CarList, LinkList, Tracks
 from service.errors import FilterError
 from service.export.geojson import car_features, known_frame_of
-from service.questions.car_tracks import car_columns
-from service.questions.coverage import Coverage
-from service.questions.identity import check_car, identities, links_of
-from service.records import RunRecord
+from service.questions.observations.car_tracks import car_columns
+from service.questions.observations.coverage import Coverage
+from service.questions.observations.identity import check_car, identities, links_of
+from service.records.runs import RunRecord
+from service.records.times import MAX_MEDIA_US
 from service.store.log import EventLog
-from service.times import MAX_MEDIA_US
 
 MOST_US = 60_000_000
 """Of all cars so much is told at once: some megabytes of a busy junction."""

@@ -13,17 +13,17 @@ from starlette.responses import Response
 from chronicles.errors import ChronicleError
 from chronicles.language.formatter import format_text
 from dyknow.language.diagnostics import render_all
-from service.api.bodies import LaidOut, TextVersions
-from service.api.explanations import Explanations, difference, trial
-from service.api.openapi import TEXT_BODY, answers
-from service.api.orders import DifferenceOrder, TrialOrder
-from service.api.routes.answering import json_answer
+from service.api.messages.answers import TEXT_BODY, answers, json_answer
+from service.api.messages.asked import DifferenceOrder, TrialOrder
+from service.api.messages.bodies import LaidOut, TextVersions
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import difference, trial
 from service.api.routes.chronicles import SentText
 from service.errors import NotInLogError, QueryError, TextRefusedError, VersionError
-from service.questions.trials import Difference, Trial
-from service.store.chronicle_texts import ChronicleTexts
+from service.questions.recognition.trials import Difference, Trial
 from service.store.entries import ChronicleText
 from service.store.log import EventLog
+from service.store.registers.chronicle_texts import ChronicleTexts
 from service.texts.chronicle_files import check_chronicles, chronicle_names
 
 ChronicleName = Annotated[str, Path(pattern="^[A-Za-z_][A-Za-z0-9_]{0,63}$", description="A chronicle of the text.")]
@@ -34,7 +34,7 @@ _TAG = re.compile(r'"([1-9][0-9]{0,8})"', re.ASCII)
 _TEXT = "/chronicles/{name}"
 
 
-def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanations) -> None:
+def add_chronicle_texts(router: APIRouter, log: EventLog, pool: ProcessPool) -> None:
     """Add the routes that store texts, and those that lay out and try them."""
     laid_out, tried, compared = answers(LaidOut, 413, 422), answers(Trial, 400, 404, 409, 413, 422), answers(Difference)
 
@@ -50,14 +50,14 @@ def add_chronicle_texts(router: APIRouter, log: EventLog, explanations: Explanat
     async def try_text(order: TrialOrder) -> Response:
         """Say what a text would recognise in a window of the log, and how near it came to more; nothing is written."""
         await to_thread.run_sync(_check, "text", order.text)
-        return json_answer(await explanations.ask(trial, order.question(), order.text))
+        return json_answer(await pool.ask(trial, order.question(), order.text))
 
     @router.post("/chronicles/diff", name="diff", responses=tried | compared)
     async def compare_texts(order: DifferenceOrder) -> Response:
         """Say which events of a window one text would recognise and another one not, or at another time."""
         for name, text in (("before", order.before), ("after", order.after)):
             await to_thread.run_sync(_check, name, text)
-        return json_answer(await explanations.ask(difference, order.question(), order.before, order.after))
+        return json_answer(await pool.ask(difference, order.question(), order.before, order.after))
 
     _add_stored(router, ChronicleTexts(log))  # last, as `{name}` fits the paths above too
 

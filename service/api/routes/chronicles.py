@@ -8,14 +8,13 @@ from msgspec.structs import asdict
 from starlette.responses import Response
 
 from dyknow.language.rendering import render_json
-from service.api.asked import NoParameters
-from service.api.bodies import ChronicleList, ChronicleUse
-from service.api.openapi import FINDINGS, TEXT_BODY, answers
-from service.api.routes.answering import json_answer
+from service.api.messages.answers import FINDINGS, TEXT_BODY, answers, json_answer
+from service.api.messages.asked import NoParameters
+from service.api.messages.bodies import ChronicleList, ChronicleUse
 from service.errors import QueryError
-from service.records import ChronicleRecord
-from service.store.chronicle_texts import ChronicleTexts
+from service.records.runs import ChronicleRecord
 from service.store.log import EventLog
+from service.store.registers.chronicle_texts import ChronicleTexts
 from service.texts.chronicle_files import check_chronicles
 
 TEXT_NAME = "text"  # what findings call a text that came without a name

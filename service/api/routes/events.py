@@ -12,13 +12,12 @@ from anyio import to_thread
 from fastapi import APIRouter, HTTPException, Query, Request
 from starlette.responses import Response, StreamingResponse
 
-from service.api.asked import GEOJSON, NoParameters
-from service.api.bodies import EventList, EventSummary
-from service.api.event_stream import MEDIA_TYPE as EVENT_STREAM
-from service.api.event_stream import EventStream
-from service.api.explanations import Explanations, summary
-from service.api.openapi import answers, problems
-from service.api.parameters import (
+from service.api.delivery.event_stream import MEDIA_TYPE as EVENT_STREAM
+from service.api.delivery.event_stream import EventStream
+from service.api.messages.answers import answers, json_answer, link_to_next, problems
+from service.api.messages.asked import GEOJSON, NoParameters
+from service.api.messages.bodies import EventList, EventSummary
+from service.api.messages.parameters import (
     EventQuery,
     ExportQuery,
     StreamQuery,
@@ -27,14 +26,15 @@ from service.api.parameters import (
     read_query,
     read_stream_question,
 )
-from service.api.routes.answering import json_answer, link_to_next
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import summary
 from service.errors import LogError
 from service.export.events import exported
-from service.questions.coverage import Coverage
-from service.questions.notes import name_notes, run_notes
-from service.questions.queries import find_event, find_events
-from service.questions.summaries import count_events
-from service.records import EventRecord
+from service.questions.events.notes import name_notes, run_notes
+from service.questions.events.queries import find_event, find_events
+from service.questions.events.summaries import count_events
+from service.questions.observations.coverage import Coverage
+from service.records.events import EventRecord
 from service.store.log import EventLog, HastyLog
 
 MOST_KEPT = 32
@@ -46,18 +46,16 @@ _MEDIA_TYPES = {
 _EXPORTED = problems(400, 422) | {200: {"description": "OK", "content": {one: {} for one in _MEDIA_TYPES.values()}}}
 
 
-def add_events(
-    router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage, explanations: Explanations
-) -> None:
+def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage, pool: ProcessPool) -> None:
     """Add the routes about events.
 
     Parameters
     ----------
-    stream, coverage, explanations : of the same log.
+    stream, coverage, pool : of the same log.
     """
     _add_page(router, log, coverage)
     _add_stream(router, stream)
-    _add_summary(router, explanations)
+    _add_summary(router, pool)
     _add_export(router, log)
     _add_event(router, log)  # last, as `{event_id}` fits the paths above too
 
@@ -151,7 +149,7 @@ def _add_stream(router: APIRouter, stream: EventStream) -> None:
         return await stream.answer(*read_stream_question(*given))
 
 
-def _add_summary(router: APIRouter, explanations: Explanations) -> None:
+def _add_summary(router: APIRouter, pool: ProcessPool) -> None:
     @router.get(
         "/api/v1/events/summary",
         name="summary",
@@ -162,7 +160,7 @@ def _add_summary(router: APIRouter, explanations: Explanations) -> None:
     async def summarise_events(request: Request) -> Response:
         """Answer with counts by type, road, object or hour, the highest first, and bins of media time."""
         asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
-        return json_answer(await explanations.ask(summary, wanted, asked.by, asked.bin_us or None, asked.limit))
+        return json_answer(await pool.ask(summary, wanted, asked.by, asked.bin_us or None, asked.limit))
 
 
 def _add_export(router: APIRouter, log: EventLog) -> None:

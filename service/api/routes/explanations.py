@@ -5,16 +5,15 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, HTTPException, Query
 from starlette.responses import Response
 
-from service.api.asked import Absence, Awaited, NoParameters, take_none
-from service.api.bodies import AwaitedAnswer, EventExplanation, MonitorTrial
-from service.api.explanations import Explanations, awaited, monitors_tried, why, why_not
-from service.api.openapi import EXPLANATION, answers
-from service.api.orders import MonitorOrder
-from service.api.parameters import describe_roles
-from service.api.routes.answering import json_answer
+from service.api.messages.answers import EXPLANATION, answers, json_answer
+from service.api.messages.asked import Absence, Awaited, MonitorOrder, NoParameters, take_none
+from service.api.messages.bodies import AwaitedAnswer, EventExplanation, MonitorTrial
+from service.api.messages.parameters import describe_roles
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import awaited, monitors_tried, why, why_not
 
 
-def add_explanations(router: APIRouter, explanations: Explanations) -> None:
+def add_explanations(router: APIRouter, pool: ProcessPool) -> None:
     """Add the routes that look again at what a run saw."""
 
     @router.get(
@@ -25,7 +24,7 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def get_why(event_id: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Explain an event by its parts, its constraints and who its objects were."""
-        found = await explanations.ask(why, event_id)
+        found = await pool.ask(why, event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
         return json_answer(found)
@@ -40,7 +39,7 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def get_why_not(name: str, asked: Annotated[Absence, Query()]) -> Response:
         """Explain the absence of a chronicle by its near misses."""
-        return json_answer(await explanations.ask(why_not, asked.about(name, asked.from_, asked.to)))
+        return json_answer(await pool.ask(why_not, asked.about(name, asked.from_, asked.to)))
 
     @router.get(
         "/api/v1/chronicles/{name}/partial",
@@ -52,7 +51,7 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def get_partial(name: str, asked: Annotated[Awaited, Query()]) -> Response:
         """Answer with the instances under way, and those that ended in the window."""
-        return json_answer(await explanations.ask(awaited, asked.about(name, asked.from_, asked.at)))
+        return json_answer(await pool.ask(awaited, asked.about(name, asked.from_, asked.at)))
 
     @router.post(
         "/api/v1/monitors/try",
@@ -63,4 +62,4 @@ def add_explanations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def try_monitors(order: MonitorOrder) -> Response:
         """Run monitors over the stored cars and relations of a run; nothing is written."""
-        return json_answer(await explanations.ask(monitors_tried, order.run, order.text))
+        return json_answer(await pool.ask(monitors_tried, order.run, order.text))

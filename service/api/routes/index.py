@@ -4,11 +4,10 @@ from fastapi import APIRouter, Request
 from fastapi.routing import APIRoute
 from starlette.responses import PlainTextResponse, Response
 
-from service.api.bodies import Index
-from service.api.openapi import answers
-from service.api.routes.answering import json_answer
-from service.questions.queries import DEFAULT_LIMIT, MAX_LIMIT, find_last_seq
-from service.records import software_version
+from service.api.messages.answers import answers, json_answer
+from service.api.messages.bodies import Index
+from service.questions.events.queries import DEFAULT_LIMIT, MAX_LIMIT, find_last_seq
+from service.records.runs import software_version
 from service.store.log import EventLog
 
 HELLO = """\

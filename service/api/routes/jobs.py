@@ -10,23 +10,21 @@ from msgspec import convert
 from msgspec.structs import replace
 from starlette.responses import Response
 
-from service.api.asked import Paged
-from service.api.bodies import JobList, JobStatus
-from service.api.openapi import answers, problems
-from service.api.orders import RunOrder
-from service.api.problems import without_folders
-from service.api.routes.answering import json_answer, link_to_next
+from service.api.messages.answers import answers, json_answer, link_to_next, problems
+from service.api.messages.asked import Paged, RunOrder
+from service.api.messages.bodies import JobList, JobStatus
+from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
 from service.errors import InputError, NotInLogError, QueryError
-from service.questions.cursors import decode_cursor, encode_cursor
-from service.records import SourceText
+from service.questions.events.cursors import decode_cursor, encode_cursor
+from service.records.runs import SourceText
+from service.records.times import parse_utc_us
 from service.runs.requests import RunRequest, as_text, job_id
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.entries import Job
-from service.store.jobs import Jobs
 from service.store.log import EventLog
-from service.store.sources import Sources
-from service.times import parse_utc_us
+from service.store.registers.chronicle_texts import ChronicleTexts
+from service.store.registers.jobs import Jobs
+from service.store.registers.sources import Sources
 
 JobName = Annotated[str, Path(pattern="^[0-9a-f]{16}$")]
 _JOB = "/jobs/{job}"

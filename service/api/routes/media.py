@@ -9,12 +9,12 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from service.api.asked import MediaTime, NoParameters
-from service.api.explanations import Explanations
-from service.api.openapi import Answers, problems
-from service.api.pictures import picture, video_of
+from service.api.messages.answers import Answers, problems
+from service.api.messages.asked import MediaTime, NoParameters
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import picture, video_of
 from service.export.events import exported
-from service.questions.queries import EventFilter
+from service.questions.events.queries import EventFilter
 from service.store.log import EventLog
 
 _VIDEO: Answers = {
@@ -33,7 +33,7 @@ class _Picture(NoParameters):
     )
 
 
-def add_media(router: APIRouter, log: EventLog, explanations: Explanations, folders: Sequence[Path]) -> None:
+def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequence[Path]) -> None:
     """Add the routes for players.
 
     Parameters
@@ -63,7 +63,7 @@ def add_media(router: APIRouter, log: EventLog, explanations: Explanations, fold
     async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
         """Answer with a frame of the video as JPEG, with what the run saw on it."""
         make = partial(picture, is_drawn=asked.overlay, width_px=asked.width)
-        return Response(await explanations.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
+        return Response(await pool.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
 
     @router.get(
         "/api/v1/runs/{run}/chapters.vtt",

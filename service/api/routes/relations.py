@@ -7,12 +7,12 @@ from pydantic import Field, WithJsonSchema
 from starlette.responses import Response
 
 from qsr.relations import RANK
-from service.api.asked import InWindow, MediaTime, OfRun
-from service.api.explanations import Explanations, relations
-from service.api.openapi import answers
-from service.api.routes.answering import json_answer
-from service.questions.queries import MAX_LIMIT, MAX_VALUES
-from service.questions.relation_intervals import RelationList, RelationQuestion
+from service.api.messages.answers import answers, json_answer
+from service.api.messages.asked import InWindow, MediaTime, OfRun
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import relations
+from service.questions.events.queries import MAX_LIMIT, MAX_VALUES
+from service.questions.observations.relation_intervals import RelationList, RelationQuestion
 
 _DEFAULT_LIMIT = 1_000
 _MAX_LIMIT = 10 * MAX_LIMIT  # an interval is a tenth of an event
@@ -37,7 +37,7 @@ class _AtTime(_About):
     t_us: MediaTime = Field(description="When, media time.")
 
 
-def add_relations(router: APIRouter, explanations: Explanations) -> None:
+def add_relations(router: APIRouter, pool: ProcessPool) -> None:
     """Add the routes about relations."""
 
     @router.get(
@@ -48,7 +48,7 @@ def add_relations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def list_relations(asked: Annotated[_InWindow, Query()]) -> Response:
         """Answer with intervals, the earliest first; of relations that were not watched too, if they are named."""
-        return json_answer(await explanations.ask(relations, _question(asked, asked.from_, asked.to), asked.cursor))
+        return json_answer(await pool.ask(relations, _question(asked, asked.from_, asked.to), asked.cursor))
 
     @router.get(
         "/api/v1/relations/at",
@@ -58,9 +58,7 @@ def add_relations(router: APIRouter, explanations: Explanations) -> None:
     )
     async def list_relations_at(asked: Annotated[_AtTime, Query()]) -> Response:
         """Answer with the intervals in which a time lies."""
-        return json_answer(
-            await explanations.ask(relations, _question(asked, asked.t_us, asked.t_us + 1), asked.cursor)
-        )
+        return json_answer(await pool.ask(relations, _question(asked, asked.t_us, asked.t_us + 1), asked.cursor))
 
 
 def _question(asked: _About, from_us: int | None, to_us: int | None) -> RelationQuestion:

@@ -9,16 +9,16 @@ from msgspec.structs import replace
 from pydantic import Field
 from starlette.responses import Response
 
-from service.api.asked import GEOJSON, Form, NoParameters
-from service.api.bodies import RunDetail, RunList, RunSummary
-from service.api.explanations import Explanations, site
-from service.api.openapi import answers
-from service.api.routes.answering import json_answer
-from service.questions.coverage import Coverage, lost_views
-from service.questions.queries import MAX_VALUES
-from service.questions.run_sites import RunSite
-from service.records import RunStatus
-from service.runs.stored_streams import StoredStreams, streams_of
+from service.api.messages.answers import answers, json_answer
+from service.api.messages.asked import GEOJSON, Form, NoParameters
+from service.api.messages.bodies import RunDetail, RunList, RunSummary
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import site
+from service.questions.events.queries import MAX_VALUES
+from service.questions.observations.coverage import Coverage, lost_views
+from service.questions.observations.run_sites import RunSite
+from service.records.runs import RunStatus
+from service.runs.graph.stored_streams import StoredStreams, streams_of
 from service.store.log import EventLog
 from service.store.upkeep import holdings
 
@@ -32,7 +32,7 @@ class _Site(NoParameters):
     format: Form = "json"
 
 
-def add_runs(router: APIRouter, log: EventLog, explanations: Explanations, coverage: Coverage) -> None:
+def add_runs(router: APIRouter, log: EventLog, pool: ProcessPool, coverage: Coverage) -> None:
     """Add the routes about runs."""
 
     @router.get("/api/v1/runs", name="runs", summary="List runs", responses=answers(RunList, 422))
@@ -75,7 +75,7 @@ def add_runs(router: APIRouter, log: EventLog, explanations: Explanations, cover
     )
     async def get_site(run: str, asked: Annotated[_Site, Query()]) -> Response:
         """Answer with the lanes and junctions that the run knew, if its site file is still there."""
-        found = await explanations.ask(site, run, asked.format)
+        found = await pool.ask(site, run, asked.format)
         return json_answer(found) if asked.format == "json" else Response(found, media_type=GEOJSON)
 
     @router.get(

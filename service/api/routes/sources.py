@@ -10,36 +10,36 @@ from fastapi import APIRouter, Header, HTTPException, Request
 from fastapi import Path as PathPart
 from starlette.responses import Response
 
-from service.api.bodies import SourceList
-from service.api.explanations import Explanations, unfit_video
-from service.api.openapi import VIDEO_BODY, answers
-from service.api.orders import SOURCE_NAME, SourceOrder
-from service.api.routes.answering import json_answer
+from service.api.messages.answers import VIDEO_BODY, answers, json_answer
+from service.api.messages.asked import SOURCE_NAME, SourceOrder
+from service.api.messages.bodies import SourceList
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import unfit_video
 from service.api.routes.jobs import opened_jobs
 from service.api.source_files import SourceFolders, Uploads
 from service.errors import TakenError
 from service.store.entries import Source
 from service.store.log import EventLog
-from service.store.sources import Sources
+from service.store.registers.sources import Sources
 
 SourceName = Annotated[str, PathPart(pattern=SOURCE_NAME)]
 ContentDigest = Annotated[str, Header(description="`sha-256=:BASE64:` of the body, RFC 9530.")]
 _SOURCE = "/sources/{name}"
 
 
-def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, explanations: Explanations) -> None:
+def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, pool: ProcessPool) -> None:
     """Add the routes about sources.
 
     Parameters
     ----------
     folders : where they may lie.
-    explanations : whose processes look whether a file is a video.
+    pool : whose processes look whether a file is a video.
     """
     sources = Sources(log)
 
     async def unfit(path: str) -> str:
         """Say why a file is no video, in a process."""
-        return await explanations.ask(unfit_video, path)
+        return await pool.ask(unfit_video, path)
 
     uploads = None if folders.uploads is None else Uploads(folders.uploads, sources, unfit)
     created = answers(Source, 400, 403, 409, 413, 415, 422, 507, status=201)

@@ -3,11 +3,10 @@
 from fastapi import APIRouter
 from starlette.responses import Response
 
-from service.api.bodies import RetriedWebhook, WebhookList
-from service.api.openapi import answers
-from service.api.routes.answering import json_answer
-from service.store.deliveries import Deliveries
+from service.api.messages.answers import answers, json_answer
+from service.api.messages.bodies import RetriedWebhook, WebhookList
 from service.store.log import EventLog
+from service.store.registers.deliveries import Deliveries
 
 
 def add_webhooks(router: APIRouter, log: EventLog) -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from fastapi import APIRouter, Depends
 
-from service.api.asked import take_none
-from service.api.event_stream import EventStream
-from service.api.explanations import Explanations
+from service.api.delivery.event_stream import EventStream
+from service.api.messages.asked import take_none
+from service.api.processes.pool import ProcessPool
 from service.api.routes.cars import add_cars
 from service.api.routes.chronicle_texts import add_chronicle_texts
 from service.api.routes.chronicles import add_chronicles
@@ -21,8 +21,8 @@ from service.api.routes.runs import add_runs
 from service.api.routes.sources import add_sources
 from service.api.routes.webhooks import add_webhooks
 from service.api.source_files import SourceFolders
-from service.questions.coverage import Coverage
-from service.records import ChronicleRecord
+from service.questions.observations.coverage import Coverage
+from service.records.runs import ChronicleRecord
 from service.store.log import EventLog
 
 
@@ -30,7 +30,7 @@ def add_routes(
     router: APIRouter,
     log: EventLog,
     stream: EventStream,
-    explanations: Explanations,
+    pool: ProcessPool,
     shipped: Iterable[ChronicleRecord],
     *,
     folders: SourceFolders,
@@ -40,23 +40,23 @@ def add_routes(
 
     Parameters
     ----------
-    stream, explanations : of the same log.
+    stream, pool : of the same log.
     shipped : the chronicles that come with DyKnow.
     folders : where sources may lie.
     media_folders : whose videos may be sent.
     """
     coverage = Coverage(log)
-    add_events(router, log, stream, coverage, explanations)
-    add_explanations(router, explanations)
+    add_events(router, log, stream, coverage, pool)
+    add_explanations(router, pool)
     add_cars(router, log, coverage)
-    add_relations(router, explanations)
-    add_runs(router, log, explanations, coverage)
-    add_media(router, log, explanations, media_folders)
+    add_relations(router, pool)
+    add_runs(router, log, pool, coverage)
+    add_media(router, log, pool, media_folders)
     add_job_list(router, log)
     add_chronicles(router, log, tuple(shipped))
     plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
-    add_chronicle_texts(plain, log, explanations)
-    add_sources(plain, log, folders, explanations)
+    add_chronicle_texts(plain, log, pool)
+    add_sources(plain, log, folders, pool)
     add_jobs(plain, log, folders)
     add_webhooks(plain, log)
     router.routes.extend(plain.routes)  # `include_router` would hide them from the index

@@ -11,11 +11,11 @@ from service.cli.options import AsJson, RunName
 from service.cli.printing import BELOW_THRESHOLD, format_table, show, tell
 
 if TYPE_CHECKING:
-    from service.scoring.detection import DetectionScore
-    from service.scoring.evaluate import Evaluation
-    from service.scoring.evaluate_log import LostViews
-    from service.scoring.scene_scores import SceneScore
-    from service.scoring.tracks import TrackScore
+    from service.questions.scoring.detection import DetectionScore
+    from service.questions.scoring.evaluate import Evaluation
+    from service.questions.scoring.evaluate_log import LostViews
+    from service.questions.scoring.scene_scores import SceneScore
+    from service.questions.scoring.tracks import TrackScore
 
 DETECTION, TRACKS, EVENTS = "detection", "tracks", "events"
 NONE = "-"
@@ -40,7 +40,7 @@ def evaluate(
     as_json: AsJson = False,
 ) -> None:
     """Score what a run saw, followed and recognised: precision, recall, HOTA, IDF1, with 95 % intervals."""
-    from service.scoring.evaluate_log import evaluate_log, find_lost_views, scene_doubts
+    from service.questions.scoring.evaluate_log import evaluate_log, find_lost_views, scene_doubts
 
     parts = _parts(what, has_log=_is_log(log, tracks))
     if min_f1 is not None and EVENTS not in parts:
@@ -104,7 +104,7 @@ def _parts(what: str | None, *, has_log: bool) -> tuple[str, ...]:
 
 
 def _score_scene(log: str | None, tracks: Path | None, scene: Path, run: str | None) -> "SceneScore":
-    from service.scoring.scene_scores import compare_log, compare_tracks, score_scenes
+    from service.questions.scoring.scene_scores import compare_log, compare_tracks, score_scenes
 
     if tracks is not None:
         return score_scenes(compare_tracks(tracks, scene))
@@ -166,7 +166,7 @@ def detection_table(score: "DetectionScore", seen_by: str) -> str:
     ----------
     score : the figures. seen_by : what was compared with the truth, such as "vision objects".
     """
-    from service.scoring.detection import REACH_M
+    from service.questions.scoring.detection import REACH_M
 
     counts = {
         "precision": (score.right, score.wrong),
@@ -200,7 +200,7 @@ def _share(part: int, whole: int) -> str:
 
 
 def _share_row(name: str, part: int, whole: int) -> list[str]:
-    from service.scoring.proportions import wilson_interval
+    from service.questions.scoring.proportions import wilson_interval
 
     if not whole:
         return [name, NONE, NONE, NONE]

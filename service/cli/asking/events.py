@@ -13,15 +13,15 @@ from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, s
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from service.questions.queries import EventFilter
-    from service.records import EventRecord
+    from service.questions.events.queries import EventFilter
+    from service.records.events import EventRecord
+    from service.records.times import TimePoint
     from service.store.log import EventLog
-    from service.times import TimePoint
 
 TABLE_LIMIT = 100
 TITLES = ("start", "end", "type", "roles", "road", "status", "sure", "source", "id")
 
-# The words are those of `service.questions.queries`, which loads more than help needs.
+# The words are those of `service.questions.events.queries`, which loads more than help needs.
 EventFormat = Literal["table", "jsonl", "csv", "json"]
 Match = Literal["overlap", "start", "end", "inside"]
 Order = Literal["start", "-start"]
@@ -68,7 +68,7 @@ def events(
     fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
 ) -> None:
     """List recognised events of one or more logs."""
-    from service.questions.queries import EventFilter
+    from service.questions.events.queries import EventFilter
 
     wanted = EventFilter(
         types=tuple(types or ()),
@@ -91,7 +91,7 @@ def events(
 
 
 def _time(text: str | None, parameter: str) -> "TimePoint | None":
-    from service.times import parse_time
+    from service.records.times import parse_time
 
     return None if text is None else parse_time(text, parameter=parameter)
 
@@ -99,8 +99,8 @@ def _time(text: str | None, parameter: str) -> "TimePoint | None":
 def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
     """Print the events of some logs; return how many."""
     from service.export.events import write_events_csv, write_events_jsonl
-    from service.questions.notes import name_notes, run_notes
-    from service.questions.queries import find_role_names
+    from service.questions.events.notes import name_notes, run_notes
+    from service.questions.events.queries import find_role_names
     from service.store.log import open_log
 
     if not urls:
@@ -127,7 +127,7 @@ def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: i
     import heapq
     from itertools import islice
 
-    from service.questions.queries import decode_event, iterate_events
+    from service.questions.events.queries import decode_event, iterate_events
 
     streams = [iterate_events(log, wanted, limit=limit) for log in logs]
     if len(streams) == 1:
@@ -138,7 +138,7 @@ def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: i
 
 
 def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) -> int:
-    from service.questions.queries import decode_event
+    from service.questions.events.queries import decode_event
 
     found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
     print(format_table(TITLES, [cells(event) for event in found[:limit]]), end="")
@@ -149,7 +149,7 @@ def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) 
 
 def cells(event: "EventRecord") -> list[str]:
     """Write an event for a table with `TITLES`."""
-    from service.times import format_media
+    from service.records.times import format_media
 
     road = event.place.road if event.place else ""
     start, end = format_media(event.start_us), format_media(event.end_us)

@@ -16,7 +16,7 @@ def explain(
 ) -> None:
     """Say why an event was recognised: its parts, the room each constraint left, and who the cars were."""
     from service.errors import NotInLogError
-    from service.questions.explaining import Explainer
+    from service.questions.recognition.explaining import Explainer
     from service.store.databases.location import shown
     from service.store.log import open_log
 
@@ -44,7 +44,7 @@ def why_not(
     """Say why a chronicle was not recognised: the instances that came closest, and what would have been enough."""
     from chronicles.explanation.json_form import to_json
     from chronicles.explanation.rendering import render
-    from service.questions.explaining import AbsenceQuestion, Explainer
+    from service.questions.recognition.explaining import AbsenceQuestion, Explainer
     from service.store.log import open_log
 
     start_us, end_us = read_window(start, end)

@@ -9,7 +9,7 @@ from service.cli.options import AsJson, LogName, read_age_us
 from service.cli.printing import INVALID, format_table, show, tell
 
 if TYPE_CHECKING:
-    from service.records import RunRecord
+    from service.records.runs import RunRecord
     from service.store.upkeep import Holding
 
 TITLES = ("kind", "rows", "pruned", "bytes", "from", "to")
@@ -17,7 +17,7 @@ TITLES = ("kind", "rows", "pruned", "bytes", "from", "to")
 
 def info(log: LogName, as_json: AsJson = False) -> None:
     """Say what a log holds: its runs, and of each kind how many rows, of how many bytes, from when to when."""
-    from service.questions.notes import covered
+    from service.questions.events.notes import covered
     from service.store.log import open_log
     from service.store.upkeep import holdings
 
@@ -34,7 +34,7 @@ def info(log: LogName, as_json: AsJson = False) -> None:
 
 
 def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
-    from service.times import format_media
+    from service.records.times import format_media
 
     rows = [
         [
@@ -104,9 +104,9 @@ def prune(
     """Remove rows that are older than they are to be kept, kind by kind; kinds that are not named stay."""
     import time
 
+    from service.records.times import parse_utc_us
     from service.store.log import open_log
     from service.store.upkeep import prune as remove
-    from service.times import parse_utc_us
 
     keep_us = dict(map(_kept, keep))
     now_us = time.time_ns() // 1000 if now is None else parse_utc_us(now, parameter="--now")
@@ -133,9 +133,9 @@ def audit(
     """Say who changed something over HTTP, or tried to, the newest first."""
     from msgspec.structs import astuple
 
-    from service.store.audit import list_written
+    from service.records.times import format_utc
     from service.store.log import open_log
-    from service.times import format_utc
+    from service.store.registers.access import list_written
 
     with open_log(log) as opened:
         written = list_written(opened, limit=limit)

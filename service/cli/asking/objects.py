@@ -8,7 +8,7 @@ from service.cli.options import AsJson, LogName, RunName
 from service.cli.printing import format_table, show, tell
 
 if TYPE_CHECKING:
-    from service.questions.identity import CarIdentity, IdentityLink
+    from service.questions.observations.identity import CarIdentity, IdentityLink
 
 CAR_TITLES = ("car", "class", "first", "last", "vision objects", "hidden s", "undecided", "refuted", "open")
 LINK_TITLES = ("start", "end", "link", "verdict", "score", "margin", "next best", "hidden s", "why", "ended by")
@@ -21,9 +21,9 @@ def objects(
     as_json: AsJson = False,
 ) -> None:
     """List the cars of a log, or the identity chain of one of them."""
-    from service.questions.identity import identities, links_of
-    from service.questions.notes import run_notes
-    from service.questions.queries import EventFilter
+    from service.questions.events.notes import run_notes
+    from service.questions.events.queries import EventFilter
+    from service.questions.observations.identity import identities, links_of
     from service.store.log import open_log
 
     with open_log(log) as opened:
@@ -41,7 +41,7 @@ def objects(
 
 
 def _car_row(one: "CarIdentity") -> list[str]:
-    from service.times import format_media
+    from service.records.times import format_media
 
     times = [format_media(one.first_us), format_media(one.last_us)]
     counts = [str(count) if count else "" for count in (one.undecided, one.refuted, one.open)]
@@ -49,7 +49,7 @@ def _car_row(one: "CarIdentity") -> list[str]:
 
 
 def _link_row(one: "IdentityLink") -> list[str]:
-    from service.times import format_media
+    from service.records.times import format_media
 
     end = "" if one.end_us is None else format_media(one.end_us)
     hidden = _seconds(0 if one.hidden_us is None else one.start_us - one.hidden_us)

@@ -16,16 +16,15 @@ from service.cli.options import (
     hinting_at_stream,
     tell_stream,
 )
-from service.cli.printing import counted, format_table, print_json, shown_roles, tell
+from service.cli.printing import check_apart, counted, format_table, print_json, shown_roles, tell
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from typing import TextIO
 
     from chronicles.events import Event, Occurrence
-    from service.monitoring.stored_monitoring import Monitored
-    from service.questions.recognised_events import RecognisedEvent
-    from service.questions.recognition import Recognised
+    from service.questions.recognition.recognised_events import RecognisedEvent
+    from service.questions.recognition.stored_monitoring import Monitored
+    from service.questions.recognition.stored_recognition import Recognised
 
 
 OccurrenceFormat = Literal["table", "jsonl", "json"]
@@ -57,14 +56,14 @@ def recognise(
     as_json: AsJson = False,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
-    from service.questions.recognition import recognise_stored
-    from service.store.databases.location import is_log_name
-    from service.times import parse_media_us
+    from service.questions.recognition.stored_recognition import recognise_stored
+    from service.records.times import parse_media_us
+    from service.store.databases.location import is_log_name, log_files
 
     if lateness is not None and executor == "backfill":
         raise typer.BadParameter("expected eager to go with --lateness, got backfill", param_hint="--executor")
     if out is not None:
-        _check_apart(out, source, chronicles or ())
+        check_apart(out, *(log_files(source) if is_log_name(source) else [Path(source)]), *(chronicles or ()))
     is_open = bool(chronicles) and stream is None and not is_log_name(source)
     with hinting_at_stream(is_open=is_open):
         found = recognise_stored(
@@ -89,16 +88,6 @@ def recognise(
         print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
     if is_open:
         tell_stream(found.stream, is_doubtful=bool(found.warnings))
-
-
-def _check_apart(out: Path, source: str, chronicles: "Sequence[Path]") -> None:
-    """Refuse to write over what is read, by whatever name it goes."""
-    from service.errors import InputError
-    from service.store.databases.location import is_log_name, log_files
-
-    read = [*(log_files(source) if is_log_name(source) else [Path(source)]), *chronicles]
-    if out.exists() and any(one.exists() and out.samefile(one) for one in read):
-        raise InputError(f"{out}: expected a new file, got one that is being read")
 
 
 def _write(found: "Recognised", output: OccurrenceFormat, out: "TextIO", *, evidence: bool) -> None:
@@ -151,7 +140,7 @@ def monitor(
     as_json: AsJson = False,
 ) -> None:
     """Run monitors over the stored cars and relations of a log; show what was violated or satisfied, and when."""
-    from service.monitoring.stored_monitoring import monitor_log, verdicts
+    from service.questions.recognition.stored_monitoring import monitor_log, verdicts
 
     found = monitor_log(log, files, run=run, site_file=site)
     if as_json:
@@ -161,7 +150,7 @@ def monitor(
 
 
 def _print_verdicts(found: "Monitored") -> None:
-    from service.times import format_media
+    from service.records.times import format_media
 
     rows = [
         [format_media(one.t_us), one.monitor, one.outcome, shown_roles(one.roles), format_media(one.since_us)]

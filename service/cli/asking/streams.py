@@ -12,9 +12,9 @@ from service.cli.printing import format_table, show
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from service.records import ProcessRecord, StreamInput
-    from service.runs.stored_streams import RanStream, StoredStreams
-    from service.texts.declared_streams import DeclaredStreams
+    from service.records.runs import ProcessRecord, StreamInput
+    from service.runs.graph.declared_streams import DeclaredStreams
+    from service.runs.graph.stored_streams import RanStream, StoredStreams
 
 GRAPHS = (".mmd", ".dot")
 
@@ -32,13 +32,13 @@ def streams(
     """List the processes of a run and what their streams carried; without a log, what is declared."""
     _check_options(log, run=run, kpl=kpl, graph=graph)
     if log is None:
-        from service.texts.declared_streams import read_declared_streams
+        from service.runs.graph.declared_streams import read_declared_streams
 
         declared = read_declared_streams(kpl)
         _draw(graph, declared.processes, has_run=False)
         _print_declared(declared, as_json=as_json)
     else:
-        from service.runs.stored_streams import streams_of
+        from service.runs.graph.stored_streams import streams_of
         from service.store.log import open_log
 
         with open_log(log) as opened:
@@ -62,8 +62,8 @@ def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph:
 def _draw(path: Path | None, processes: "Sequence[ProcessRecord]", *, has_run: bool) -> None:
     if path is None:
         return
-    from dyknow.graph import to_dot, to_mermaid
-    from service.runs.stored_streams import as_report
+    from dyknow.streams.graph import to_dot, to_mermaid
+    from service.runs.graph.stored_streams import as_report
 
     write = to_dot if path.suffix.lower() == ".dot" else to_mermaid
     made_of = {one.label: one.made_of for one in processes if one.made_of}
@@ -79,7 +79,7 @@ def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
 
 
 def _stored_row(stream: "RanStream") -> list[str]:
-    from service.times import format_media
+    from service.records.times import format_media
 
     return [
         stream.label,

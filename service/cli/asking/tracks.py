@@ -12,7 +12,8 @@ from service.cli.printing import print_json_list, show
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from service.records import CarState, RunRecord
+    from service.records.runs import RunRecord
+    from service.records.seen import CarState
     from service.store.log import EventLog
 
 
@@ -34,7 +35,7 @@ def tracks(
     import msgspec
 
     from service.export.tracks import write_tracks_csv
-    from service.questions.identity import check_car
+    from service.questions.observations.identity import check_car
     from service.store.log import open_log
 
     from_us, to_us = read_window(start, end)

@@ -12,7 +12,7 @@ from service.cli.printing import format_table, print_json
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from service.scoring.evaluate import Evaluation, RecognisedEvent, TrueEvent
+    from service.questions.scoring.evaluate import Evaluation, RecognisedEvent, TrueEvent
 
 SCENARIO = "rural_overtaking"
 PORT = 8420
@@ -25,13 +25,13 @@ def demo(
     as_json: AsJson = False,
 ) -> None:
     """Make a scene, process it, and show recognised overtakes beside the truth."""
-    from data_gen.scene import generate
+    from data_gen.outputs.scene import generate
     from service.cli.asking.evaluate import describe
     from service.cli.making.generate import drawing_bar
     from service.cli.making.process import progress_bar
+    from service.questions.scoring.evaluate_log import evaluate_log
     from service.runs.processing import process
     from service.runs.requests import RunRequest
-    from service.scoring.evaluate_log import evaluate_log
 
     scene, log = out / "scene", str(out / "log.db")
 
@@ -76,7 +76,7 @@ def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
 
 
 def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
-    from service.times import format_media
+    from service.records.times import format_media
 
     pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"
     return pair, format_media(event.start_us), format_media(event.end_us)

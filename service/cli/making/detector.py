@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson
-from service.cli.printing import counted, format_table, print_json, show, tell
+from service.cli.printing import check_apart, counted, format_table, print_json, show, tell
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
@@ -95,8 +95,7 @@ def try_on_clip(
     choice = choose_detector(detector, None, folder=Path())
     if not isinstance(choice, OnnxChoice):
         raise InputError(f"--detector: expected onnx:NAME or onnx:PATH, which looks at one frame; got {detector!r}")
-    if out.exists() and any(out.samefile(one) for one in (clip, *choice.files)):
-        raise InputError(f"{out}: expected a new file, got one that is being read")
+    check_apart(out, clip, *choice.files)
     frame = frame_of(clip, at)
     opened = choice.open((frame.luma.shape[1], frame.luma.shape[0]))
     tell("warning", opened.warnings)

@@ -41,8 +41,8 @@ def generate(
     as_json: AsJson = False,
 ) -> None:
     """Simulate traffic and draw it: video, site file, road network and truth."""
-    from data_gen.degrade import parse_degradation
-    from data_gen.scene import generate as make_scene
+    from data_gen.drawing.degrade import parse_degradation
+    from data_gen.outputs.scene import generate as make_scene
 
     width_px, height_px = _size(size)
     with drawing_bar(f"{scenario} seed {seed}") as on_frame:
@@ -111,8 +111,8 @@ def trajectories(
     as_json: AsJson = False,
 ) -> None:
     """Write tracks of simulated traffic, with noise, gaps and swapped ids."""
-    from data_gen.track_scene import make_track_scene, write_folder_tracks, write_scenario_tracks
-    from data_gen.trajectories import TrackFaults
+    from data_gen.outputs.track_scene import make_track_scene, write_folder_tracks, write_scenario_tracks
+    from data_gen.outputs.trajectories import TrackFaults
 
     _check_out(out)
     gaps_per_minute, gap_us = parse_gap(gap)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from service.runs.requests import RunRequest
-    from service.store.jobs import Jobs
+    from service.store.registers.jobs import Jobs
 
 TITLES = ("job", "state", "attempts", "input", "message")
 JobName = Annotated[str, typer.Argument(metavar="JOB", help="Identifier, as `dyknow jobs list` shows it.")]
@@ -32,11 +32,11 @@ def worker(
     Any number of workers may be at one log, on any machine that reaches it and the files.
     """
     if cluster is None:
-        from service.runs.worker import work
+        from service.runs.jobs.worker import work
 
         work(log, stays=not once, tell=tell_line)
     else:
-        from service.runs.cluster import work_on_cluster
+        from service.runs.jobs.cluster import work_on_cluster
 
         work_on_cluster(log, cluster, stays=not once, tell=tell_line)
 
@@ -83,7 +83,7 @@ def _opened(log: str) -> "AbstractContextManager[Jobs]":
     from contextlib import closing
 
     from service.store.databases.location import database_of
-    from service.store.jobs import Jobs
+    from service.store.registers.jobs import Jobs
 
     database = database_of(log)
     database.check_readable()
@@ -95,7 +95,7 @@ def add_jobs(requests: "Sequence[RunRequest]", log: str, *, as_json: bool) -> No
     from service.errors import InputError
     from service.runs.requests import as_text, job_id
     from service.store.databases.location import database_of, shown
-    from service.store.jobs import Jobs
+    from service.store.registers.jobs import Jobs
 
     database = database_of(log)
     database.check_writable()

@@ -113,7 +113,7 @@ def process_many(jobs: Sequence[Job], options: Sequence[str], *, site: Path | No
     -------
     The worst exit code.
     """
-    from service.runs.interrupts import Interrupts
+    from service.runs.machine import Interrupts
 
     jobs[0].log.parent.mkdir(parents=True, exist_ok=True)
     with Interrupts() as interrupts, _shown(jobs, as_json=as_json) as show, ThreadPoolExecutor(at_once) as pool:

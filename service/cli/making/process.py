@@ -28,7 +28,7 @@ from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from service.records import RunRecord
+    from service.records.runs import RunRecord
     from service.runs.processing import Progress, RunSummary
     from service.runs.requests import RunRequest
 
@@ -76,8 +76,8 @@ def process(
     ] = False,
 ) -> None:
     """Process a video, a trajectory file or a file of detections into an event log; with --logs, many of them."""
+    from service.records.times import parse_utc_us
     from service.runs.requests import RunRequest
-    from service.times import parse_utc_us
 
     if logs is not None or log is None:
         raise typer.Exit(_process_many(context, inputs or [], log, logs, site, jobs=jobs, workers=workers))
@@ -137,7 +137,7 @@ def _process_many(
 ) -> int:
     """Process every input by this command, with its other options, in a process of its own."""
     from service.cli.making.many import jobs_of, process_many, repeated_options
-    from service.machine import cores
+    from service.runs.machine import cores
 
     if logs is None or log is not None:
         raise typer.BadParameter(f"expected one of --log and --logs, got {'neither' if logs is None else 'both'}")
@@ -293,7 +293,7 @@ def _progress_record(progress: "Progress") -> dict[str, object]:
 
 
 def _summary_record(summary: "RunSummary") -> dict[str, object]:
-    from service.times import format_utc
+    from service.records.times import format_utc
 
     return {
         "type": "summary",
@@ -333,7 +333,7 @@ def print_summary(summary: "RunSummary", log: str) -> None:
 
 
 def _start(record: "RunRecord") -> str:
-    from service.times import format_utc
+    from service.records.times import format_utc
 
     who = {"option": "by --start-utc", "site": "by the site file", "video": "by the video's creation time"}
     return f"{format_utc(record.start_utc_us)}, {who.get(record.start_from, 'since nobody says when it was')}"

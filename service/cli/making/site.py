@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson
-from service.cli.printing import print_json, show, tell
+from service.cli.printing import check_apart, print_json, show, tell
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
-    from service.runs.inputs.site_review import Review
+    from service.runs.inputs.sites.site_review import Review
     from vision.objects import ByteArray
     from vision.video.frame import Frame
 
@@ -34,8 +34,7 @@ def new(
         raise typer.BadParameter("expected --points FILE, or --still PNG alone to read pixels from; got neither")
     picture = frame_of(clip, at).to_bgr()
     for target in (one for one in (still, out if points else None) if one is not None):
-        if target.exists() and any(one and one.exists() and target.samefile(one) for one in (clip, points, lanes)):
-            raise InputError(f"{target}: expected a new file, got one that is being read")
+        check_apart(target, clip, points, lanes)
         if target.exists() and not force:
             raise InputError(f"{target}: expected a new file, or --force to write over it; got one that is there")
     if still is not None:
@@ -54,9 +53,9 @@ def _write_site(
 ) -> None:
     import tempfile
 
-    from service.runs.inputs.new_site import read_marks, site_text
-    from service.runs.inputs.site import load_site
-    from service.runs.inputs.site_review import review
+    from service.runs.inputs.sites.new_site import read_marks, site_text
+    from service.runs.inputs.sites.site import load_site
+    from service.runs.inputs.sites.site_review import review
 
     marks = read_marks(points, size_px)
     text = site_text(clip.stem, marks, size_px, lanes)
@@ -99,16 +98,15 @@ def check(
 ) -> None:
     """Draw a site's lanes, points and metre grid on a frame, and warn of what is wrong with them."""
     from service.export.site_picture import draw_site
-    from service.runs.inputs.moving_camera import first_camera
-    from service.runs.inputs.site import check_picture, load_site
-    from service.runs.inputs.site_review import review
-    from service.runs.inputs.toml_tables import told
+    from service.runs.inputs.sensors.moving_camera import first_camera
+    from service.runs.inputs.sites.site import check_picture, load_site
+    from service.runs.inputs.sites.site_review import review
+    from service.texts.toml_tables import told
 
     source = image or clip
     if source is None or (image and clip):
         raise typer.BadParameter("expected one of --image and --clip")
-    if out.exists() and any(one.exists() and out.samefile(one) for one in (source, site)):
-        raise InputError(f"{out}: expected a new file, got one that is being read")
+    check_apart(out, source, site)
     known = load_site(site)
     if known.camera is None and known.motion is None:
         raise InputError(f"{site}: expected a [camera] to look at, got none")
@@ -138,7 +136,7 @@ def frame_of(clip: Path, at: str) -> "Frame":
     InputError, QueryError, VisionError
         If the time is none or past the end, or the clip cannot be read.
     """
-    from service.times import parse_media_us
+    from service.records.times import parse_media_us
     from vision.video.frames import open_video
 
     at_us = parse_media_us(at, parameter="--at")

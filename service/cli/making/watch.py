@@ -57,9 +57,9 @@ def watch(
 
     A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside.
     """
-    from service.live.live_source import without_password
-    from service.live.watching import Kept
-    from service.live.watching import watch as run
+    from service.runs.live.live_source import without_password
+    from service.runs.live.watching import Kept
+    from service.runs.live.watching import watch as run
     from service.runs.requests import RunRequest
 
     request = RunRequest(

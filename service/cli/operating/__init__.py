@@ -1,1 +1,1 @@
-"""Commands that look after an installation."""
+"""Commands that serve a log, and look after an installation and who may ask it."""

@@ -86,7 +86,7 @@ def _packages() -> Said:
 def _machine() -> Said:
     import psutil
 
-    from service.machine import cores
+    from service.runs.machine import cores
 
     size_bytes = psutil.virtual_memory().total
     advice = "" if size_bytes >= LEAST_MEMORY_BYTES else "2 GB are better: a run takes up to 0.7, beside a server"

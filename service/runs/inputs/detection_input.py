@@ -4,17 +4,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from gis.camera import GroundCamera
-from gis.road_network import plain_rings
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import plain_rings
 from service.errors import InputError
-from service.records import InputKind
+from service.records.runs import InputKind
+from service.runs.graph.pipeline import VIDEO, Feed
 from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
 from service.runs.inputs.input_kind import Asked, Input, camera_record
-from service.runs.inputs.moving_camera import StoredPoses, first_camera
-from service.runs.inputs.site import Motion, Site, check_picture
-from service.runs.inputs.toml_tables import told
-from service.runs.inputs.watched_area import watched_area
-from service.runs.pipeline import VIDEO, Feed
+from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera
+from service.runs.inputs.sensors.watched_area import watched_area
+from service.runs.inputs.sites.site import Motion, Site, check_picture
+from service.texts.toml_tables import told
 from vision.camera import box_camera
 from vision.networks.stored_detections import StoredDetections
 from vision.objects import FloatArray

@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from service.errors import InputError
-from service.runs.inputs.toml_tables import Number, Text, read_toml
+from service.texts.toml_tables import Number, Text, read_toml
 from vision.networks import onnx_settings
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections

@@ -11,13 +11,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
-from gis.camera import GroundCamera
-from gis.road_network import RoadNetwork
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import RoadNetwork
 from service.errors import InputError
-from service.records import CameraRecord, InputKind
+from service.records.runs import CameraRecord, InputKind
+from service.runs.graph.pipeline import Feed
 from service.runs.inputs.detectors import DetectorChoice, choose_detector
-from service.runs.inputs.site import Site
-from service.runs.pipeline import Feed
+from service.runs.inputs.sites.site import Site
 from vision.video.frames import VideoSource
 from vision.video.recording import is_recording, parts_so_far
 

@@ -8,7 +8,7 @@ from service.errors import InputError
 from service.runs.inputs.detection_input import DetectionInput
 from service.runs.inputs.input_kind import STANDARD_INPUT, Asked, Input
 from service.runs.inputs.recorded_rows import RecordedRows
-from service.runs.inputs.site import Site
+from service.runs.inputs.sites.site import Site
 from service.runs.inputs.trajectories import TrajectoryInput
 from service.runs.inputs.video_input import VideoInput
 

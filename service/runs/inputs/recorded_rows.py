@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import ClassVar
 
 from service.errors import InputError
-from service.records import InputKind
+from service.records.runs import InputKind
+from service.runs.graph.pipeline import TRAJECTORIES, Feed
 from service.runs.inputs.input_kind import Asked, Input
 from service.runs.inputs.trajectories import TRAJECTORY_SUFFIXES, RowReader, Rows, TrajectoryObjects
-from service.runs.pipeline import TRAJECTORIES, Feed
 from service.texts.csv_table import read_table
 from vision.video.recording import connections, is_recording, parts_so_far
 

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from anchoring.linking.classes import CLASS_NAMES, UNKNOWN_CLASS
 from anchoring.observations import Observations
 from service.errors import InputError
-from service.records import InputKind
+from service.records.runs import InputKind
+from service.records.times import MAX_MEDIA_US
+from service.runs.graph.pipeline import TRAJECTORIES, Feed
 from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, Input, is_read_once
-from service.runs.pipeline import TRAJECTORIES, Feed
 from service.texts.csv_table import TIMES, read_name, read_number, read_table, refuse_twice
-from service.times import MAX_MEDIA_US
 from vision.objects import FloatArray
 
 TRAJECTORY_SUFFIXES = (".csv",)

@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
-from gis.camera import GroundCamera
-from gis.road_network import RoadNetwork
+from gis.cameras.camera import GroundCamera
+from gis.roads.road_network import RoadNetwork
 from service.errors import InputError
-from service.records import InputKind
+from service.records.runs import InputKind
+from service.runs.graph.pipeline import VIDEO, Feed
 from service.runs.inputs.detectors import (
     AutoChoice,
     FileChoice,
@@ -17,17 +18,16 @@ from service.runs.inputs.detectors import (
     check_against,
     describe,
 )
-from service.runs.inputs.first_look import FirstLook, first_look
 from service.runs.inputs.input_kind import Asked, Input, camera_record, is_read_once
-from service.runs.inputs.moving_camera import first_camera
-from service.runs.inputs.site import Motion, Site, check_picture
-from service.runs.inputs.site_review import review
-from service.runs.inputs.toml_tables import told
+from service.runs.inputs.sensors.first_look import FirstLook, first_look
+from service.runs.inputs.sensors.moving_camera import first_camera
+from service.runs.inputs.sensors.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
+from service.runs.inputs.sensors.vision_apart import VisionApart
+from service.runs.inputs.sensors.watched_area import watched_area
+from service.runs.inputs.sites.site import Motion, Site, check_picture
+from service.runs.inputs.sites.site_review import review
 from service.runs.inputs.trajectories import is_trajectories
-from service.runs.inputs.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
-from service.runs.inputs.vision_apart import VisionApart
-from service.runs.inputs.watched_area import watched_area
-from service.runs.pipeline import VIDEO, Feed
+from service.texts.toml_tables import told
 from vision.camera import FixedView
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections

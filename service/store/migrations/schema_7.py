@@ -11,7 +11,7 @@ from typing import Any  # a row has values of any type
 
 from alembic import op
 
-from service.store.columns import pack
+from service.store.chunks.columns import pack
 
 revision, down_revision = "7", "6"
 

@@ -8,8 +8,8 @@ from anchoring.linking.frame import RoadMap
 from anchoring.linking.hidden import hidden_path
 from anchoring.linking.ways import Looks
 from anchoring.settings import AnchoringSettings
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 
 S = 1_000_000
 EAST = Lane("we_0", "we", 0, "we", +1, np.array([[0.0, 0.0], [200.0, 0.0]]), 8.0, 25.0)

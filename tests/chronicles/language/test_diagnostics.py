@@ -8,12 +8,12 @@ from chronicles.chronicle_set import check_texts, load, load_texts
 from chronicles.errors import ChronicleError
 from dyknow.language.diagnostics import Diagnostic
 from tests.cases import for_each
-from tests.chronicles.language.doubts import DOUBTS
-from tests.chronicles.language.faults_of_examples import EXAMPLES
-from tests.chronicles.language.faults_of_meaning import MEANING
-from tests.chronicles.language.faults_of_words import HEAD, TWO, WORDS, Case, body
-from tests.chronicles.language.places import place_of
-from tests.chronicles.language.terminals import TERMINAL_NAMES
+from tests.chronicles.language.texts.doubts import DOUBTS
+from tests.chronicles.language.texts.faults_of_examples import EXAMPLES
+from tests.chronicles.language.texts.faults_of_meaning import MEANING
+from tests.chronicles.language.texts.faults_of_words import HEAD, TWO, WORDS, Case, body
+from tests.chronicles.language.texts.places import place_of
+from tests.chronicles.language.texts.terminals import TERMINAL_NAMES
 
 CASES = WORDS | EXAMPLES | MEANING
 

@@ -15,7 +15,7 @@ from dyknow.language.diagnostics import Reporter
 from dyknow.language.words import COMMENT, Word
 from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
-from tests.chronicles.language.everything import EVERYTHING
+from tests.chronicles.language.texts.everything import EVERYTHING
 
 BREAKS = (" ", " ", "  ", "\n", "\n\n", "\n\n\n  ", " # a\n", "\n  // b, ( {\n", "\n#c\n\n# d\n", '  # "e\n')
 

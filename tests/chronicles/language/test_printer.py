@@ -7,7 +7,7 @@ from chronicles.language.printer import print_file
 from dyknow.language.diagnostics import Reporter, render_all
 from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
-from tests.chronicles.language.everything import EVERYTHING
+from tests.chronicles.language.texts.everything import EVERYTHING
 
 
 def read(text: str) -> ChronicleFile:

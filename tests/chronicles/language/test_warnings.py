@@ -4,9 +4,9 @@ from chronicles import library
 from chronicles.chronicle_set import check_texts, load
 from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
-from tests.chronicles.language.doubts import DOUBTS
-from tests.chronicles.language.faults_of_words import HEAD, Case
-from tests.chronicles.language.places import place_of
+from tests.chronicles.language.texts.doubts import DOUBTS
+from tests.chronicles.language.texts.faults_of_words import HEAD, Case
+from tests.chronicles.language.texts.places import place_of
 
 
 @for_each("case", DOUBTS)

@@ -12,7 +12,7 @@ from dyknow.language.diagnostics import Reporter
 from dyknow.language.words import COMMENT, STRANGE, Word
 from tests.cases import for_each
 from tests.chronicles.execution.random_cases import CaseMaker
-from tests.chronicles.language.everything import EVERYTHING
+from tests.chronicles.language.texts.everything import EVERYTHING
 
 GRAMMAR = files("chronicles.language").joinpath("chronicle.lark").read_text(encoding="utf-8")
 

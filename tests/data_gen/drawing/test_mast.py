@@ -10,9 +10,9 @@ import shapely
 from data_gen.drawing.mast import mast_pose
 from data_gen.drawing.view import CameraView
 from data_gen.scenarios.catalogue import scenario_named
-from gis.camera_pose import CameraPose
-from gis.road_network import RoadNetwork
-from gis.sumo_net import read_sumo_net
+from gis.cameras.camera_pose import CameraPose
+from gis.roads.road_network import RoadNetwork
+from gis.roads.sumo_net import read_sumo_net
 
 SIZE_PX = (1280, 720)
 SCENARIOS = ("motorway", "rural_overtaking", "junction")

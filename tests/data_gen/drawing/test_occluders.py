@@ -62,8 +62,8 @@ def test_trees_hide_a_stretch_of_each_lane(seed: int) -> None:
 
 
 def test_two_carriageways_are_crossed_as_one_road() -> None:
-    from gis.lanes import Lane
-    from gis.road_network import RoadNetwork
+    from gis.roads.lanes import Lane
+    from gis.roads.road_network import RoadNetwork
 
     south = Lane("s", "s", 0, "s", +1, np.array([[0.0, -8.0], [1000.0, -8.0]]), 7.0, 30.0)
     north = Lane("n", "n", 0, "n", +1, np.array([[1000.0, 8.0], [0.0, 8.0]]), 7.0, 30.0)

@@ -12,7 +12,7 @@ from data_gen.scenarios.catalogue import scenario_named
 from data_gen.simulation.simulate import simulate
 from data_gen.simulation.states import FloatArray, VehicleStates
 from data_gen.truth.motion import Motion, tabulate
-from gis.sumo_net import read_sumo_net
+from gis.roads.sumo_net import read_sumo_net
 
 SECOND_US = 1_000_000
 STEP_US = 40_000

@@ -7,8 +7,8 @@ from data_gen.simulation.states import FloatArray
 from data_gen.truth.event import TruthEvent
 from data_gen.truth.events import find_events
 from data_gen.truth.reckless import find_reckless
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 from tests.data_gen.truth_support import STEP_US, Drive, along, tables_of
 
 STEPS = 200

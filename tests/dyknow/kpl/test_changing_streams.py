@@ -11,7 +11,7 @@ from dyknow.node import Node
 from dyknow.registry import Registry
 from dyknow.sample import Sample
 from dyknow.streams.mediation import Collected
-from dyknow.testing import Recorder
+from dyknow.streams.testing import Recorder
 from tests.dyknow.units import Doubling
 
 HOST = """sort Car;

@@ -14,7 +14,7 @@ from dyknow.errors import PolicyError
 from dyknow.policies.policy import AnyChange, AnyUpdate, Approximation, Order, Policy, SampleEvery
 from dyknow.policies.policy_pipeline import PolicyPipeline
 from dyknow.sample import NO_VALUE, Sample
-from dyknow.testing import samples_of, under
+from dyknow.streams.testing import samples_of, under
 from tests.dyknow.oracle import count_used, received
 from tests.dyknow.property import PROPERTY
 

@@ -13,7 +13,7 @@ from dyknow.errors import ProcessError
 from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.synchroniser import Algorithm, State, Synchroniser
 from dyknow.sample import NO_VALUE, Sample
-from dyknow.testing import samples_of
+from dyknow.streams.testing import samples_of
 from tests.dyknow.oracle import Arrived, first_word_only, settling_time, states, value_at
 from tests.dyknow.property import PROPERTY
 

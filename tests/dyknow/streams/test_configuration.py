@@ -9,7 +9,7 @@ from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Approximation, Policy, SampleEvery
 from dyknow.sample import Sample
 from dyknow.streams.stream import StreamGenerator
-from dyknow.testing import Recorder
+from dyknow.streams.testing import Recorder
 from tests.dyknow.units import Doubling
 
 Pair = tuple[str, str]

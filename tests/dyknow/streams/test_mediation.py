@@ -8,7 +8,7 @@ from dyknow.policies.policy import Order, Policy
 from dyknow.sample import Sample
 from dyknow.streams.mediation import Collected
 from dyknow.streams.stream import StreamGenerator
-from dyknow.testing import Recorder
+from dyknow.streams.testing import Recorder
 from tests.dyknow.units import Doubling, Pairing
 
 Scene = tuple[Node, StreamGenerator, Recorder, dict[str, StreamGenerator]]

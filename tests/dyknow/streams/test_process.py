@@ -10,7 +10,7 @@ from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, Samp
 from dyknow.registry import Registry
 from dyknow.sample import NOT_YET, Sample
 from dyknow.streams.stream import StreamGenerator
-from dyknow.testing import Recorder, samples_of
+from dyknow.streams.testing import Recorder, samples_of
 from tests.dyknow.units import Doubling, Latest, Pairing, Silence
 
 

@@ -4,7 +4,7 @@ from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Order, Policy
 from dyknow.sample import Sample
 from dyknow.streams.stream_report import short_repr
-from dyknow.testing import Recorder
+from dyknow.streams.testing import Recorder
 from tests.dyknow.units import Latest, Pairing
 
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from gis.camera import GroundCamera
+from gis.cameras.camera import GroundCamera
 from service.export.drawing import OverlayReader, colour_of, draw_overlay
-from service.records import CarState, ChronicleRef, EventRecord
+from service.records.events import ChronicleRef, EventRecord
+from service.records.seen import CarState
 
 SECOND = 1_000_000
 CAMERA = GroundCamera.from_homography(np.linalg.inv([[10.0, 0.0, 0.0], [0.0, -10.0, 99.0], [0.0, 0.0, 1.0]]))

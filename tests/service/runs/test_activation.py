@@ -8,14 +8,14 @@ from typing import Any  # what opens an input
 
 import pytest
 
-from service.questions.explaining import Explainer
+from service.questions.recognition.explaining import Explainer
 from service.runs import followed_texts, processing
 from service.runs.processing import Progress, RunSummary, process
 from service.runs.requests import RunRequest
-from service.store.chronicle_texts import ChronicleTexts
 from service.store.log import open_log
+from service.store.registers.chronicle_texts import ChronicleTexts
 from tests.service.logs import read_all, read_rows
-from tests.service.runs.test_hidden_passes import PASSES, rows
+from tests.service.runs.graph.test_hidden_passes import PASSES, rows
 from tests.service.tracks import HEADER
 
 BESIDE = "chronicle beside_it[?a, ?b](t1, t2) { event(beside[?a, ?b]:(false, true), t1) t2 = t1 }"

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.runs.interrupts import Interrupts
+from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunRequest, _Meter, process
 from service.store.log import open_log
 from service.store.writer import RunWriter
 from tests.service.logs import SECOND_US, overtake, read_all, write_log
-from tests.service.monitoring.test_stream_processes import write_race
+from tests.service.runs.graph.test_stream_processes import write_race
 from tests.service.tracks import write_tracks
 
 PROGRAM = [sys.executable, "-c", "from service.cli.app import main; main()"]

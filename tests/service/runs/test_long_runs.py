@@ -11,12 +11,12 @@ import pytest
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.sample import Sample
 from dyknow.streams.stream import exhaust
-from service.monitoring.monitor_files import load_monitor_files
+from service.runs.graph.pipeline import TRAJECTORIES, Feed, Pipeline, declared_pipeline
+from service.runs.graph.recording import Recorder, recorded_streams
 from service.runs.inputs.trajectories import TrajectoryObjects
-from service.runs.pipeline import TRAJECTORIES, Feed, Pipeline, declared_pipeline
-from service.runs.recording import Recorder, recorded_streams
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
+from service.texts.monitor_files import load_monitor_files
 from tests.service.logs import SECOND_US, run
 
 STEP_US = 200_000

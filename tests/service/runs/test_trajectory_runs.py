@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.questions.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.store.log import open_log
 from tests.service.tracks import write_tracks
 

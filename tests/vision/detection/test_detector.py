@@ -7,7 +7,7 @@ from tests.vision.road.test_view import SIZE, bridge_view
 from tests.vision.support import make_frame
 from vision.background.settings import BackgroundSettings
 from vision.camera import fixed_camera
-from vision.detection.lanes import LaneStrip
+from vision.detection.parting.lanes import LaneStrip
 from vision.objects import VisionObjects
 from vision.road.view import GroundView
 from vision.settings import VisionSettings

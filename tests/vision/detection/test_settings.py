@@ -20,13 +20,13 @@ from vision.detection.blobs import Cells, find_blobs, measure
 from vision.detection.detector import Detections, Expected
 from vision.detection.eye import FixedEye
 from vision.detection.fusion import Channel, DetectionRate, fuse
-from vision.detection.image_surface import ImageSurface
-from vision.detection.lanes import LaneField, LaneStrip, borders_of
+from vision.detection.parting.lanes import LaneField, LaneStrip, borders_of
+from vision.detection.parting.solids import cut_rows
 from vision.detection.settings import DetectionSettings
 from vision.detection.shadow import Sun, measure_shadows, without_shadow
-from vision.detection.solids import cut_rows
 from vision.detection.split import assign_cells
-from vision.detection.surface import Appearances
+from vision.detection.surfaces.image_surface import ImageSurface
+from vision.detection.surfaces.surface import Appearances
 from vision.road.boxes import Boxes, distance_to_boxes
 from vision.road.grid import Grid
 from vision.road.rectify import RoadCells

@@ -7,7 +7,7 @@ from tests.vision.support import make_boxes
 from vision.detection.blobs import Cells
 from vision.detection.settings import DetectionSettings
 from vision.detection.split import Ownership, assign_cells
-from vision.detection.surface import Appearances
+from vision.detection.surfaces.surface import Appearances
 from vision.road.boxes import Boxes
 
 SIDE = 0.45

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.runs.inputs.toml_tables import read_toml
+from service.texts.toml_tables import read_toml
 from tests.vision.support import make_frame
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.onnx_settings import OnnxSettings

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import shapely
@@ -8,6 +10,7 @@ from numpy.typing import NDArray
 from tests.cases import seeds
 from tests.vision.support import make_boxes, top_view
 from vision.detection.detector import Detections, Expected
+from vision.detection.parting.lanes import LaneStrip
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.networks.vehicle_fit import Ends
@@ -59,8 +62,11 @@ def view_of(projection: FloatArray) -> GroundView:
     return GroundView(projection[:, [0, 1, 3]], SIZE_PX, VisionSettings())
 
 
-def detect(projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHING) -> Detections:
-    return image_detections(boxes, view_of(projection), expected, image_size_px=SIZE_PX, settings=SETTINGS)
+def detect(
+    projection: FloatArray, boxes: ImageBoxes, expected: Expected = NOTHING, lanes: Sequence[LaneStrip] = ()
+) -> Detections:
+    view = view_of(projection)
+    return image_detections(boxes, view, expected, image_size_px=SIZE_PX, settings=SETTINGS, lanes=lanes)
 
 
 def known(vehicles: Boxes) -> Expected:
@@ -100,6 +106,34 @@ def test_track_lends_its_heading_to_the_box_it_lies_in(heading_rad: float) -> No
     assert found.directed.all()
     assert found.boxes.centre_m == pytest.approx(car.centre_m, abs=0.05)
     assert found.boxes.length_m[0] == pytest.approx(4.9, abs=0.35)  # what is usual is 4.5
+
+
+def lane_through(at_m: tuple[float, float], heading_rad: float) -> LaneStrip:
+    reach_m = 30.0 * np.array([np.cos(heading_rad), np.sin(heading_rad)])
+    return LaneStrip(np.array([at_m - reach_m, at_m + reach_m]), 3.5)
+
+
+@pytest.mark.parametrize("heading_rad", [0.6, 1.0, -2.2, 2.4])
+def test_vehicle_without_a_track_lies_along_its_lane(heading_rad: float) -> None:
+    camera, at_m = slanted(8.0, 0.2, 1000.0), (2.0, 45.0)
+    box = drawn(camera, make_boxes([(*at_m, heading_rad, 4.5, 1.8)]))
+    alone, found = detect(camera, box), detect(camera, box, lanes=[lane_through(at_m, heading_rad)])
+    assert found.boxes.heading_rad == pytest.approx([heading_rad])
+    assert found.elongation[0] > 2.0
+    assert not found.directed[0]  # which end is the front is a guess
+    assert found.boxes.centre_m == pytest.approx(np.array([at_m]), abs=0.1)
+    assert np.hypot(*(alone.boxes.centre_m[0] - at_m)) > np.hypot(*(found.boxes.centre_m[0] - at_m))
+
+
+def test_lanes_tell_nothing_where_they_cross_nor_beside_them_nor_of_what_a_track_lends() -> None:
+    camera, at_m = slanted(8.0, 0.2, 1000.0), (2.0, 45.0)
+    car = make_boxes([(*at_m, 1.0, 4.5, 1.8)])
+    box = drawn(camera, car)
+    alone = detect(camera, box).boxes.heading_rad
+    crossing = [lane_through(at_m, 1.0), lane_through(at_m, -0.4)]
+    assert detect(camera, box, lanes=crossing).boxes.heading_rad == pytest.approx(alone)
+    assert detect(camera, box, lanes=[lane_through((2.0, 55.0), 0.0)]).boxes.heading_rad == pytest.approx(alone)
+    assert detect(camera, box, known(car), [lane_through(at_m, 0.7)]).boxes.heading_rad == pytest.approx([1.0])
 
 
 def test_diagonal_box_without_a_track_has_no_clear_direction() -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from data_gen.drawing.cameras import CameraKind
-from data_gen.stills import draw_stills
-from service.runs.inputs.toml_tables import read_toml
+from data_gen.outputs.stills import draw_stills
+from service.texts.toml_tables import read_toml
 from tests.architecture.test_imports import ROOT
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.onnx_settings import OnnxSettings

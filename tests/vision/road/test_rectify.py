@@ -5,7 +5,7 @@ import pytest
 
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import FloatArray, make_frame, top_view, whole_view
-from vision.detection.ground_surface import GroundSurface
+from vision.detection.surfaces.ground_surface import GroundSurface
 from vision.errors import VisionError
 from vision.road.view import GroundView
 from vision.settings import VisionSettings

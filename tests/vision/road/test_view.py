@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gis.camera import GroundCamera
-from gis.lens import Lens
+from gis.cameras.camera import GroundCamera
+from gis.cameras.lens import Lens
 from tests.vision.support import FloatArray, top_view
 from vision.errors import VisionError
 from vision.road.view import GroundView

@@ -5,7 +5,7 @@ import pytest
 from chronicles.chronicle_set import ChronicleSet, load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.limits import Limits
+from chronicles.execution.limits import Limits
 from chronicles.recogniser import Recogniser
 
 

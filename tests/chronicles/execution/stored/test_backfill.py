@@ -8,10 +8,10 @@ import pytest
 from chronicles.chronicle_set import ChronicleSet, load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
+from chronicles.execution.limits import Limits
 from chronicles.execution.stored.backfill import FoundOccurrences, recognise_columns
 from chronicles.execution.stored.columns import EventColumns
 from chronicles.execution.stored.matches import TooManyMatches
-from chronicles.limits import Limits
 from chronicles.recogniser import Recogniser, recognise
 from tests.cases import seeds
 from tests.chronicles.execution.random_cases import CaseMaker

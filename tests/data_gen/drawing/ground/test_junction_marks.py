@@ -8,8 +8,8 @@ import shapely
 
 from data_gen.drawing.ground.markings import junction_marks, parking_bays
 from data_gen.scenario import ParkingStrip, kind_of, shipped_network
-from gis.lanes import Lane
-from gis.sumo_net import read_sumo_net
+from gis.roads.lanes import Lane
+from gis.roads.sumo_net import read_sumo_net
 
 JUNCTION = shipped_network("junction")
 

@@ -7,8 +7,8 @@ import pytest
 import shapely
 
 from data_gen.drawing.ground.markings import road_markings
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 from tests.data_gen.support import straight_road
 
 

@@ -12,8 +12,8 @@ from data_gen.drawing.render import make_world
 from data_gen.drawing.sun import Clouds, Sun, darken, draw_sun
 from data_gen.drawing.view import camera_over
 from data_gen.scenario import View
-from gis.lanes import Lane
-from gis.road_network import RoadNetwork
+from gis.roads.lanes import Lane
+from gis.roads.road_network import RoadNetwork
 from tests.data_gen.support import straight_road
 
 SUN = Sun(shadow_rad=0.9, shadow_slope=1.1, phases_rad=(0.0, 0.0))

@@ -10,7 +10,7 @@ from data_gen.drawing.ground.sky import Haze
 from data_gen.drawing.ground.standing import paint_standing, stands_clear
 from data_gen.drawing.sun import Sun
 from data_gen.drawing.view import CameraView
-from gis.camera_pose import CameraPose
+from gis.cameras.camera_pose import CameraPose
 from tests.data_gen.support import straight_road
 
 SIZE_PX = (640, 360)

@@ -13,7 +13,7 @@ from data_gen.drawing.traffic.shown import Shown, ShownCounter
 from data_gen.drawing.traffic.solid_painter import SolidPainter
 from data_gen.drawing.view import CameraView
 from data_gen.simulation.states import VehicleStates
-from gis.camera_pose import CameraPose, CameraTrack
+from gis.cameras.camera_pose import CameraPose, CameraTrack
 from tests.data_gen.support import states_of
 
 SIZE_PX = (640, 360)

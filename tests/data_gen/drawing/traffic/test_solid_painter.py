@@ -12,7 +12,7 @@ from data_gen.drawing.traffic.vehicle_models import height_m
 from data_gen.drawing.view import CameraView, corners_m
 from data_gen.scenario import VehicleClass
 from data_gen.simulation.states import FloatArray, VehicleStates
-from gis.camera_pose import CameraPose
+from gis.cameras.camera_pose import CameraPose
 from tests.data_gen.support import states_of
 
 SIZE_PX = (640, 360)

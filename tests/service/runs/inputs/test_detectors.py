@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.app import run
 from service.errors import InputError, SiteError
-from service.records import RunRecord
+from service.records.runs import RunRecord
 from service.runs.inputs.detectors import (
     AutoChoice,
     DetectionDetails,
@@ -21,7 +21,7 @@ from service.runs.inputs.detectors import (
     choose_detector,
 )
 from service.runs.inputs.opening import open_input
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sites.site import load_site
 from service.runs.inputs.video_input import VideoInput
 from service.store.log import open_log
 from tests.vision.onnx_file import blob_finder

@@ -9,7 +9,7 @@ from chronicles.errors import ChronicleError
 from service.errors import InputError
 from service.runs.inputs.input_kind import content_digest
 from service.runs.inputs.opening import open_input
-from service.runs.inputs.site import load_site
+from service.runs.inputs.sites.site import load_site
 from service.texts.chronicle_files import load_chronicle_files
 
 EXAMPLES = Path(__file__).parents[4] / "examples"

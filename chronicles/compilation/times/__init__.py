@@ -1,0 +1,1 @@
+"""When can the time points of a chronicle be, relative to each other?"""

@@ -1,1 +1,0 @@
-"""Which objects broke, or kept, what named formulas ask of them? Formulas run for every object of a sort."""

@@ -1,0 +1,1 @@
+"""How is what takes long answered? In processes beside the server, for a time."""

@@ -1,0 +1,62 @@
+"""`dyknow token`: who may ask a log over HTTP?"""
+
+import time
+from typing import Annotated, Literal
+
+import typer
+
+from service.cli.options import AsJson, LogName, read_age_us
+from service.cli.printing import format_table, show
+
+TokenName = Annotated[str, typer.Argument(metavar="NAME", help="Its name, for lists and for the audit.")]
+
+
+def make(
+    log: LogName,
+    name: TokenName,
+    scope: Annotated[
+        Literal["read", "write", "admin"],
+        typer.Option(help="What it allows; each one also what those before it do."),
+    ] = "read",
+    expires: Annotated[
+        str | None, typer.Option(metavar="AGE", help="When it ends: 90d, 12h, 30min. Default: never.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a token and print it; it cannot be shown again."""
+    from service.store.log import open_log
+    from service.store.registers.access import make_token
+
+    now_us, expires_us = time.time_ns() // 1000, None
+    if expires is not None:
+        refusal = f"--expires: expected an age such as 90d, 12h or 30min, got {expires!r}"
+        expires_us = now_us + read_age_us(expires, refusal)
+    with open_log(log) as opened:
+        secret = make_token(opened, name, scope, now_us=now_us, expires_us=expires_us)
+    show({"name": name, "scope": scope, "expires_us": expires_us, "token": secret}, secret, as_json=as_json)
+
+
+def list_all(log: LogName, as_json: AsJson = False) -> None:
+    """List the tokens of a log; a token itself is not kept."""
+    from service.records.times import format_utc
+    from service.store.log import open_log
+    from service.store.registers.access import list_tokens
+
+    with open_log(log) as opened:
+        tokens = list_tokens(opened)
+    rows = [
+        [one.name, one.scope, format_utc(one.made_us), format_utc(one.expires_us) if one.expires_us else "never"]
+        for one in tokens
+    ]
+    records = [{name: getattr(one, name) for name in ("name", "scope", "made_us", "expires_us")} for one in tokens]
+    show({"items": records}, format_table(("name", "scope", "made", "ends"), rows), as_json=as_json)
+
+
+def revoke(log: LogName, name: TokenName, as_json: AsJson = False) -> None:
+    """Let a token end now."""
+    from service.store.log import open_log
+    from service.store.registers.access import revoke_token
+
+    with open_log(log) as opened:
+        revoke_token(opened, name)
+    show({"revoked": name}, f"token {name} is revoked", as_json=as_json)

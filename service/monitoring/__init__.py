@@ -1,1 +1,0 @@
-"""Who breaks the rules? Monitors over the cars and relations of a run."""

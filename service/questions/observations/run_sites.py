@@ -1,0 +1,112 @@
+"""On which roads were the cars of a run? Its site, read again where it lies, if it is still the same."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+
+from anchoring.settings import AnchoringSettings
+from gis.roads.road_network import RoadNetwork
+from qsr.settings import RelationSettings
+from service.errors import InputError, NotInLogError
+from service.records.runs import RunRecord
+from service.runs.inputs.input_kind import content_digest
+from service.runs.inputs.sites.site import Site, load_site
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """Hold what the relations of a run depend on beside its cars; no network is open ground."""
+
+    network: RoadNetwork | None
+    anchoring: AnchoringSettings
+    relations: RelationSettings
+
+    @property
+    def late_us(self) -> int:
+        """How long after it happened a change is decided at most: a car may be lost, or have had no name yet."""
+        return self.anchoring.survive_us + self.anchoring.name_back_us + self.relations.backdate_us
+
+
+def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Ground:
+    """Read the site of a run again; see `stored_events.unwatched_relations`.
+
+    Parameters
+    ----------
+    asked : what it is for, in messages.
+
+    Raises
+    ------
+    InputError
+        If it is not known any more, is another one, or cannot be used.
+    """
+    if not run.site and site_file is None:
+        return Ground(None, AnchoringSettings(), RelationSettings())
+    known = run.site_file
+    path = site_file or (Path(known.path) if known else None)
+    where = f"run {run.id!r}: expected the site file of {run.site!r} as it was, {asked}"
+    if path is None or not path.exists():
+        came = "none in this older log" if path is None else f"no file {str(path)!r}"
+        raise InputError(f"{where}, got {came}; say where it is with --site")
+    site = load_site(path)
+    if not _is_the_same(site, run):
+        raise InputError(f"{where}, got another one in {str(path)!r}")
+    return Ground(site.network, site.anchoring, site.relations)
+
+
+def _is_the_same(site: Site, run: RunRecord) -> bool:
+    """Compare the contents, or the names where an older log has no more."""
+    if run.site_file is None:
+        return site.name == run.site
+    return content_digest(*site.files) == run.site_file.digest
+
+
+class SiteLane(Struct, frozen=True):
+    """A lane: of `edge`, whose lanes run side by side, the one of this index, from the outer side of the road."""
+
+    id: str
+    road: str
+    edge: str
+    index: int
+    direction: int
+    width_m: float
+    speed_limit_mps: float
+    centre_line_m: list[tuple[float, float]]
+
+
+class SiteJunction(Struct, frozen=True):
+    """An area where roads meet."""
+
+    id: str
+    outline_m: list[tuple[float, float]]
+
+
+class RunSite(Struct, frozen=True):
+    """Roads in local metres, x east and y north; `origin_deg` is the latitude and longitude of (0, 0), if known."""
+
+    run: str
+    site: str
+    origin_deg: tuple[float, float] | None
+    lanes: list[SiteLane]
+    junctions: list[SiteJunction]
+
+
+def run_site(run: RunRecord) -> RunSite:
+    """Read the site of a run.
+
+    Raises
+    ------
+    NotInLogError
+        If the run had no roads.
+    InputError
+        If its site file is gone, another one, or cannot be used.
+    """
+    network = ground_of(run, "to tell its roads").network
+    if network is None:
+        raise NotInLogError(f"run {run.id!r}: expected one with roads, got one on open ground")
+    plain = msgspec.to_builtins((network.lanes, network.junctions), enc_hook=np.ndarray.tolist)
+    lanes, junctions = msgspec.convert(plain, tuple[list[SiteLane], list[SiteJunction]])
+    origin_deg = run.site_file.origin_deg if run.site_file else None
+    return RunSite(run.id, run.site, origin_deg, lanes, junctions)

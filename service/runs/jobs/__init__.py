@@ -1,0 +1,1 @@
+"""Who processes what was queued? Workers on any machine that reaches the log."""

@@ -1,0 +1,148 @@
+"""How does a source stay connected? What arrives is recorded; when it stops, it is called again, at growing pauses."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+import av
+from av.container import InputContainer
+from av.packet import Packet
+from av.video.stream import VideoStream
+
+from service.errors import InputError
+from service.runs.live.live_source import LiveSource
+from service.runs.live.recording_writer import RecordingWriter, folder_name
+
+FIRST_PAUSE_S, MOST_PAUSE_S = 0.5, 30.0
+JUMP_US = 10_000_000
+"""Time stamps that go back, or on by more than this, are those of another clock."""
+
+Tell = Callable[[str], None]
+Connection = tuple[InputContainer, VideoStream]
+
+
+class Receiver:
+    """Record a source into one recording after the other.
+
+    Parameters
+    ----------
+    source : what to record.
+    connection : to it, the first one.
+    folder : of the recordings.
+    longest_us : so long is a recording at most, in media time, and a minute.
+    most_bytes : that large is a recording at most, and a minute.
+    tell : gets a line when the source is cut or back.
+
+    Attributes
+    ----------
+    ended : set it to end the recording.
+    tell : as given.
+    """
+
+    def __init__(
+        self, source: LiveSource, connection: Connection, folder: Path, *, longest_us: int, most_bytes: int, tell: Tell
+    ) -> None:
+        self.ended = threading.Event()
+        self.tell = tell
+        self._source, self._first, self._folder = source, connection, folder
+        self._longest_us, self._most_bytes = longest_us, most_bytes
+        self._writer: RecordingWriter  # from the first connection on
+        self._kind = ("", 0, 0)
+        self._arrived_s = 0.0  # the newest packet, by a clock that nobody sets
+        self._start_us, self._why = 0, ""  # of the next connection, and what ended the one before
+
+    def record(self, begin: Callable[[Path], None]) -> None:
+        """Record until ended, or until a source that does not come back is over.
+
+        Parameters
+        ----------
+        begin : gets the folder of each recording, once there is something in it.
+        """
+        self._begin(self._first[1])
+        try:
+            current: Connection | None = self._first
+            while current is not None:
+                container, stream = current
+                if _kind(stream) != self._kind:
+                    self._writer.close()
+                    self._begin(stream)
+                with closing(container):
+                    self._record(container, stream, begin)
+                if self.ended.is_set() or self._source.ends:
+                    return
+                self.tell(f"{self._source.shown}: {self._why}; called again")
+                current = self._again()
+                if self._writer.last_us >= 0:  # else media time has not begun
+                    since_us = max(1, round((time.monotonic() - self._arrived_s) * 1e6))
+                    self._start_us = max(self._start_us, self._writer.last_us) + since_us
+        finally:
+            self._writer.close()
+
+    def _begin(self, stream: VideoStream) -> None:
+        """Begin a recording."""
+        self._writer = RecordingWriter(self._folder / folder_name(time.time_ns() // 1000))
+        self._kind, self._start_us, self._why = _kind(stream), 0, ""
+
+    def _record(self, container: InputContainer, stream: VideoStream, begin: Callable[[Path], None]) -> None:
+        """Record one connection, to its end."""
+        last_us: int | None = None
+        self._arrived_s = time.monotonic()
+        try:
+            for packet in _packets(container, stream):
+                if self.ended.is_set():
+                    return
+                self._arrived_s, now_us = time.monotonic(), _decoded_us(packet)
+                if last_us is not None and not 0 <= now_us - last_us <= JUMP_US:
+                    self._start_us, self._why, last_us = self._writer.last_us + 1, "its time stamps jumped", None
+                if packet.is_keyframe and self._is_full():
+                    self._writer.close()
+                    self._begin(stream)
+                    last_us = None
+                if last_us is None:
+                    if not packet.is_keyframe:
+                        continue  # nobody can decode it
+                    self._writer.connect(stream, self._start_us, self._why)
+                    if self._writer.last_us < 0:
+                        begin(self._writer.folder)
+                self._writer.write(packet)
+                last_us = now_us
+            self._why = "it ended"
+        except (av.FFmpegError, OSError) as error:
+            self._why = f"it was cut ({error.strerror or error})"
+
+    def _is_full(self) -> bool:
+        return self._writer.last_us >= self._longest_us or self._writer.size_bytes >= self._most_bytes
+
+    def _again(self) -> Connection | None:
+        pause_s = FIRST_PAUSE_S
+        while not self.ended.wait(pause_s):
+            try:
+                found = self._source.open()
+            except InputError as error:
+                pause_s = min(2 * pause_s, MOST_PAUSE_S)
+                self.tell(f"{error}; called again in {pause_s:g} s")
+            else:
+                self.tell(f"{self._source.shown}: is back")
+                return found
+        return None
+
+
+def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
+    """Give the packets that say when they are to be shown."""
+    return (one for one in container.demux(stream) if one.size and (one.pts is not None or one.dts is not None))
+
+
+def _decoded_us(packet: Packet[VideoStream]) -> int:
+    assert packet.time_base is not None
+    ticks = packet.dts if packet.dts is not None else packet.pts
+    assert ticks is not None
+    return round(ticks * packet.time_base * 1_000_000)
+
+
+def _kind(stream: VideoStream) -> tuple[str, int, int]:
+    """Tell what must be the same for two connections to be of one recording."""
+    return stream.codec_context.name, stream.width, stream.height

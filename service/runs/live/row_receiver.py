@@ -1,0 +1,85 @@
+"""How are rows recorded that come through a pipe? Whole lines at a time, into one recording after the other."""
+
+import select
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+from service.errors import InputError
+from service.runs.live.live_source import LiveSource
+from service.runs.live.recording_writer import RecordingWriter, folder_name
+
+LOOKED_EVERY_S = 0.2
+_LONGEST_LINE = 1 << 20  # bytes
+
+
+class RowReceiver:
+    """Record CSV with a header line.
+
+    Parameters
+    ----------
+    source : what to record; opened here.
+    folder : of the recordings.
+    longest_us : so long is a recording at most, by the clock of this machine.
+    most_bytes : that large is a recording at most, and what came at once.
+
+    Attributes
+    ----------
+    ended : set it to end the recording.
+
+    Raises
+    ------
+    InputError
+        If the source is no pipe.
+    """
+
+    def __init__(self, source: LiveSource, folder: Path, *, longest_us: int, most_bytes: int) -> None:
+        self.ended = threading.Event()
+        self._pipe, self._shown, self._folder = source.open_pipe(), source.shown, folder
+        self._longest_s, self._most_bytes = longest_us / 1e6, most_bytes
+
+    def record(self, begin: Callable[[Path], None]) -> None:
+        """Record until ended, or until the pipe is over.
+
+        Parameters
+        ----------
+        begin : gets the folder of each recording.
+
+        Raises
+        ------
+        InputError
+            If nothing comes, or no lines.
+        """
+        header, until_s, writer = b"", 0.0, None
+        with self._pipe, ExitStack() as recording:
+            for lines in self._lines():
+                rows = lines
+                if not header:
+                    header, rows = lines[: lines.index(b"\n") + 1], lines[lines.index(b"\n") + 1 :]
+                if writer is None or writer.size_bytes > self._most_bytes or time.monotonic() > until_s:
+                    recording.close()
+                    until_s = time.monotonic() + self._longest_s
+                    writer = RecordingWriter(self._folder / folder_name(time.time_ns() // 1000))
+                    recording.callback(writer.close)
+                    writer.begin_rows(header)
+                    begin(writer.folder)
+                writer.write_bytes(rows)
+        if writer is None and not self.ended.is_set():
+            raise InputError(f"{self._shown}: expected rows, got nothing")
+
+    def _lines(self) -> Iterator[bytes]:
+        """Give what came, whole lines at a time; one without an end only where the pipe is over."""
+        rest = b""
+        while not self.ended.is_set():
+            if not select.select([self._pipe], [], [], LOOKED_EVERY_S)[0]:
+                continue
+            data = self._pipe.read(1 << 16)
+            lines, end, rest = (rest + (data or b"\n" * bool(rest))).rpartition(b"\n")
+            if end:
+                yield lines + end
+            if len(rest) > _LONGEST_LINE:
+                raise InputError(f"{self._shown}: expected lines of rows, got {len(rest)} bytes without an end")
+            if not data:
+                return

@@ -1,0 +1,133 @@
+"""What does it take to watch a camera? Its recording grows on one thread, and is processed on another.
+
+What a program that was killed has left is processed to its end on a third one, while the camera is watched already.
+"""
+
+import queue
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from service.errors import ServiceError
+from service.runs.live.keeping import left_behind, mark_processed, remove_old
+from service.runs.live.live_source import LiveSource
+from service.runs.live.receiver import Receiver, Tell
+from service.runs.live.row_receiver import LOOKED_EVERY_S, RowReceiver
+from service.runs.machine import Interrupts
+from service.runs.processing import Progress, RunSummary, load_texts, process
+from service.runs.requests import RunRequest
+from vision.errors import VideoError, VisionError
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """Say what is kept of a source.
+
+    Attributes
+    ----------
+    folder : of its recordings.
+    longest_us : so long are a recording, and the run over it, at most.
+    age_us, size_bytes : older recordings, and what is more than this in all, are removed once they are processed.
+    """
+
+    folder: Path
+    longest_us: int
+    age_us: int
+    size_bytes: int
+
+
+def watch(
+    text: str,
+    request: RunRequest,
+    kept: Kept,
+    *,
+    is_rows: bool = False,
+    tell: Tell,
+    on_progress: Callable[[Progress], None],
+    on_summary: Callable[[RunSummary], None],
+) -> None:
+    """Record and process a live source until a signal ends it, or it is a pipe that is over.
+
+    What was recorded until then is processed to its end, unless it was left by a program that was killed: then the next
+    one processes it.
+
+    Parameters
+    ----------
+    text : names the source, see `LiveSource`.
+    request : how to process; its input is put in.
+    is_rows : it sends rows of trajectories, not video.
+    tell : gets a line when the source is cut or back.
+    on_progress, on_summary : told of each run.
+
+    Raises
+    ------
+    InputError
+        If the source does not answer; nothing has been written then.
+    ServiceError, VisionError, ChronicleError, DyKnowError
+        If a text or the site of the request is wrong, before anything is written; if they do not go with what the
+        source sends, after as much of that was recorded as it took to see it.
+    """
+    load_texts(request)
+    source = LiveSource(text)
+    limits = {"longest_us": kept.longest_us, "most_bytes": max(1, kept.size_bytes // 2)}
+    receiver: Receiver | RowReceiver
+    if is_rows:
+        receiver = RowReceiver(source, kept.folder, **limits)
+    else:
+        receiver = Receiver(source, source.open(), kept.folder, **limits, tell=tell)
+    left = left_behind(kept.folder)
+    begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
+
+    def process_one(folder: Path, on_progress: Callable[[Progress], None]) -> None:
+        """Process a recording, and make room for the next ones; what ends early, or breaks, is not done."""
+        try:
+            summary = process(replace(request, input=folder), on_progress=on_progress)
+        except VideoError as error:
+            if not receiver.ended.is_set() and folder not in left:
+                raise
+            tell(str(error))  # ended before a picture was whole
+        else:
+            on_summary(summary)
+            if summary.status == "interrupted":
+                return
+        mark_processed(folder)
+        remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes)
+
+    def go_on(_: Progress) -> None:
+        if receiver.ended.is_set():
+            raise KeyboardInterrupt  # as Ctrl-C stops a run
+
+    def process_live() -> None:
+        """Process the recordings in their order; what is wrong with one ends what is recorded."""
+        try:
+            for folder in iter(begun.get, None):
+                process_one(folder, on_progress)
+        finally:
+            receiver.ended.set()
+
+    def process_left() -> None:
+        """Process what was left; what is wrong with it is told, and ends nothing."""
+        for folder in left:
+            if receiver.ended.is_set():
+                return
+            try:
+                process_one(folder, go_on)
+            except (ServiceError, VisionError) as error:  # it may be of another camera
+                tell(f"{folder}: {error}")
+
+    with ThreadPoolExecutor(3) as pool:
+        tasks = [pool.submit(_record, receiver, begun), pool.submit(process_live), pool.submit(process_left)]
+        with Interrupts() as interrupts:  # the first signal; the next one does what it always does
+            while interrupts.came is None and wait(tasks, LOOKED_EVERY_S).not_done:
+                pass
+        receiver.ended.set()
+        for task in tasks:
+            task.result()
+
+
+def _record(receiver: Receiver | RowReceiver, begun: "queue.SimpleQueue[Path | None]") -> None:
+    try:
+        receiver.record(begun.put)
+    finally:
+        begun.put(None)

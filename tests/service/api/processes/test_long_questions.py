@@ -1,0 +1,113 @@
+"""Is a question that takes long ended, without holding up the others?"""
+
+import asyncio
+import os
+import pickle
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import anyio
+import httpx
+import msgspec
+import pytest
+
+from service.api.app import create_app
+from service.api.messages.bodies import Problem
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import why, why_not
+from service.errors import LogError, QueryError, UnansweredError
+from service.questions.recognition.explaining import AbsenceQuestion
+from tests.service.http import Client
+from tests.service.logs import write_log
+
+_NO_QUESTION = AbsenceQuestion(chronicle="nothing", roles={})
+
+
+@dataclass(frozen=True, slots=True)
+class Acting:
+    """An event's name that does something in the process that reads it."""
+
+    action: Callable[[Any], object]  # Any: whatever the action takes
+    argument: object
+
+    def __reduce__(self) -> tuple[Callable[[Any], object], tuple[object]]:
+        return self.action, (self.argument,)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("long") / "a.db"
+    write_log(path, [])
+    return path
+
+
+@pytest.mark.parametrize(("name", "path"), [("explanations.why", "r1-1/why"), ("events.summary", "summary?by=actor")])
+def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
+    log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str
+) -> None:
+    with Client(create_app(str(log), shipped=[], within_s=0.5)) as client:
+        monkeypatch.setattr(f"service.api.routes.{name}", _stay)
+        answer = client.get(f"/api/v1/events/{path}")
+        assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
+        told = msgspec.json.decode(answer.content, type=Problem)
+        assert told.type == "urn:dyknow:problem:unanswered"
+        assert told.detail.startswith("answer: expected one within 0.5 s, got none; ask about less time")
+        # On a busy machine a process that begins anew takes a while.
+        monkeypatch.setattr("service.api.processes.pool.fail_after", lambda _: anyio.fail_after(60))
+        assert client.get("/api/v1/chronicles/overtake/why-not").status_code == 404
+
+
+def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there(log: Path) -> None:
+    async def ask() -> None:
+        pool = ProcessPool(str(log))
+        with pytest.raises(UnansweredError, match="a process that was ended"):
+            await pool.ask(why, Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
+        assert await pool.ask(why, "r1-99") is None
+
+    asyncio.run(ask())
+
+
+def test_errors_come_from_the_process_as_they_are(log: Path) -> None:
+    async def ask() -> None:
+        pool = ProcessPool(str(log))
+        with pytest.raises(LogError, match="expected one of its chronicles, got 'nothing'"):
+            await pool.ask(why_not, _NO_QUESTION)
+
+    asyncio.run(ask())
+    error = pickle.loads(pickle.dumps(QueryError("limit: ...", parameter="limit")))
+    assert (str(error), error.parameter) == ("limit: ...", "limit")
+
+
+def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Path) -> None:
+    app = create_app(str(log), shipped=[])
+    transport = httpx.ASGITransport(app=app)
+
+    async def ask() -> None:
+        pool = ProcessPool(str(log), 3600)
+        begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
+        long = [asyncio.create_task(pool.ask(why, Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
+        while not all(one.exists() for one in begun):
+            await asyncio.sleep(0.01)
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+            assert (await client.get("/healthz")).text == "ok\n"
+            assert (await client.get("/api/v1/events")).status_code == 200
+        assert not any(one.done() for one in long)
+        for one in long:
+            one.cancel()
+        await asyncio.gather(*long, return_exceptions=True)
+
+    asyncio.run(ask())
+
+
+def _stay(*_: object) -> None:
+    """Take an hour, in place of an answer."""
+    time.sleep(3600.0)
+
+
+def begin(*told: str) -> None:
+    """Say that a process came here, by a file that is named last, and stay."""
+    Path(told[-1]).touch()
+    time.sleep(3600.0)

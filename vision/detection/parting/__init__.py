@@ -1,0 +1,1 @@
+"""Which vehicles are in one blob? Those of lanes, and bodies with a height."""
