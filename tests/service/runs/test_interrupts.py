@@ -137,9 +137,16 @@ def test_each_signal_ends_a_run_with_its_code(
     def stop(meter: _Meter, t_us: int) -> None:
         os.kill(os.getpid(), signal.Signals[name])
 
+    def unheard(*_: object) -> None:
+        raise AssertionError(f"expected the run to take {name}")
+
     monkeypatch.setattr(_Meter, "count", stop)
     tracks, log = write_tracks(tmp_path / "t.csv", frames=20), tmp_path / "a.db"
-    assert run(["process", str(tracks), "--log", str(log)]) == code
+    before = signal.signal(signal.Signals[name], unheard)  # else it might end the tests, or be ignored by them
+    try:
+        assert run(["process", str(tracks), "--log", str(log)]) == code
+    finally:
+        signal.signal(signal.Signals[name], before)
     with open_log(str(log)) as opened:
         record = opened.run()
     assert record.status == "interrupted"
