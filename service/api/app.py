@@ -4,6 +4,7 @@ from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from socket import socket
+from tempfile import TemporaryDirectory
 
 import anyio.to_thread
 import uvicorn
@@ -65,13 +66,15 @@ def create_app(
     stream = EventStream(log)
 
     @asynccontextmanager
-    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         """Bound the worker threads, and look for new events; close the log when the server stops."""
         anyio.to_thread.current_default_thread_limiter().total_tokens = WORKER_THREADS
-        async with anyio.create_task_group() as tasks:
-            tasks.start_soon(stream.watch)
-            yield
-            tasks.cancel_scope.cancel()
+        with TemporaryDirectory(prefix="dyknow-clips-", ignore_cleanup_errors=True) as clips:
+            app.state.clips = Path(clips)
+            async with anyio.create_task_group() as tasks:
+                tasks.start_soon(stream.watch)
+                yield
+                tasks.cancel_scope.cancel()
         log.close()
 
     # The framework's own /docs page loads its scripts from other people's servers.

@@ -23,10 +23,11 @@ from starlette.requests import ClientDisconnect
 from service.errors import CrowdedError, QueryError, TakenError
 from service.store.entries import Source
 from service.store.registers.sources import Sources
+from service.texts.csv_table import ROW_SUFFIXES
 
 UPLOAD_GB = 20.0
 MOST_UPLOADS = 4
-OTHER_SUFFIXES = (".csv", ".toml")
+OTHER_SUFFIXES = (*ROW_SUFFIXES, ".toml")
 """Of files that are read as something else than a video, or found beside one."""
 _UNNAMED = ".upload-"
 _DIGEST = re.compile(r"sha-256=:([A-Za-z0-9+/]{43}=):")

@@ -38,6 +38,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "objects": (objects.objects, "scene.db car7"),
     "tracks": (tracks.tracks, "scene.db --car car7 --from 10s"),
     "draw": (tracks.draw, "scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
+    "clip": (tracks.clip, "scene.db fb5840f804056320-1 --out overtake.mp4 --pad 3s"),
     "evaluate": (evaluate.evaluate, "scene.db scene --what detection,tracks,events"),
     "explain": (explain.explain, "scene.db fb5840f804056320-1"),
     "why-not": (explain.why_not, "scene.db overtake --role overtaker=car7 --limit 3"),

@@ -1,7 +1,9 @@
-"""Where do drawn frames go? A log's overlay on its video, as a new video or as one picture."""
+"""Where do drawn frames go? A log's overlay on its video, or on a piece of it, as a new video or as one picture."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from fractions import Fraction
+from itertools import dropwhile, takewhile
 from pathlib import Path
 
 import av
@@ -9,12 +11,14 @@ import cv2
 import numpy as np
 
 from gis.cameras.camera import GroundCamera
-from service.errors import InputError, LogError, NotInLogError
+from service.errors import ExportError, InputError, LogError, NotInLogError
 from service.export.drawing import EVENT_LINGER_US, TRAIL_US, Overlay, OverlayReader, draw_overlay
+from service.export.events import SHORTEST_SHOWN_US
 from service.export.tracks import END, Views
 from service.questions.events.notes import covered
-from service.questions.events.queries import EventFilter, decode_event, iterate_events
+from service.questions.events.queries import EventFilter, decode_event, find_event, iterate_events
 from service.records.runs import CameraRecord, RunRecord
+from service.records.seen import OverlayForm
 from service.records.times import TimePoint, format_media
 from service.store.databases.location import log_files
 from service.store.log import EventLog, open_log
@@ -22,6 +26,8 @@ from vision.objects import ByteArray
 from vision.video.frames import Frame, VideoSource, open_video
 
 MICROSECOND = Fraction(1, 1_000_000)
+_SOUGHT_IN = {"crf": "20", "preset": "veryfast", "g": "25", "bf": "0"}
+"""A key picture in every second, and none that rests on a later one: players seek to the frame."""
 
 
 def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str | None = None) -> None:
@@ -32,7 +38,7 @@ def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str |
     LogError, InputError, VisionError
         If the log holds no camera for the video, no frame is shown at the time, or a file cannot be used.
     """
-    _check_target(out, video, *log_files(log_url))
+    check_target(out, video, *log_files(log_url))
     with open_log(log_url) as log:
         picture = picture_at(log, log.run(run), video, at_us)
     if not cv2.imwrite(str(out), picture):
@@ -40,13 +46,18 @@ def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str |
 
 
 def picture_at(
-    log: EventLog, run: RunRecord, video: Path, t_us: int, *, is_drawn: bool = True, width_px: int | None = None
+    log: EventLog,
+    run: RunRecord,
+    video: Path,
+    t_us: int,
+    *,
+    overlay: OverlayForm = "symbols",
+    width_px: int | None = None,
 ) -> ByteArray:
     """Give the frame that is shown at a time.
 
     Parameters
     ----------
-    is_drawn : with its overlay.
     width_px : of the picture at most.
 
     Returns
@@ -65,16 +76,9 @@ def picture_at(
     if frame is None:
         expected = f"expected a time in its video, of which it covers {covered(log, run)}"
         raise NotInLogError(f"run {run.id!r}: {expected}, got {format_media(t_us)}")
-    picture = frame.to_bgr()
-    scale = 1.0 if width_px is None else min(1.0, width_px / picture.shape[1])
-    if scale < 1.0:
-        size_px = max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale))
-        picture = np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.uint8)
-    if not is_drawn:
-        return picture
-    camera = _camera(run, source)
-    [(_, overlay, view)] = _overlays(log, run, camera, [frame], from_us=frame.t_us, to_us=frame.t_us + 1)
-    return draw_overlay(picture, overlay, view, scale=scale)
+    window_us = frame.t_us, frame.t_us + 1
+    [(_, picture)] = _drawn(log, run, source, [frame], window_us, overlay=overlay, width_px=width_px)
+    return picture
 
 
 def draw_video(
@@ -87,24 +91,61 @@ def draw_video(
     LogError, VisionError, InputError
         If the log holds no camera for the video, no frame lies in the interval, or a file cannot be used.
     """
-    _check_target(out, video, *log_files(log_url))
+    check_target(out, video, *log_files(log_url))
     with open_log(log_url) as log:
-        record, source = log.run(run), open_video(video)
-        looked = _overlays(log, record, _camera(record, source), source, from_us=from_us, to_us=to_us)
-        drawn = ((one.t_us, draw_overlay(one.to_bgr(), overlay, view)) for one, overlay, view in looked)
+        write_video(log, log.run(run), video, out, (from_us, to_us))
+
+
+def event_window(log: EventLog, event_id: str, pad_us: int) -> tuple[RunRecord, tuple[int, int]]:
+    """Say in which run an event is, and from when to when to look at it; what is shorter than a second takes one.
+
+    Parameters
+    ----------
+    pad_us : so much before and behind it too.
+
+    Raises
+    ------
+    NotInLogError
+        If the log has no such event.
+    ExportError
+        If its run had no video.
+    """
+    text = find_event(log, event_id)
+    if text is None:
+        raise NotInLogError(f"event: expected the id of an event in this log, got {event_id!r}")
+    event = decode_event(text)
+    run = log.run(event.run)
+    if run.input_kind != "video":
+        raise ExportError(f"event {event_id!r}: expected one of a run on a video, got one on {run.input!r}")
+    return run, (max(0, event.start_us - pad_us), max(event.end_us, event.start_us + SHORTEST_SHOWN_US) + pad_us)
+
+
+def write_video(
+    log: EventLog,
+    run: RunRecord,
+    video: Path,
+    out: Path,
+    window_us: tuple[int, int | None],
+    *,
+    overlay: OverlayForm = "symbols",
+    width_px: int | None = None,
+) -> None:
+    """Write the frames of a window `[from, to)`; parameters and errors as those of `draw_video` and `picture_at`."""
+    source = open_video(video)
+    with closing(source.frames(from_us=window_us[0])) as frames:
+        drawn = _drawn(log, run, source, frames, window_us, overlay=overlay, width_px=width_px)
         first = next(drawn, None)
         if first is None:
-            raise InputError(f"{video}: expected frames from {from_us} us on, got none")
-        height_px, width_px = first[1].shape[:2]
+            raise InputError(f"{video}: expected frames from {window_us[0]} us on, got none")
         try:
             container = av.open(str(out), "w", options={"movflags": "faststart"})
         except OSError as error:
             raise InputError(f"{out}: expected a path that can be written, got {error.strerror}") from error
         with container:
-            stream = container.add_stream("libx264", rate=Fraction(25), options={"crf": "20", "preset": "veryfast"})
+            stream = container.add_stream("libx264", rate=Fraction(25), options=_SOUGHT_IN)
             # An odd side cannot be halved for chroma: the last row or column is left out.
-            stream.width, stream.height, stream.pix_fmt = width_px // 2 * 2, height_px // 2 * 2, "yuv420p"
-            stream.codec_context.time_base = MICROSECOND
+            stream.height, stream.width = (side_px // 2 * 2 for side_px in first[1].shape[:2])
+            stream.pix_fmt, stream.codec_context.time_base = "yuv420p", MICROSECOND
             for t_us, picture in (first, *drawn):
                 cut = np.ascontiguousarray(picture[: stream.height, : stream.width])
                 frame = av.VideoFrame.from_ndarray(cut, format="bgr24")
@@ -113,7 +154,40 @@ def draw_video(
             container.mux(stream.encode(None))
 
 
-def _check_target(out: Path, *used: Path) -> None:
+def _drawn(
+    log: EventLog,
+    run: RunRecord,
+    source: VideoSource,
+    frames: Iterable[Frame],
+    window_us: tuple[int, int | None],
+    *,
+    overlay: OverlayForm,
+    width_px: int | None,
+) -> Iterator[tuple[int, ByteArray]]:
+    """Draw those of some frames, in order, that lie in a window: their times and pictures."""
+    from_us, to_us = window_us
+    begun = dropwhile(lambda one: one.t_us < from_us, frames)
+    inside = takewhile(lambda one: to_us is None or one.t_us < to_us, begun)
+    if overlay == "none":
+        yield from ((one.t_us, _narrowed(one.to_bgr(), width_px)) for one in inside)
+        return
+    looked = _overlays(log, run, _camera(run, source), inside, from_us=from_us, to_us=to_us)
+    for frame, seen, view in looked:
+        picture = _narrowed(frame.to_bgr(), width_px)
+        scale = picture.shape[1] / source.width_px
+        yield frame.t_us, draw_overlay(picture, seen, view, scale=scale, is_named=overlay == "symbols")
+
+
+def _narrowed(picture: ByteArray, width_px: int | None) -> ByteArray:
+    """Make a picture that is wider smaller."""
+    scale = 1.0 if width_px is None else width_px / picture.shape[1]
+    if scale >= 1.0:
+        return picture
+    size_px = max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale))
+    return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def check_target(out: Path, *used: Path) -> None:
     """Refuse to write where nothing can be written, or over what is being read."""
     if any(out.exists() and one.exists() and out.samefile(one) for one in used):
         raise InputError(f"{out}: expected a new file, got one that is being read")
@@ -124,7 +198,7 @@ def _check_target(out: Path, *used: Path) -> None:
 def _overlays(
     log: EventLog, run: RunRecord, camera: CameraRecord, frames: Iterable[Frame], *, from_us: int, to_us: int | None
 ) -> Iterator[tuple[Frame, Overlay, GroundCamera | None]]:
-    """Give the frames of [from_us, to_us) with what is drawn on each, and how the camera looked; None if unknown."""
+    """Give frames of [from_us, to_us) with what is drawn on each, and how the camera looked; None if unknown."""
     end = None if to_us is None else TimePoint(to_us, "media")
     near = EventFilter(runs=(run.id,), from_=TimePoint(from_us - EVENT_LINGER_US, "media"), to=end)
     events = [decode_event(text) for text in iterate_events(log, near)]
@@ -136,10 +210,7 @@ def _overlays(
     for frame in frames:
         while next_us <= frame.t_us:
             looked_us, (_, next_us) = next_us, next(looked, END)
-        if to_us is not None and frame.t_us >= to_us:
-            return
-        if frame.t_us >= from_us:
-            yield frame, reader.at(frame.t_us, looked_us=looked_us), views.at(frame.t_us)
+        yield frame, reader.at(frame.t_us, looked_us=looked_us), views.at(frame.t_us)
 
 
 def _camera(run: RunRecord, video: VideoSource) -> CameraRecord:

@@ -104,7 +104,9 @@ def _moved(state: CarState, t_us: int) -> CarState:
     return replace(state, t_us=t_us, x_m=x_m, y_m=y_m)
 
 
-def draw_overlay(picture: ByteArray, overlay: Overlay, camera: GroundCamera | None, *, scale: float = 1.0) -> ByteArray:
+def draw_overlay(
+    picture: ByteArray, overlay: Overlay, camera: GroundCamera | None, *, scale: float = 1.0, is_named: bool = True
+) -> ByteArray:
     """Draw cars, trails and events on a copy of a picture.
 
     A car that is seen has a closed box with a dot at its front; one that is only predicted, as when something hides
@@ -115,13 +117,14 @@ def draw_overlay(picture: ByteArray, overlay: Overlay, camera: GroundCamera | No
     picture : (h, w, 3) blue, green, red.
     camera : None where that of a moving view did not know where it looked, which is then said instead of the cars.
     scale : by which the picture is larger than that of the camera.
+    is_named : else boxes alone, without symbols, trails and events.
     """
     canvas = picture.copy()
     if camera is None:
         write_text(canvas, "view lost", (8, canvas.shape[0] - 10), WHITE)
     else:
-        _draw_traffic(canvas, overlay, lambda points_m: (camera.to_pixels(points_m) + 0.5) * scale - 0.5)
-    for line, event in enumerate(overlay.events):
+        _draw_traffic(canvas, overlay, lambda m: (camera.to_pixels(m) + 0.5) * scale - 0.5, is_named=is_named)
+    for line, event in enumerate(overlay.events if is_named else ()):
         roles = ", ".join(f"{role} {symbol}" for role, symbol in event.roles.items())
         write_text(canvas, f"{event.type}: {roles}", (8, 20 + 18 * line), WHITE)
     return canvas
@@ -160,15 +163,15 @@ def colour_of(car: str) -> Colour:
     return blue, green, red
 
 
-def _draw_traffic(canvas: ByteArray, overlay: Overlay, project: Projection) -> None:
-    for car, trail_m in overlay.trails.items():
+def _draw_traffic(canvas: ByteArray, overlay: Overlay, project: Projection, *, is_named: bool) -> None:
+    for car, trail_m in overlay.trails.items() if is_named else ():
         for piece in in_front(project(trail_m)):
             cv2.polylines(canvas, [piece], isClosed=False, color=colour_of(car), thickness=1, lineType=cv2.LINE_AA)
     for state in overlay.cars:
-        _draw_car(canvas, state, project)
+        _draw_car(canvas, state, project, is_named=is_named)
 
 
-def _draw_car(canvas: ByteArray, state: CarState, project: Projection) -> None:
+def _draw_car(canvas: ByteArray, state: CarState, project: Projection, *, is_named: bool) -> None:
     corners_px = project(np.array(footprint_corners(state)))
     if not np.isfinite(corners_px).all():
         return  # behind the camera
@@ -181,6 +184,8 @@ def _draw_car(canvas: ByteArray, state: CarState, project: Projection) -> None:
     else:
         for start, end in zip(corners_px, np.roll(corners_px, -1, axis=0), strict=True):
             _draw_dashes(canvas, start, end, colour)
+    if not is_named:
+        return
     anchor = (int(outline[:, 0].max()) + 2, int(outline[:, 1].min()) - 2)
     write_text(canvas, state.car if state.linked else f"{state.car}?", anchor, colour)
 

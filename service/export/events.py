@@ -20,10 +20,10 @@ from service.records.events import EventRecord
 from service.records.times import format_media
 from service.store.log import EventLog
 
-ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel"]
+ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel", "openlabel"]
 
 ROLE_PREFIX = "role."
-_SHORTEST_CUE_US = 1_000_000
+SHORTEST_SHOWN_US = 1_000_000
 COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
     "confidence", "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
@@ -80,7 +80,13 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
     ------
     QueryError, FilterError
         As `iterate_pages`, at once.
+    NotInLogError
+        As `openlabel`.
     """
+    if form == "openlabel":
+        from service.export.openlabel import openlabel  # loads what holds relations
+
+        return openlabel(log, wanted)
     pages = iterate_pages(log, wanted)
     match form:
         case "jsonl":
@@ -117,7 +123,7 @@ def _vtt(pages: Iterable[Iterable[str]], first_pts_us: Mapping[str, int]) -> Ite
 
 def _cue(event: EventRecord, zero_us: int) -> str:
     # A cue without duration is never shown.
-    times_us = zero_us + event.start_us, zero_us + max(event.end_us, event.start_us + _SHORTEST_CUE_US)
+    times_us = zero_us + event.start_us, zero_us + max(event.end_us, event.start_us + SHORTEST_SHOWN_US)
     start, end = (text if text.count(":") == 1 else text.zfill(12) for text in map(format_media, times_us))
     said = ", ".join(f"{role} {actor}" for role, actor in event.roles.items())
     return f"\n{start} --> {end}\n{escape(f'{event.type}: {said}', quote=False)}\n"

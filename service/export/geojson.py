@@ -13,10 +13,10 @@ from msgspec.structs import asdict
 
 from gis.frames import LocalFrame
 from service.errors import ExportError
-from service.export.json_items import json_items
+from service.export.json_items import as_json, json_items
+from service.questions.events.queries import decode_event
 from service.questions.observations.car_tracks import CarColumns
 from service.questions.observations.run_sites import RunSite
-from service.records.events import EventRecord
 from service.records.runs import RunRecord
 
 Json = dict[str, Any]
@@ -74,12 +74,13 @@ def event_features(pages: Iterable[Iterable[str]], frames: Mapping[str, LocalFra
     frames : by run.
     """
 
-    def feature(event: EventRecord) -> Json:
+    def feature(text: str) -> Json:
+        event = decode_event(text)
         points_m = [(event.place.x_m, event.place.y_m)] if event.place else []
         return _feature(frames.get(event.run), "Point", points_m, msgspec.to_builtins(event))
 
     yield '{"type":"FeatureCollection","features":['
-    yield from json_items(pages, feature)
+    yield from json_items(as_json(feature(text)) for page in pages for text in page)
     yield "\n]}\n"
 
 

@@ -1,16 +1,21 @@
-"""How are events written as the items of one JSON array, while they are read?"""
+"""How are the items of one JSON array or object written, while they are made?"""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from itertools import islice
 
 import msgspec
 
-from service.questions.events.queries import decode_event
-from service.records.events import EventRecord
+_AT_ONCE = 1_000
 
 
-def json_items(pages: Iterable[Iterable[str]], make: Callable[[EventRecord], object]) -> Iterator[str]:
-    """Write what is made of each event as items of a JSON array, some at once."""
-    before = "\n"
-    for page in filter(None, pages):
-        yield before + ",\n".join(msgspec.json.encode(make(event)).decode() for event in map(decode_event, page))
+def json_items(items: Iterable[str]) -> Iterator[str]:
+    """Write JSON texts as items of an array, or members of an object, some at once."""
+    left, before = iter(items), "\n"
+    while some := ",\n".join(islice(left, _AT_ONCE)):
+        yield before + some
         before = ",\n"
+
+
+def as_json(item: object) -> str:
+    """Write plain data as JSON text."""
+    return msgspec.json.encode(item).decode()

@@ -9,10 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any  # JSON
 
-import msgspec
-
-from service.export.json_items import json_items
-from service.records.events import EventRecord
+from service.export.json_items import as_json, json_items
+from service.questions.events.queries import decode_event
 
 _ATTRIBUTES = {"end": "time", "source": "string", "status": "string", "confidence": "float"}
 
@@ -26,7 +24,8 @@ def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str
     """
     types, objects, classes = set[str](), dict[str, str](), cache(classes_of)
 
-    def made(event: EventRecord) -> dict[str, Any]:
+    def made(text: str) -> dict[str, Any]:
+        event = decode_event(text)
         types.add(event.type)
         names = {role: f"{event.run}/{actor}" for role, actor in event.roles.items()}
         for role, actor in event.roles.items():
@@ -40,11 +39,11 @@ def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str
         }
 
     yield '{"events":['
-    yield from json_items(pages, made)
+    yield from json_items(as_json(made(text)) for page in pages for text in page)
     attributes = [{"name": name, "type": kind} for name, kind in _ATTRIBUTES.items()]
     rest = {
         "objects": [{"id": one, "type": kind, "attributes": [], "relationships": []} for one, kind in objects.items()],
         "eventTypes": [{"name": one, "attributes": attributes} for one in sorted(types)],
         "objectTypes": [{"name": one, "attributes": []} for one in sorted({*objects.values()})],
     }
-    yield f"\n],{msgspec.json.encode(rest).decode()[1:]}\n"
+    yield f"\n],{as_json(rest)[1:]}\n"

@@ -9,6 +9,7 @@ LinkKind = Literal[
 ]
 LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted", "undecided"]
+OverlayForm = Literal["none", "boxes", "symbols"]
 
 # In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
 MOT_OFFSET_PX = 1.5

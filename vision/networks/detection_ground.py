@@ -19,7 +19,7 @@ from vision.detection.detector import Detections, Expected
 from vision.detection.parting.lanes import LaneStrip, lane_headings
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.settings import UsualSize
-from vision.networks.vehicle_fit import LONGEST_STEP_M, Ends, VehicleFit, heading_on_ground, pixels_by_metres
+from vision.networks.vehicle_fit import LONGEST_STEP_M, Ends, Guess, VehicleFit, heading_on_ground, pixels_by_metres
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.road.kinds import heights_m
@@ -64,11 +64,8 @@ def image_detections(
     is_clear = is_lent.copy()
     is_free = ~is_lent
     if is_free.any():
-        first, is_clear[is_free] = fit.select(is_free).undirected(start_m[is_free])
-        way_rad = lane_headings(first.footprint.centre_m, lanes)
-        is_clear[is_free] |= ~np.isnan(way_rad)
-        heading[is_free] = np.where(np.isnan(way_rad), first.footprint.heading_rad, way_rad)
-        start_m[is_free] = first.footprint.centre_m
+        first, is_clear[is_free] = _without_track(fit.select(is_free), start_m[is_free], lanes)
+        heading[is_free], start_m[is_free] = first.footprint.heading_rad, first.footprint.centre_m
     heading = _with_own_axis(heading, boxes, start_m, view)
     guess = fit.directed(start_m, heading)
     elongation = np.where(boxes.is_oriented | is_clear, _elongation(guess.footprint), 1.0)
@@ -121,6 +118,17 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
         cut=np.zeros(len(boxes), np.int8),
         weight=boxes.score,
     )
+
+
+def _without_track(fit: VehicleFit, start_m: FloatArray, lanes: Sequence[LaneStrip]) -> tuple[Guess, BoolArray]:
+    """Guess vehicles along their lanes where that explains their boxes, else along the picture or across it."""
+    guess, is_clear = fit.undirected(start_m)
+    place = guess.footprint
+    way_rad = lane_headings(place.centre_m, lanes)
+    along = fit.directed(place.centre_m, np.where(np.isnan(way_rad), place.heading_rad, way_rad))
+    is_along = ~np.isnan(way_rad) & (along.misfit < fit.settings.networks.explained_sigmas**2)
+    chosen = np.arange(len(is_along)) + len(is_along) * is_along
+    return Guess.joined([guess, along]).select(chosen), is_clear | is_along
 
 
 def _most_fitting(

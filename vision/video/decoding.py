@@ -4,6 +4,7 @@ Runs on the reader thread of `frames.VideoSource`. Damage is told apart from a c
 announces more than it delivers, a packet cut short and a picture the decoder had to invent all count as broken.
 """
 
+from collections import deque
 from collections.abc import Generator, Iterator
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
@@ -176,46 +177,74 @@ def decode(header: VideoHeader, *, from_us: int = 0) -> Generator[Frame | Skippe
             index, last_us = index + 1, t_us
 
 
-def frame_at(header: VideoHeader, t_us: int) -> Frame | None:
-    """Decode the frame that is shown at a time, as `decode` from the start gives it, but for its index.
+def decode_from(header: VideoHeader, t_us: int) -> Generator[Frame]:
+    """Decode from the frame that is shown at a time on, from the key picture before it where it can be sought.
 
-    Returns
-    -------
-    The last frame not later than the time; None before the first frame, and after the last one.
+    Yields
+    ------
+    The last frame not later than the time, and those behind it, as a pass from the start gives them, but for their
+    index; from the first frame on for a time before it, and nothing after the last one.
 
     Raises
     ------
     VideoBroken
-        If the file cannot be read up to there.
+        If the file cannot be read up to there, or on.
     """
+    for pictures, is_whole in _passes(header, t_us):
+        frames = (one for one in pictures if isinstance(one, Frame))
+        with closing(pictures):
+            try:
+                reached, is_certain = _reach(frames, t_us)
+            except VideoBroken:
+                if is_whole:
+                    raise
+                continue  # of what comes before there is nothing to go by
+            if is_certain or is_whole:
+                yield from reached
+                yield from frames
+                return
+
+
+def frame_at(header: VideoHeader, t_us: int) -> Frame | None:
+    """Decode the frame that is shown at a time: the first of `decode_from`.
+
+    Returns
+    -------
+    None before the first frame, and after the last one.
+    """
+    with closing(decode_from(header, t_us)) as frames:
+        shown = next(frames, None)
+    return shown if shown is not None and shown.t_us <= t_us else None
+
+
+def _passes(header: VideoHeader, t_us: int) -> Iterator[tuple[Generator[Frame | Skipped], bool]]:
+    """Give passes that begin before a time, each earlier than the one before; the last one, which says so, is whole."""
     if is_recording(Path(header.path)):
-        return _shown(decode_recording(header), t_us)[0]
+        yield decode_recording(header), True
+        return
     from_us, back_us = t_us, STEP_BACK_US
     while from_us > 0:
-        with suppress(VideoBroken):  # of what comes before there is nothing to go by
-            frame, is_certain = _shown(decode(header, from_us=from_us), t_us)
-            if is_certain:
-                return frame
+        yield decode(header, from_us=from_us), False
         from_us, back_us = from_us - back_us, 2 * back_us
-    return _shown(decode(header), t_us)[0]
+    yield decode(header), True
 
 
-def _shown(frames: Generator[Frame | Skipped], t_us: int) -> tuple[Frame | None, bool]:
-    """Find the frame that is shown at a time, and say whether it comes behind another one or behind the end.
+def _reach(frames: Iterator[Frame], t_us: int) -> tuple[list[Frame], bool]:
+    """Go on to a time.
 
-    The first one may have the time of one before it, and then a whole pass leaves it out.
+    Returns
+    -------
+    The frame that is shown then, and the one behind it if that was needed to know; nothing if all end before. And
+    whether it comes behind another one, or behind the end: the first frame of a pass may have the time of one before
+    it, and then a whole pass leaves it out.
     """
-    before: Frame | None = None
-    shown: Frame | None = None
-    with closing(frames):
-        for frame in frames:
-            if isinstance(frame, Skipped):
-                continue
-            if frame.t_us <= t_us:
-                before, shown = shown, frame
-            if frame.t_us >= t_us:
-                return shown, before is not None
-    return None, shown is not None
+    seen = deque[Frame](maxlen=3)
+    for frame in frames:
+        seen.append(frame)
+        if frame.t_us >= t_us:
+            reached = [*seen][-1 if frame.t_us == t_us else -2 :]
+            return reached, len(seen) > len(reached)
+    return [], len(seen) > 0
 
 
 def decode_recording(header: VideoHeader) -> Generator[Frame | Skipped]:

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -75,7 +76,9 @@ class VideoSource:
         """Decode the file once, in order; as `frames` without preparation."""
         return self.frames()
 
-    def frames(self, prepare: Callable[[Frame], Frame] | None = None, *, rate_hz: float = math.inf) -> Iterator[Frame]:
+    def frames(
+        self, prepare: Callable[[Frame], Frame] | None = None, *, rate_hz: float = math.inf, from_us: int = 0
+    ) -> Generator[Frame]:
         """Decode the file once, in order.
 
         Parameters
@@ -83,6 +86,7 @@ class VideoSource:
         prepare : what the decoder's thread does to every frame before it hands it over; work that needs no earlier
             frame runs beside the consumer's there.
         rate_hz : so many frames a second are enough, see `vision.video.pace`; the others are only decoded.
+        from_us : begins with the frame that is shown then, see `decoding.decode_from`; what is left out is not counted.
 
         Yields
         ------
@@ -94,9 +98,8 @@ class VideoSource:
             After the last good frame, where the rest of the file cannot be read.
         """
         hand_over = _HandOver(FRAMES_AHEAD)
-        reader = threading.Thread(
-            target=self._read, args=(hand_over, prepare, Pace(rate_hz, self.rate_hz)), name="video-decoder", daemon=True
-        )
+        read = partial(self._read, hand_over, prepare, Pace(rate_hz, self.rate_hz), from_us)
+        reader = threading.Thread(target=read, name="video-decoder", daemon=True)
         reader.start()
         try:
             while (item := hand_over.take()) is not None:
@@ -121,15 +124,15 @@ class VideoSource:
             taken.append(self.left_out.popleft())
         return taken
 
-    def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None, pace: Pace) -> None:
-        from vision.video.decoding import Skipped, decode, decode_recording
+    def _read(self, hand_over: _HandOver, prepare: Callable[[Frame], Frame] | None, pace: Pace, from_us: int) -> None:
+        from vision.video.decoding import Skipped, decode, decode_from, decode_recording
 
         self.skipped_frames = self.damaged_frames = 0
         self.first_damage_us = None
         self.left_out.clear()
         try:
-            pictures = decode_recording if is_recording(Path(self.path)) else decode
-            for picture in pictures(self._header):
+            whole = decode_recording if is_recording(Path(self.path)) else decode
+            for picture in decode_from(self._header, from_us) if from_us > 0 else whole(self._header):
                 if isinstance(picture, Skipped):
                     self.skipped_frames += 1
                     if picture.is_damaged:

@@ -5,16 +5,17 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import FileResponse, Response, StreamingResponse
 
 from service.api.messages.answers import Answers, problems
 from service.api.messages.asked import MediaTime, NoParameters
+from service.api.processes.pictures import clip, picture, video_of
 from service.api.processes.pool import ProcessPool
-from service.api.processes.questions import picture, video_of
 from service.export.events import exported
 from service.questions.events.queries import EventFilter
+from service.records.seen import OverlayForm
 from service.store.log import EventLog
 
 _VIDEO: Answers = {
@@ -25,12 +26,19 @@ _PICTURE: Answers = {200: {"description": "OK", "content": {"image/jpeg": {}}}}
 _CHAPTERS: Answers = {200: {"description": "OK", "content": {"text/vtt": {}}}}
 
 
-class _Picture(NoParameters):
-    t_us: MediaTime = Field(description="When, media time: the frame that a player shows then.")
-    overlay: bool = Field(True, description="Whether cars, their trails and events are drawn on it.")
+class _Drawn(NoParameters):
+    overlay: OverlayForm = Field("symbols", description="Boxes of cars, or also their names and trails, and events.")
     width: int | None = Field(
         None, ge=16, le=8192, description="Its width in pixels at most; text is not made smaller."
     )
+
+
+class _Picture(_Drawn):
+    t_us: MediaTime = Field(description="When, media time: the frame that a player shows then.")
+
+
+class _Clip(_Drawn):
+    pad_us: MediaTime = Field(2_000_000, description="So much before and behind the event too.")
 
 
 def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequence[Path]) -> None:
@@ -62,8 +70,21 @@ def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequ
     )
     async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
         """Answer with a frame of the video as JPEG, with what the run saw on it."""
-        make = partial(picture, is_drawn=asked.overlay, width_px=asked.width)
+        make = partial(picture, overlay=asked.overlay, width_px=asked.width)
         return Response(await pool.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
+
+    @router.get(
+        "/api/v1/events/{event_id}/clip.mp4",
+        name="clip",
+        summary="Get the piece of video of an event",
+        description="Takes `Range`.",
+        responses=problems(400, 404, 409, 416, 422) | _VIDEO,
+    )
+    async def get_clip(event_id: str, asked: Annotated[_Clip, Query()], request: Request) -> Response:
+        """Answer with the frames of the event as H.264, with what the run saw on them."""
+        make = partial(clip, pad_us=asked.pad_us, overlay=asked.overlay, width_px=asked.width)
+        path = await pool.ask(make, event_id, allowed, request.app.state.clips)
+        return FileResponse(path, content_disposition_type="inline", filename=f"{event_id}.mp4")
 
     @router.get(
         "/api/v1/runs/{run}/chapters.vtt",

@@ -21,6 +21,7 @@ from service.errors import TakenError
 from service.store.entries import Source
 from service.store.log import EventLog
 from service.store.registers.sources import Sources
+from service.texts.csv_table import ROW_SUFFIXES
 
 SourceName = Annotated[str, PathPart(pattern=SOURCE_NAME)]
 ContentDigest = Annotated[str, Header(description="`sha-256=:BASE64:` of the body, RFC 9530.")]
@@ -53,8 +54,8 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, pool: 
     async def name_file(order: SourceOrder) -> Response:
         """Make a file in its place a source, if the operator allows its folder. No address is opened."""
         path = folders.permitted(order.file)
-        if path.suffix.lower() != ".csv" and (reason := await unfit(str(path))):
-            raise HTTPException(415, f"file: expected a video, or trajectories (.csv), got {reason}")
+        if path.suffix.lower() not in ROW_SUFFIXES and (reason := await unfit(str(path))):
+            raise HTTPException(415, f"file: expected a video, or trajectories {ROW_SUFFIXES}, got {reason}")
         source = Source(order.name, str(path), "", path.stat().st_size, time.time_ns() // 1_000)
         await to_thread.run_sync(sources.add, source)
         return _created(source)

@@ -22,7 +22,7 @@ TABLE_LIMIT = 100
 TITLES = ("start", "end", "type", "roles", "road", "status", "sure", "source", "id")
 
 # The words are those of `service.questions.events.queries`, which loads more than help needs.
-EventFormat = Literal["table", "jsonl", "csv", "json"]
+EventFormat = Literal["table", "jsonl", "csv", "json", "vtt", "geojson", "ocel", "openlabel"]
 Match = Literal["overlap", "start", "end", "inside"]
 Order = Literal["start", "-start"]
 
@@ -63,7 +63,9 @@ def events(
         int | None, typer.Option(min=1, help=f"At most so many events; for a table {TABLE_LIMIT} if not given.")
     ] = None,
     order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = "start",
-    output: Annotated[EventFormat, typer.Option("--format", help="table, jsonl, csv or json.")] = "table",
+    output: Annotated[
+        EventFormat, typer.Option("--format", help="The form; the last four are of one log, whole.")
+    ] = "table",
     as_json: AsJson = False,
     fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
 ) -> None:
@@ -98,9 +100,10 @@ def _time(text: str | None, parameter: str) -> "TimePoint | None":
 
 def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
     """Print the events of some logs; return how many."""
-    from service.export.events import write_events_csv, write_events_jsonl
+    from service.export.events import exported, write_events_csv, write_events_jsonl
     from service.questions.events.notes import name_notes, run_notes
     from service.questions.events.queries import find_role_names
+    from service.questions.events.summaries import count_events
     from service.store.log import open_log
 
     if not urls:
@@ -115,9 +118,14 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
             count = write_events_jsonl(texts, sys.stdout)
         elif output == "json":
             count = print_json_list("items", texts, notes=runs_told)
-        else:
+        elif output == "csv":
             role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
             count = write_events_csv(texts, role_names, sys.stdout)
+        else:
+            if len(logs) > 1 or limit is not None:
+                raise typer.BadParameter(f"{output}: expected one log, and no --limit", param_hint="--format")
+            sys.stdout.writelines(exported(logs[0], wanted, output))
+            count = count_events(logs[0], wanted)
         tell("note", (*runs_told, *(() if count else name_notes(logs, wanted))))
         return count
 

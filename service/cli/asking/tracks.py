@@ -1,4 +1,4 @@
-"""`dyknow tracks` and `dyknow draw`: where were the cars of a run, as rows and on the frames of its video?"""
+"""`dyknow tracks`, `draw` and `clip`: where were the cars of a run, as rows and on the frames of its video?"""
 
 import sys
 from pathlib import Path
@@ -96,3 +96,32 @@ def draw(
     else:
         raise InputError(f"--out: expected a path ending in .mp4, .png or .jpg, got {str(out)!r}")
     show({"out": str(out), "bytes": out.stat().st_size}, str(out), as_json=as_json)
+
+
+def clip(
+    log: LogName,
+    event_id: Annotated[str, typer.Argument(metavar="EVENT_ID", help="Identifier, as `dyknow events` shows it.")],
+    out: Annotated[Path, typer.Option(help="The piece of video, .mp4.")],
+    pad: Annotated[str, typer.Option(metavar="TIME", help="So much before and behind the event too.")] = "2s",
+    overlay: Annotated[
+        Literal["none", "boxes", "symbols"],
+        typer.Option(help="Boxes of cars, or also their names and trails, and events."),
+    ] = "symbols",
+    video: Annotated[Path | None, typer.Option(help="The video of the run, if it moved.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Cut the piece of video of an event, with what the run saw on it."""
+    from service.errors import InputError
+    from service.export.draw_video import check_target, event_window, write_video
+    from service.records.times import parse_media_us
+    from service.store.databases.location import log_files
+    from service.store.log import open_log
+
+    if out.suffix.lower() != ".mp4":
+        raise InputError(f"--out: expected a path ending in .mp4, got {str(out)!r}")
+    with open_log(log) as opened:
+        run, window_us = event_window(opened, event_id, parse_media_us(pad, parameter="--pad"))
+        source = video or Path(run.file.path if run.file else run.input)
+        check_target(out, source, *log_files(log))
+        write_video(opened, run, source, out, window_us, overlay=overlay)
+    show({"out": str(out), "bytes": out.stat().st_size, "run": run.id}, str(out), as_json=as_json)

@@ -41,7 +41,7 @@ def process(
     inputs: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="INPUT", help="A video, or a trajectory file (.csv); with --logs several, folders, patterns."
+            metavar="INPUT", help="A video, or trajectories (.csv, .jsonl); with --logs several, folders, patterns."
         ),
     ] = None,
     log: Annotated[str | None, typer.Option(help="Event log: PATH.db, or a URL; made if missing.")] = None,
@@ -54,7 +54,7 @@ def process(
     monitors: MonitorsToRun = None,
     kpl: KplFile = None,
     linkage: LinkageFile = None,
-    columns: Annotated[str | None, typer.Option(help="Column map for a .csv: t_s=t,x_m=x,y_m=y,...")] = None,
+    columns: Annotated[str | None, typer.Option(help="Column map for rows: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
         str | None, typer.Option(help="auto, motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH.")
     ] = None,

@@ -33,7 +33,7 @@ def watch(
     *,
     log: Annotated[str, typer.Option(help="Event log: PATH.db, or a URL; made if missing.")],
     recordings: Annotated[Path, typer.Option(help="Folder for what arrives; made if missing.")],
-    rows: Annotated[bool, typer.Option("--rows", help="A pipe brings rows of trajectories (CSV), not video.")] = False,
+    rows: Annotated[bool, typer.Option("--rows", help="A pipe brings rows of trajectories (CSV, JSONL).")] = False,
     columns: Annotated[str | None, typer.Option(help="Column map for rows: t_s=t,x_m=x,y_m=y,...")] = None,
     hours: Annotated[float, typer.Option(min=0.01, help="A new recording, and run, begins after so long.")] = 6.0,
     keep_hours: Annotated[

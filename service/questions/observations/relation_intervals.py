@@ -17,11 +17,13 @@ from qsr.relations import RANK
 from service.errors import QueryError
 from service.questions.events.cursors import decode_cursor, encode_cursor
 from service.questions.observations.coverage import Coverage, LookedAt
-from service.questions.observations.stored_events import Part, stored_events, unwatched_relations
+from service.questions.observations.stored_events import Part, refuted_labels, stored_events, unwatched_relations
 from service.records.runs import RunRecord
+from service.records.seen import RelationRecord
 from service.store.log import EventLog
 
-_START_US = attrgetter("start_us")
+_START_US, _T_US = attrgetter("start_us"), attrgetter("t_us")
+_AT_ONCE_US = 60_000_000
 _NOT_HELD = ("false", "unknown")
 
 
@@ -110,6 +112,20 @@ def relation_intervals(
     return RelationList(run.id, from_us, to_us, len(found), items, more, coverage.of_run(run))
 
 
+def watched_intervals(log: EventLog, run: RunRecord) -> Iterator[RelationInterval]:
+    """Stream all intervals of the relations that a run watched, as they end; nothing is held of the log meanwhile."""
+    refuted, end_us = refuted_labels(log, run.id), log.last_us(run.id) + 1
+
+    def changes() -> Iterator[RelationRecord]:
+        since_us = None
+        for until_us in (*range(_AT_ONCE_US, end_us, _AT_ONCE_US), end_us):
+            some = log.relations(run.id, names=run.relations, from_us=since_us, to_us=until_us)
+            yield from sorted((one for one in some if refuted.isdisjoint(one.hypotheses)), key=_T_US)
+            since_us = until_us
+
+    return _laid_out(changes())
+
+
 def _changes(
     log: EventLog, run: RunRecord, names: tuple[str, ...], about: tuple[str, ...], window_us: tuple[int, int]
 ) -> Iterable[Event]:
@@ -121,10 +137,10 @@ def _changes(
     unwatched = unwatched_relations(log, run, names, window_us=(since_us, to_us))
     part = Part(names, from_us=to_us, to_us=to_us, about=about, first_us=min(since_us, from_us), last_us=to_us)
     stored = stored_events(log, run.id, part=part, computed=unwatched.changes)
-    return sorted((one for one in stored.events if one.name in names), key=lambda one: one.t_us)
+    return sorted((one for one in stored.events if one.name in names), key=_T_US)
 
 
-def _laid_out(changes: Iterable[Event]) -> Iterator[RelationInterval]:
+def _laid_out(changes: Iterable[Event | RelationRecord]) -> Iterator[RelationInterval]:
     """Turn changes, by time, into intervals."""
     held: dict[tuple[str, tuple[str, ...]], tuple[int, str]] = {}
     for change in changes:

@@ -78,7 +78,7 @@ def stored_events(
     """
     recorded = log.relations(run_id) if part is None else _changes(log, run_id, part)
     labels = None if part is None else {label for one in recorded for label in one.hypotheses}
-    refuted = _refuted(log, run_id, labels) - set(believed)
+    refuted = refuted_labels(log, run_id, labels) - set(believed)
     decided = _decided(_messages(log, run_id, part), heapq.merge(recorded, computed, key=_DECIDED_US), refuted)
     return StoredEvents(tuple(event for _, event in decided), log.last_us(run_id))
 
@@ -103,7 +103,7 @@ def streamed_events(
     """
     recorded = log.relations(run_id, names=names)
     changes = heapq.merge(recorded, unwatched.changes, key=_DECIDED_US)
-    decided = _decided(_messages(log, run_id, None), changes, _refuted(log, run_id, None), undecided)
+    decided = _decided(_messages(log, run_id, None), changes, refuted_labels(log, run_id), undecided)
     late_us = max(log.late_us(run_id), unwatched.late_us) if in_time else 0
     waiting: list[tuple[int, int, Event]] = []
     for number, (decided_us, event) in enumerate(decided):
@@ -113,7 +113,8 @@ def streamed_events(
     yield from (event for _, _, event in sorted(waiting, key=itemgetter(0, 1)))
 
 
-def _refuted(log: EventLog, run_id: str, labels: Collection[str] | None) -> set[str]:
+def refuted_labels(log: EventLog, run_id: str, labels: Collection[str] | None = None) -> set[str]:
+    """Name the links of a run, all or some of them, that were refuted."""
     return {one.label for one in log.hypotheses(run_id, labels=labels) if one.verdict == "refuted"}
 
 

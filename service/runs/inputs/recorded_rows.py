@@ -4,6 +4,7 @@ import logging
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from io import RawIOBase
+from itertools import chain
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,8 +12,8 @@ from service.errors import InputError
 from service.records.runs import InputKind
 from service.runs.graph.pipeline import TRAJECTORIES, Feed
 from service.runs.inputs.input_kind import Asked, Input
-from service.runs.inputs.trajectories import TRAJECTORY_SUFFIXES, RowReader, Rows, TrajectoryObjects
-from service.texts.csv_table import read_table
+from service.runs.inputs.trajectories import RowReader, Rows, TrajectoryObjects
+from service.texts.csv_table import ROW_SUFFIXES, read_line_by_line
 from vision.video.recording import connections, is_recording, parts_so_far
 
 WAIT_US = 1_000_000
@@ -27,7 +28,7 @@ class ArrivingRows:
 
     Parameters
     ----------
-    folder : of the recording; its header is waited for.
+    folder : of the recording; its first line is waited for.
     columns : our column names to those of the header, where they differ.
 
     Raises
@@ -38,23 +39,22 @@ class ArrivingRows:
 
     def __init__(self, folder: Path, columns: Mapping[str, str] | None) -> None:
         self._name = folder.name
-        self._lines = (line for _, stream in connections(folder) for line in _lines(stream))
-        self._header, _ = read_table(self._name, [next(self._lines, "")])
-        self._reader = RowReader(self._name, self._header, columns or {})
+        lines = (line for _, stream in connections(folder) for line in _lines(stream))
+        first = next(lines, "")
+        self._table = read_line_by_line(self._name, first)
+        self._lines = enumerate(chain([first], lines), start=1)
+        self._reader = RowReader(self._name, self._table.header, columns or {})
         self._left_out = 0
 
     def __iter__(self) -> Iterator[TrajectoryObjects]:
         """Yield the objects of each time, in order, once no more of them are waited for; may be taken once."""
         held, newest_us = Rows(), 0
-        for number, line in enumerate(self._lines, start=2):
-            if not line.strip():
+        for number, line in self._lines:
+            if number < self._table.first or not line.strip():
                 continue
-            where = f"{self._name}:{number}"
             try:
-                fields, _ = read_table(self._name, [line], number)
-                if len(fields) != len(self._header):
-                    raise InputError(f"{where}: expected {len(self._header)} fields, got {len(fields)}")
-                t_us = self._reader.add(held, where, fields, newest_us - WAIT_US)
+                fields = self._table.fields(line, number)
+                t_us = self._reader.add(held, f"{self._name}:{number}", fields, newest_us - WAIT_US)
             except InputError as error:
                 self._left_out += 1
                 if self._left_out <= _MOST_TOLD:
@@ -96,7 +96,7 @@ class RecordedRows(Input):
     def fits(cls, asked: Asked) -> bool:
         """Take a recording of rows, unless a detector is to look at it."""
         is_one = asked.detector is None and is_recording(asked.path)
-        return is_one and parts_so_far(asked.path)[0].file.endswith(TRAJECTORY_SUFFIXES)
+        return is_one and parts_so_far(asked.path)[0].file.endswith(ROW_SUFFIXES)
 
     @classmethod
     def open(cls, asked: Asked) -> "RecordedRows":

@@ -1,9 +1,9 @@
 """What did somebody else's tracker see? Trajectory files, read as the objects of one time after another.
 
-A CSV file with the columns ``t_us`` (or ``t_s``), ``id, x_m, y_m, heading_rad, speed_mps, length_m, width_m``, and
-``class``, ``sensor`` and ``sigma_m`` (standard deviation of x and of y) if there are such. Other column names are
-mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time from column ``t`` and x from column ``x``. Rows may come in any
-order. A file is read once, so that it may be a pipe.
+CSV, or JSON objects, one a line, with the columns ``t_us`` (or ``t_s``), ``id, x_m, y_m, heading_rad, speed_mps,
+length_m, width_m``, and ``class``, ``sensor`` and ``sigma_m`` (standard deviation of x and of y) if there are such.
+Other column names are mapped: ``{"t_s": "t", "x_m": "x"}`` reads the time from column ``t`` and x from column ``x``.
+Rows may come in any order. A file is read once, so that it may be a pipe.
 """
 
 import hashlib
@@ -25,10 +25,8 @@ from service.records.runs import InputKind
 from service.records.times import MAX_MEDIA_US
 from service.runs.graph.pipeline import TRAJECTORIES, Feed
 from service.runs.inputs.input_kind import DIGEST_BYTES, STANDARD_INPUT, Asked, Input, is_read_once
-from service.texts.csv_table import TIMES, read_name, read_number, read_table, refuse_twice
+from service.texts.csv_table import ROW_SUFFIXES, TIMES, read_name, read_number, read_rows, refuse_twice
 from vision.objects import FloatArray
-
-TRAJECTORY_SUFFIXES = (".csv",)
 
 # What each number may be, both ends included; the limits are far beyond traffic, to catch other units and sentinels.
 _RANGES = {
@@ -127,7 +125,7 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
 
     Parameters
     ----------
-    path : a CSV file with a header line, a pipe, or one of `STANDARD_INPUT`.
+    path : CSV with a header line or JSON objects, in a file, a pipe, or one of `STANDARD_INPUT`.
     columns : our column names to the file's, where they differ.
 
     Raises
@@ -143,14 +141,14 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
     except OSError as error:
         raise InputError(f"{path}: expected a readable trajectory file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected a UTF-8 CSV file, got byte {error.object[error.start]:#04x}") from error
+        raise InputError(f"{path}: expected text in UTF-8, got byte {error.object[error.start]:#04x}") from error
     digest = hashlib.blake2b(data, digest_size=DIGEST_BYTES).hexdigest()
     read = _read(str(path), io.StringIO(text, newline=""), columns or {})
     return replace(read, size_bytes=len(data), digest=digest)
 
 
 def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajectories:
-    header, fields_of = read_table(name, lines)
+    header, fields_of = read_rows(name, lines)
     reader, rows = RowReader(name, header, columns), Rows()
     for where, fields in fields_of:
         reader.add(rows, where, fields)
@@ -267,7 +265,7 @@ def _within(where: str, column: str, text: str, limits: tuple[float, float]) -> 
 
 def is_trajectories(path: Path) -> bool:
     """Tell whether a path is read as trajectories: by its name, or since it is a pipe."""
-    return path.suffix.lower() in TRAJECTORY_SUFFIXES or is_read_once(path)
+    return path.suffix.lower() in ROW_SUFFIXES or is_read_once(path)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -279,7 +277,7 @@ class TrajectoryInput(Input):
 
     @classmethod
     def fits(cls, asked: Asked) -> bool:
-        """Take a CSV file, unless a detector is to look at it."""
+        """Take a file of rows, unless a detector is to look at it."""
         return asked.detector is None and is_trajectories(asked.path)
 
     @classmethod

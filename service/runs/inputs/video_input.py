@@ -65,7 +65,7 @@ class VideoInput(Input):
         path, choice = asked.path, asked.choice
         if asked.columns and not isinstance(choice, FileChoice):
             came = path.suffix or "no suffix"
-            raise InputError(f"{path}: expected a .csv file to go with a column map, got {came!r}")
+            raise InputError(f"{path}: expected a .csv or .jsonl file to go with a column map, got {came!r}")
         if is_trajectories(path):
             raise InputError(f"{path}: expected a video for the detector {asked.detector!r}, got trajectories")
         if isinstance(choice, MotionChoice):

@@ -66,10 +66,10 @@ class RecordingWriter:
         self._stream = self._muxer.add_stream_from_template(template)
         self._first_ticks = None
 
-    def begin_rows(self, header: bytes) -> None:
-        """Begin the one file of a recording of rows with its header line; rows are written by `write_bytes`."""
+    def begin_rows(self, header: bytes, suffix: str = ".csv") -> None:
+        """Begin the one file of a recording of rows, with a header line or none; rows are written by `write_bytes`."""
         self._connection = 0
-        self._open_file(0, ".csv")
+        self._open_file(0, suffix)
         self.write_bytes(header)
 
     def write(self, packet: Packet[VideoStream]) -> None:

@@ -16,7 +16,7 @@ _LONGEST_LINE = 1 << 20  # bytes
 
 
 class RowReceiver:
-    """Record CSV with a header line.
+    """Record CSV with a header line, or objects of JSON, one a line.
 
     Parameters
     ----------
@@ -52,18 +52,19 @@ class RowReceiver:
         InputError
             If nothing comes, or no lines.
         """
-        header, until_s, writer = b"", 0.0, None
+        header, until_s, writer = None, 0.0, None
         with self._pipe, ExitStack() as recording:
             for lines in self._lines():
                 rows = lines
-                if not header:
-                    header, rows = lines[: lines.index(b"\n") + 1], lines[lines.index(b"\n") + 1 :]
+                if header is None:
+                    suffix, end = (".csv", lines.index(b"\n") + 1) if lines.lstrip()[:1] != b"{" else (".jsonl", 0)
+                    header, rows = lines[:end], lines[end:]
                 if writer is None or writer.size_bytes > self._most_bytes or time.monotonic() > until_s:
                     recording.close()
                     until_s = time.monotonic() + self._longest_s
                     writer = RecordingWriter(self._folder / folder_name(time.time_ns() // 1000))
                     recording.callback(writer.close)
-                    writer.begin_rows(header)
+                    writer.begin_rows(header, suffix)
                     begin(writer.folder)
                 writer.write_bytes(rows)
         if writer is None and not self.ended.is_set():

@@ -67,6 +67,12 @@ def check(path: Path, seed: int = 1) -> int:
         assert found is not None, t_us
         assert found.t_us == expected.t_us, t_us
         assert is_same(found, expected), t_us
+    for t_us, expected in random.Random(seed).sample(times, 3):
+        rest = frames[[one.t_us for one in frames].index(expected.t_us) :]
+        behind = list(source.frames(from_us=t_us))
+        assert [one.t_us for one in behind] == [one.t_us for one in rest], t_us
+        assert all(map(is_same, behind, rest)), t_us
+    assert list(source.frames(from_us=frames[-1].t_us + 1)) == []
     assert source.frame_at(-1) is None
     assert source.frame_at(frames[-1].t_us + 1) is None
     return len(frames)

@@ -44,7 +44,10 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("name", "path"), [("explanations.why", "r1-1/why"), ("events.summary", "summary?by=actor")])
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [("explanations.why", "r1-1/why"), ("events.summary", "summary?by=actor"), ("media.clip", "r1-1/clip.mp4")],
+)
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
     log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str
 ) -> None:
@@ -102,7 +105,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     asyncio.run(ask())
 
 
-def _stay(*_: object) -> None:
+def _stay(*_: object, **__: object) -> None:
     """Take an hour, in place of an answer."""
     time.sleep(3600.0)
 

@@ -63,7 +63,7 @@ def coloured(image: ByteArray) -> np.ndarray:
 def test_the_picture_is_the_frame_that_a_player_shows(client: Client, folder: Path, number: int) -> None:
     frame = [*open_video(folder / "video.mp4")][number]
     between_us = frame.t_us + (STEP_US // 2 if number < COUNT - 1 else 0)
-    plain = picture(client, f"t_us={between_us}&overlay=false")
+    plain = picture(client, f"t_us={between_us}&overlay=none")
     assert np.abs(plain.astype(int) - frame.to_bgr()).max() <= 3
 
 
@@ -97,7 +97,7 @@ def test_a_smaller_picture_has_cars_in_their_places(client: Client) -> None:
         ("r1/frame?t_us=99s", 404, "expected a time in its video, of which it covers 00:00.000 to 00:03.160"),
         ("r1/frame", 422, "t_us: expected a value, got none"),
         ("r1/frame?t_us=1s&width=0", 422, "width: expected greater than or equal to 16, got '0'"),
-        ("r1/frame?t_us=1s&overlay=maybe", 422, "overlay: expected a valid boolean"),
+        ("r1/frame?t_us=1s&overlay=maybe", 422, "overlay: expected 'none', 'boxes' or 'symbols', got 'maybe'"),
         ("r1/frame?t_us=-1", 422, "t_us: expected microseconds of media time"),
         ("r2/frame?t_us=1s", 409, "video 'broken.mp4': expected a video file, got unreadable content"),
         ("r3/frame?t_us=1s", 404, "run 'r3': expected one whose file is a video"),

@@ -62,7 +62,7 @@ def test_chronicle_file_that_cannot_be_read(tmp_path: Path, content: bytes | Non
 def test_column_map_for_a_video_is_refused(tmp_path: Path) -> None:
     video = tmp_path / "video.mp4"
     video.write_bytes(b"x")
-    with pytest.raises(InputError, match=r"expected a .csv file to go with a column map, got '.mp4'"):
+    with pytest.raises(InputError, match=r"expected a .csv or .jsonl file to go with a column map, got '.mp4'"):
         open_input(video, None, {"t_s": "t"})
 
 

@@ -58,11 +58,65 @@ def test_fault_is_named_with_its_place(tmp_path: Path, lines: list[str], message
         load_trajectories(written(tmp_path, *lines))
 
 
+def objects(folder: Path, *lines: str) -> Path:
+    path = folder / "tracks.jsonl"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_objects_of_json_are_the_rows_of_a_table(tmp_path: Path) -> None:
+    names = f"{HEADER},class,sensor,sigma_m"
+    table = load_trajectories(written(tmp_path, names, "40,7,3,4,0,2,5,2,Bus,eye,0.5", "0,a b,1,2,1e-3,1,4,1.8,,ear,0"))
+    shape = '"speed_mps": {}, "length_m": {}, "width_m": {}'
+    first = '{"t_us": 40, "id": 7, "x_m": 3, "y_m": "4", "heading_rad": 0.0, ' + shape.format(2, 5, 2)
+    # In another order, with the number as a text and without a class.
+    second = '{"id": " a b ", "t_us": 0, "x_m": 1, "y_m": 2, "heading_rad": 1e-3, ' + shape.format(1, 4, 1.8)
+    lines = f'{first}, "class": "Bus", "sensor": "eye", "sigma_m": 0.5}}', f'{second}, "sensor": "ear", "sigma_m": 0}}'
+    found = load_trajectories(objects(tmp_path, lines[0], "", lines[1]))
+    for name in ("ids", "classes", "sensors"):
+        assert getattr(found, name) == getattr(table, name)
+    for name in ("t_us", "values", "sigma_m"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(table, name))
+
+
+OBJECT = '{"t_us": 0, "id": "a", "x_m": 1, "y_m": 2, "heading_rad": 0, "speed_mps": 0, "length_m": 4, "width_m": 2}'
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (
+            OBJECT[:-1],
+            r"tracks.jsonl:3: expected a JSON object of texts and numbers, got .* \(Input data was truncated\)",
+        ),
+        ("[1]", r"tracks.jsonl:3: expected a JSON object of texts and numbers, got '\[1\]'"),
+        (OBJECT.replace('"x_m": 1', '"x_m": true'), r"tracks.jsonl:3: expected a JSON object of texts and numbers"),
+        (OBJECT.replace('"x_m": 1', '"x_m": null'), r"tracks.jsonl:3: column x_m: expected a number, got ''"),
+        (OBJECT.replace('"x_m": 1, ', ""), r"tracks.jsonl:3: column x_m: expected a number, got ''"),
+        (OBJECT.replace('"x_m": 1', '"x_m": "one"'), r"tracks.jsonl:3: column x_m: expected a number, got 'one'"),
+        (OBJECT.replace('"x_m": 1', '"x_m": 1e9'), r"tracks.jsonl:3: column x_m: expected -1e\+07 to 1e\+07"),
+        (OBJECT.replace("{", '{"lane": 1, '), r"tracks.jsonl:3: expected the names of line 1, t_us, .*, got also lane"),
+        (OBJECT, r"tracks.jsonl:4: expected each id once a time, got 'a' at 0 us as in line 3"),
+    ],
+)
+def test_a_fault_in_an_object_is_named_with_its_line(tmp_path: Path, line: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_trajectories(objects(tmp_path, OBJECT.replace('"a"', '"b"'), "", line, OBJECT))
+
+
+def test_the_first_object_has_the_columns(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"tracks.jsonl:1: expected columns id, x_m, .* got t_us, x"):
+        load_trajectories(objects(tmp_path, '{"t_us": 0, "x": 1}'))
+    path = objects(tmp_path, OBJECT.replace('"x_m"', '"x"').replace('"t_us"', '"t"'))
+    (found,) = load_trajectories(path, {"x_m": "x", "t_s": "t"})
+    assert found.centre_m.tolist() == [[1.0, 2.0]]
+
+
 def test_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
         load_trajectories(tmp_path / "nothing.csv")
     (tmp_path / "video.csv").write_bytes(b"\x00\x00\xff\xfe")
-    with pytest.raises(InputError, match="expected a UTF-8 CSV file, got byte 0xff"):
+    with pytest.raises(InputError, match="expected text in UTF-8, got byte 0xff"):
         load_trajectories(tmp_path / "video.csv")
 
 

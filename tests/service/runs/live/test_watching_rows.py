@@ -1,5 +1,6 @@
 """Do rows that come through a pipe give, while they come, what the file of them gives?"""
 
+import json
 import logging
 import os
 import random
@@ -127,17 +128,43 @@ def test_a_line_that_a_writer_was_killed_in_is_none(tmp_path: Path) -> None:
     assert [one.t_us for one in ArrivingRows(folder, None)] == [0, 100_000]
 
 
-def test_recordings_that_grow_large_are_followed_by_others_with_the_same_header(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    rows = [f"{number},a,{number},{SHAPE}\n" for number in range(40_000)]
-    writer = threading.Thread(target=lambda: (tmp_path / "pipe").write_text("".join([f"{HEADER}\n", *rows])[:-1]))
+def received(folder: Path, text: str) -> list[Path]:
+    """Send a text through a pipe; return the recordings of it."""
+    os.mkfifo(folder / "pipe")
+    writer = threading.Thread(target=lambda: (folder / "pipe").write_text(text))
     writer.start()
     begun = list[Path]()
-    source = LiveSource(str(tmp_path / "pipe"))
-    RowReceiver(source, tmp_path / "rows", longest_us=10**12, most_bytes=200_000).record(begun.append)
+    source = LiveSource(str(folder / "pipe"))
+    RowReceiver(source, folder / "rows", longest_us=10**12, most_bytes=200_000).record(begun.append)
     writer.join()
-    assert recordings(tmp_path / "rows") == begun
+    assert recordings(folder / "rows") == begun
     assert len(begun) > 2
+    return begun
+
+
+def as_object(row: str) -> str:
+    return json.dumps(dict(zip(HEADER.split(","), row.strip().split(","), strict=True))) + "\n"
+
+
+def test_objects_of_json_are_recorded_and_read_as_rows_are(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    rows = [f"{number * MS},a,{number / 100},{SHAPE}" for number in range(6_000)]
+    begun = received(tmp_path, "".join([*map(as_object, rows)])[:-1])
+    texts = [(folder / "000000.jsonl").read_text() for folder in begun]
+    assert "".join(texts) == "".join(map(as_object, rows))
+    found = [one.t_us for folder in begun for one in ArrivingRows(folder, None)]
+    assert found == [number * MS for number in range(6_000)]
+    with closing(RecordingWriter(tmp_path / "b")) as writer:
+        writer.begin_rows(b"", ".jsonl")
+        lines = [as_object(rows[0]), '{"t_us": \n', "\n", as_object(rows[1]).replace("{", '{"lane": 1, ')]
+        writer.write_bytes("".join([*lines, as_object(rows[2]), as_object(rows[2])]).encode())
+    with caplog.at_level(logging.WARNING):
+        assert [one.t_us for one in ArrivingRows(tmp_path / "b", None)] == [0, 2 * MS]
+    assert [line.partition(": ")[0] for line in caplog.messages] == ["b:2", "b:4", "b:6"]
+
+
+def test_recordings_that_grow_large_are_followed_by_others_with_the_same_header(tmp_path: Path) -> None:
+    rows = [f"{number},a,{number},{SHAPE}\n" for number in range(40_000)]
+    begun = received(tmp_path, "".join([f"{HEADER}\n", *rows])[:-1])
     texts = [(folder / "000000.csv").read_text().splitlines(keepends=True) for folder in begun]
     assert {lines[0] for lines in texts} == {f"{HEADER}\n"}
     assert [row for lines in texts for row in lines[1:]] == rows
