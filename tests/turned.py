@@ -25,6 +25,7 @@ def unnoticed(
     scenes: Mapping[Callable[[Any], Any], Sequence[str]],
     *,
     small: int = 0,
+    refused: type[Exception] | tuple[()] = (),
     differs: Callable[[Any, Any], bool] = ne,
 ) -> list[str]:
     """List the numbers whose turning changes nothing in the scene made for them, and those without a scene.
@@ -37,7 +38,7 @@ def unnoticed(
         usual = list(usual) if isinstance(usual, Iterator) else usual
         assert not differs(usual, scene(settings)), f"{scene} tells something else each time"
         for name in names:
-            if not any(differs(usual, scene(other)) for other in turned(settings, name, small=small)):
+            if not any(differs(usual, scene(other)) for other in turned(settings, name, small=small, refused=refused)):
                 found.append(name)
     told = {name for names in scenes.values() for name in names}
     numbers = {one.name for one in fields(settings) if not is_dataclass(getattr(settings, one.name))}

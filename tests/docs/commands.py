@@ -3,6 +3,7 @@
 import re
 import shlex
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,7 @@ def program() -> Any:  # Any: typer brings its own copy of click, without types
     return typer.main.get_command(make_app())
 
 
+@cache
 def all_commands() -> dict[str, Any]:  # Any: as above
     """Give the commands by their names, those of groups with two words."""
     found = {}

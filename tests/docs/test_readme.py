@@ -3,24 +3,26 @@
 import json
 import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
 
 from service.api.app import create_app
 from service.cli.app import run
+from tests.clips import first_seconds
 from tests.conftest import Demo
 from tests.docs.commands import README, ROOT, block_commands, fenced
 from tests.service.http import Client
 
 TEXT = README.read_text(encoding="utf-8")
 FRAME_S, PLACE_M = 0.04, 0.05
-# Digests, and what counts the events of the demo's last twenty seconds, which are not made here.
+# Digests, and what counts the events of the rest of the demo, which is not made here.
 MASKED = {"id", "run", "version", "next_cursor", "as_of_seq", "spans_us"}
 GOLDEN_CLIP = ROOT / "tests" / "golden" / "rural_video"
 # What a reader would wait for, and where a test need not.
-SHORTER = {"240": ["8"], "drawn.mp4": ["drawn.mp4", "--to", "4s"]}
+SHORTER = {"240": ["4"], "drawn.mp4": ["drawn.mp4", "--to", "1s"]}
+JUNCTION_S = 7  # with the first overtake
 # The test of the answer over HTTP asks the same application as `serve`; `watch` has tests with a camera of their own.
 NOT_RUN = {"serve", "watch"}
 
@@ -51,7 +53,7 @@ def test_the_commands_of_the_readme_run_in_order(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    shutil.copy(GOLDEN_CLIP / "video.mp4", "junction.mp4")
+    first_seconds(GOLDEN_CLIP / "video.mp4", Path("junction.mp4"), JUNCTION_S)
     shutil.copy(GOLDEN_CLIP / "network.net.xml", "network.net.xml")
     shutil.copy(GOLDEN_CLIP / "site.toml", "junction.toml")
     shutil.copytree(ROOT / "examples", "examples")
@@ -84,16 +86,36 @@ def test_the_commands_of_the_readme_run_in_order(
     assert Path("drawn.mp4").stat().st_size > 10_000
 
 
-def test_the_demo_prints_what_the_readme_shows(demo: Demo) -> None:
-    (shown,) = (block for block in fenced(README, "") if block.startswith("recognised"))
-    lines = demo.printed.splitlines()
-    printed = lines[next(number for number, line in enumerate(lines) if line.startswith("recognised ")) :]
+def assert_shown(came: Sequence[str], shown: Sequence[str]) -> None:
+    """Expect the same lines, but for times within a frame."""
     times = re.compile(r"\d\d:(\d\d\.\d{3})|(\d\.\d{3})(?= s)")
-    assert len(shown.splitlines()) == 12
-    for expected, came in zip(shown.splitlines(), printed, strict=False):
-        assert times.sub("T", expected) == times.sub("T", came)
-        shown_s = [_seconds(one) for one in times.finditer(expected)]
-        assert [_seconds(one) for one in times.finditer(came)] == pytest.approx(shown_s, abs=FRAME_S), came
+    assert [times.sub("T", line) for line in came] == [times.sub("T", line) for line in shown]
+    found_s, shown_s = ([_seconds(one) for line in lines for one in times.finditer(line)] for lines in (came, shown))
+    assert found_s == pytest.approx(shown_s, abs=FRAME_S)
+
+
+def table_of(printed: str) -> list[str]:
+    """Give what the demo prints of its overtakes."""
+    lines = printed.splitlines()
+    return lines[next(number for number, line in enumerate(lines) if line.startswith("recognised ")) :]
+
+
+def test_the_demo_prints_what_the_readme_shows(demo: Demo) -> None:
+    """The rows of the overtakes that are over when the demo of the tests ends, and that they are all."""
+    (shown,) = (block.splitlines() for block in fenced(README, "") if block.startswith("recognised"))
+    came = table_of(demo.printed)
+    count = came.index("") - 1
+    assert count >= 4
+    assert_shown(came[: count + 1], shown[: count + 1])
+    assert came[count + 2] == f"overtake: {count} right, 0 wrong, 0 missed, 0 at the border"
+    assert [line.split()[0] for line in came[count + 2 : count + 6]] == [line.split()[0] for line in shown[-4:]]
+
+
+@pytest.mark.slow
+def test_the_whole_demo_prints_all_that_the_readme_shows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (shown,) = (block.splitlines() for block in fenced(README, "") if block.startswith("recognised"))
+    assert run(["demo", "--out", str(tmp_path), "--seconds", "36"]) == 0
+    assert_shown(table_of(capsys.readouterr().out)[: len(shown)], shown)
 
 
 def test_the_answer_over_http_is_what_the_readme_shows(demo: Demo) -> None:

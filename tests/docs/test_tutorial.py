@@ -10,6 +10,8 @@ import pytest
 
 from service.api.app import create_app
 from service.cli.app import run
+from tests.clips import first_seconds
+from tests.conftest import Demo
 from tests.docs.commands import ROOT, block_commands, fenced
 from tests.service.http import Client
 
@@ -48,14 +50,17 @@ def ask(client: Client, words: list[str], event: str) -> dict[str, Any]:
 
 
 def test_the_tutorial_leads_from_a_video_to_an_event_of_its_own(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], demo: Demo
 ) -> None:
     monkeypatch.chdir(tmp_path)
     files = re.findall(r"`([\w.]+)`(?: says [^`]*|):\n\n```\w+\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
     assert [name for name, _ in files] == ["points.csv", "lanes.csv", "twice.chronicle"]
     for name, text in files:
         Path(name).write_text(text, encoding="utf-8")
-    commands = [list(one.words) for one in block_commands(PAGE)]
+    generate, *commands = [list(one.words) for one in block_commands(PAGE)]
+    assert generate == ["generate", "rural_overtaking", "--seed", "3", "--seconds", "10", "--out", "mine"]
+    Path("mine").mkdir()
+    first_seconds(demo.scene / "video.mp4", Path("mine/video.mp4"), 10)  # it is the demo's road, with more to come
     serve = commands.pop()
     assert serve[:2] == ["serve", "road.db"]
     event = ""

@@ -2,4 +2,4 @@
 
 from hypothesis import settings
 
-PROPERTY = settings(max_examples=300, derandomize=True, deadline=None)
+PROPERTY = settings(max_examples=100, derandomize=True, deadline=None)

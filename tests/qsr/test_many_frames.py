@@ -65,8 +65,8 @@ def test_many_frames_are_told_as_one_by_one(seed: int, monkeypatch: pytest.Monke
 def test_slow_changes_are_dated_alike_for_whoever_asks_for_one_relation(name: str) -> None:
     """Long stretches show nothing new here: what comes after them must not lose its time."""
     frames = [
-        footprints(k * 40_000, "ab", [[0.02 * k - 6.0, 0.0], [0.0, 3.0]], speed_mps=[0.01 * k, 5.0], straight_road=True)
-        for k in range(600)
+        footprints(k * 40_000, "ab", [[0.04 * k - 6.0, 0.0], [0.0, 3.0]], speed_mps=[0.02 * k, 5.0], straight_road=True)
+        for k in range(300)
     ]
     alone, at_once = (RelationObserver(("road",), (), STILL, only=[name]) for _ in range(2))
     assert at_once.observe_all([Seen(one) for one in frames]) == [alone.observe(one) for one in frames]

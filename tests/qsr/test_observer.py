@@ -7,7 +7,8 @@ from collections.abc import Collection
 import numpy as np
 import pytest
 
-from qsr.changes.crossings import RelationChange
+from qsr.changes.crossings import RelationChange, Value
+from qsr.changes.line_up import Seen
 from qsr.errors import QsrError
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
@@ -35,6 +36,13 @@ def passing(closing_mps: float, *, seconds: float, sigma_m: float, rng: np.rando
         x_m = (k / 25 - seconds / 2) * closing_mps + rng.normal(0, sigma_m)
         frames.append(footprints(k * 40_000, ("a", "b"), [[x_m, 3.0], [0.0, 0.0]], straight_road=True))
     return frames
+
+
+def beside_of(frames: list[Footprints], settings: RelationSettings | None) -> list[tuple[int, Value, Value]]:
+    """List the changes of whether a is beside b after the first; many frames at once are told as one by one, sooner."""
+    observer = RelationObserver(("north", "south"), ("cross",), settings, only=["beside"])
+    told = observer.observe_all([Seen(frame) for frame in frames])
+    return changes_of([change for changes in told for change in changes], "beside", "a", "b")[1:]
 
 
 def known_noise(frame: Footprints) -> Footprints:
@@ -106,7 +114,7 @@ def test_noisy_pass_gives_one_beside_and_no_flicker(closing_mps: float, seconds:
     exact, errors_s = 0, []
     for seed in range(count):
         frames = passing(closing_mps, seconds=seconds, sigma_m=0.6, rng=np.random.default_rng(seed))
-        beside = changes_of(run(frames, settings, only=["beside"]), "beside", "a", "b")[1:]
+        beside = beside_of(frames, settings)
         exact += [new for _, _, new in beside] == [True, False]
         truth_s = (seconds / 2 - 4.0 / closing_mps, seconds / 2 + 4.0 / closing_mps)
         errors_s += [abs(beside[0][0] / 1e6 - truth_s[0]), abs(beside[-1][0] / 1e6 - truth_s[1])]
@@ -134,7 +142,7 @@ def clean_passes(closing_mps: float, sigma_m: float, settings: RelationSettings 
     clean, seconds = 0, max(4.0, 36.0 / closing_mps)
     for seed in range(50):
         frames = passing(closing_mps, seconds=seconds, sigma_m=sigma_m, rng=np.random.default_rng(seed))
-        beside = changes_of(run(frames, settings, only=["beside"]), "beside", "a", "b")[1:]
+        beside = beside_of(frames, settings)
         clean += [new for _, _, new in beside] == [True, False]
     return clean
 

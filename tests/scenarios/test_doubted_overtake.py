@@ -31,6 +31,7 @@ from service.questions.events.queries import EventFilter, decode_event, iterate_
 from service.questions.observations.identity import links_of
 from service.records.events import EventRecord
 from service.store.log import open_log
+from tests.clips import first_seconds
 from tests.service.http import Client
 
 S = 1_000_000
@@ -83,12 +84,12 @@ def states(t_us: int, names: Sequence[str]) -> VehicleStates:
     )
 
 
-def film(folder: Path, *, seconds: int) -> Path:
+def film(folder: Path) -> Path:
     """Film the road with the tunnel; returns the video, with the site file beside it."""
     plan, network = scenario_named("rural_overtaking"), folder / "network.net.xml"
     shutil.copyfile(plan.network_file, network)
     roads = read_sumo_net(network)
-    t_us = np.arange(RATE_HZ * seconds) * (S // RATE_HZ)
+    t_us = np.arange(RATE_HZ * ALL_S) * (S // RATE_HZ)
     path = camera_path("vertical", VIEW, SIZE_PX, t_us=t_us, rng=np.random.default_rng(1))
     world = plan_world(plan, roads, path, np.random.default_rng(1), weather="overcast")
     roof = Occluder("bridge", 6.0, ((shapely.box(TUNNEL_M[0], -40.0, TUNNEL_M[1], 40.0), (60.0, 100.0, 70.0), 0.2),))
@@ -104,12 +105,12 @@ def film(folder: Path, *, seconds: int) -> Path:
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[int, str]:
     """Process the film, and the film cut off before the lost car comes out: the log by seconds."""
-    made = {}
+    folder = tmp_path_factory.mktemp("doubted")
+    whole, made = film(folder), {}
     for seconds in (ALL_S, UNTIL_IT_COMES_OUT_S):
-        folder = tmp_path_factory.mktemp("doubted")
-        made[seconds] = str(folder / "doubted.db")
-        video = film(folder, seconds=seconds)
-        assert dyknow(["process", str(video), "--site", str(folder / "site.toml"), "--log", made[seconds]]) == 0
+        video, made[seconds] = folder / f"{seconds}.mp4", str(folder / f"{seconds}.db")
+        words = ["process", str(first_seconds(whole, video, seconds)), "--site", str(folder / "site.toml")]
+        assert dyknow([*words, "--log", made[seconds], "--workers", "0"]) == 0
     return made
 
 

@@ -119,7 +119,7 @@ def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], t
     assert run(["evaluate", log, str(scene), "--min-f1", "0.9"]) == 0
     assert "precision 1.000" in capsys.readouterr().out
     assert run(["evaluate", log, str(scene), "--type", "nosuch"]) == 3
-    assert run(["draw", str(scene / "video.mp4"), log, "--out", str(picture), "--from", "20s"]) == 0
+    assert run(["draw", str(scene / "video.mp4"), log, "--out", str(picture), "--from", "10s"]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -128,7 +128,7 @@ def test_interrupt_keeps_what_was_found(
 ) -> None:
     from service.runs import processing as runs
 
-    frames = iter(range(700))
+    frames = iter(range(300))
 
     def count(meter: runs._Meter, t_us: int) -> None:
         if next(frames, None) is None:

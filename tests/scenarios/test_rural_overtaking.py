@@ -21,13 +21,6 @@ def log(demo: Demo) -> str:
 
 
 @pytest.fixture(scope="module")
-def tracks_log(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("tracks") / "log.db"
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", str(path)))
-    return path
-
-
-@pytest.fixture(scope="module")
 def evaluation(scene: Path, log: str) -> Evaluation:
     return evaluate_log(log, scene, event_type="overtake", run=None)
 

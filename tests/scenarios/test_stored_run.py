@@ -19,10 +19,8 @@ LIBRARY = Path(__file__).parents[2] / "chronicles" / "library"
 
 
 @pytest.fixture(scope="module")
-def url(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    log = str(tmp_path_factory.mktemp("stored") / "log.db")
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", log))
-    return log
+def url(tracks_log: Path) -> str:
+    return str(tracks_log)
 
 
 @pytest.fixture(scope="module")

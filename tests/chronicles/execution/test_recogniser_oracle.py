@@ -9,7 +9,7 @@ from tests.cases import seeds
 from tests.chronicles.execution.case_runner import FAR_US, check_case, disagreements, make_case
 
 
-@seeds(range(1500), kept=200)
+@seeds(range(1500), kept=80)
 def test_executors_find_exactly_what_the_oracle_finds(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     cases = [check_case(seed) for seed in seeds[::2]]
     # Forget whatever can be forgotten after every event: nothing of it may be needed again.
@@ -33,7 +33,7 @@ def test_missing_occurrence_and_wrong_order_are_noticed(monkeypatch: pytest.Monk
     assert turned.startswith("turned gives another order than eager")
 
 
-@seeds(range(1000), kept=150)
+@seeds(range(1000), kept=60)
 def test_every_event_is_given_within_the_bound_of_its_plan(seeds: range) -> None:
     """Whoever waits for it cannot see more of the trace than what comes by then."""
     waited = 0
@@ -51,7 +51,7 @@ def test_every_event_is_given_within_the_bound_of_its_plan(seeds: range) -> None
     assert waited
 
 
-@seeds(range(1000), kept=150)
+@seeds(range(1000), kept=60)
 def test_what_feeds_some_events_finds_them_as_the_whole_set_does(seeds: range) -> None:
     smaller = 0
     for case in map(make_case, seeds):

@@ -54,7 +54,7 @@ def smallest_relaxation_us(chronicles: ChronicleSet, name: str, events: list[Eve
     return None
 
 
-@seeds(range(400), kept=100)
+@seeds(range(400), kept=40)
 def test_every_statement_of_an_occurrence_is_read_as_met(seeds: range) -> None:
     explained = 0
     for seed in seeds:
@@ -69,7 +69,7 @@ def test_every_statement_of_an_occurrence_is_read_as_met(seeds: range) -> None:
     assert explained > len(seeds) // 4
 
 
-@seeds(range(1000, 1160), kept=40)
+@seeds(range(1000, 1160), kept=15)
 def test_near_misses_are_no_occurrences_and_their_changes_make_them_so(seeds: range) -> None:
     changes = 0
     for seed in seeds:

@@ -56,7 +56,7 @@ def test_random_text_keeps_its_words_and_comments_and_its_layout_is_final(seed: 
 
 
 @given(st.lists(st.sampled_from(BREAKS) | st.text(" \n\t", min_size=1, max_size=4), min_size=1, max_size=40))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_any_blanks_and_comments_between_words_are_laid_out_for_good(breaks: list[str]) -> None:
     assert_formatted(scattered(EVERYTHING, breaks))
 

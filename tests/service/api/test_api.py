@@ -332,7 +332,7 @@ PARAMETER_NAMES = ("type", "from", "to", "match", "actor", "role.overtaker", "st
 AWKWARD_VALUES = ("9999-12-31T23:59:59Z", "0001-01-01T00:00:00+23:59", "999999:59:59", "9" * 18, "' or 1=1 --", "%")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     name=st.sampled_from(PARAMETER_NAMES),
     value=st.text(max_size=40) | st.from_regex(r"[0-9]{1,25}", fullmatch=True) | st.sampled_from(AWKWARD_VALUES),
@@ -344,7 +344,7 @@ def test_no_value_of_a_parameter_breaks_the_server(client: Client, name: str, va
 
 
 @given(event_id=st.text(min_size=1, max_size=40).filter(lambda text: text not in (".", "..")))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_no_identifier_breaks_the_server(client: Client, event_id: str) -> None:
     assert client.get(f"/api/v1/events/{quote(event_id, safe='')}").status_code in (200, 404)
 
@@ -375,6 +375,6 @@ def test_a_text_that_is_too_long_or_none_is_refused(client: Client) -> None:
 
 
 @given(text=st.from_regex(re.compile(MEDIA_TIME["pattern"], re.ASCII), fullmatch=True))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_every_time_that_is_described_is_read(text: str) -> None:
     assert parse_media_us(text, parameter="from") >= 0

@@ -1,6 +1,8 @@
 """Chronicles change while a run goes on: is what it tells in the end what it would have told with the last ones?"""
 
 from collections.abc import Callable, Sequence
+from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Any  # what opens an input
 
@@ -41,11 +43,28 @@ def always_looked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(followed_texts, "LOOKED_EVERY_S", 0.0)
 
 
-@pytest.fixture
-def tracks(tmp_path: Path) -> Path:
-    path = tmp_path / "t.csv"
+def written(folder: Path) -> Path:
+    path = folder / "t.csv"
     path.write_text("\n".join([HEADER, *rows(), ""]))
     return path
+
+
+@pytest.fixture
+def tracks(tmp_path: Path) -> Path:
+    return written(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., str]:
+    """Give the log of the tracks processed with a text that stays; nobody writes into it."""
+
+    @cache
+    def log(text: str, *, final: bool = False) -> str:
+        folder = tmp_path_factory.mktemp("unchanged")
+        run(written(folder), str(folder / "a.db"), text, final=final)
+        return str(folder / "a.db")
+
+    return log
 
 
 def run(tracks: Path, log: str, text: str, *changes: tuple[int, Callable[[], object]], **request: object) -> RunSummary:
@@ -85,39 +104,34 @@ def told(log: str) -> list[tuple[str, str, int, int, Sequence[tuple[str, str]], 
     )
 
 
-SELDOM = ("a comment", "another beside it", "one less")  # of which the other kinds say as much
+USUAL = {("another rule", False, 0), ("what others look at", False, 1), ("what others look at", True, 0)}
+USUAL |= {("what must not happen", False, 2)}  # of which all others say as much
 
 
 @pytest.mark.parametrize(
-    ("kind", "final"),
+    ("kind", "final", "at"),
     [
-        *(pytest.param(kind, False, marks=pytest.mark.slow if kind in SELDOM else ()) for kind in CHANGES),
-        ("what others look at", True),
-        pytest.param("what must not happen", True, marks=pytest.mark.slow),
+        pytest.param(*one, marks=() if one in USUAL else pytest.mark.slow)
+        for one in product(CHANGES, (False, True), range(len(AT_US)))
     ],
 )
 def test_a_run_tells_in_the_end_what_it_would_have_told_with_the_last_chronicles(
-    tracks: Path, kind: str, final: bool
+    tracks: Path, unchanged: Callable[..., str], kind: str, final: bool, at: int
 ) -> None:
     first, last = CHANGES[kind]
-    whole = str(tracks.with_name("whole.db"))
-    expected = run(tracks, whole, last, final=final)
-    for at_us in AT_US:
-        changed = str(tracks.with_name(f"{at_us}.db"))
-        done = run(tracks, changed, first, (at_us, change(tracks, last)), final=final)
-        assert told(changed) == told(whole) != []
-        assert done.progress.events == expected.progress.events == len(told(whole))
-        with open_log(changed) as one, open_log(whole) as other:
-            assert (one.run().chronicles, one.run().texts) == (other.run().chronicles, other.run().texts)
-            assert one.run().id == other.run().id
+    whole, changed = unchanged(last, final=final), str(tracks.with_name("a.db"))
+    done = run(tracks, changed, first, (AT_US[at], change(tracks, last)), final=final)
+    assert told(changed) == told(whole) != []
+    assert done.progress.events == len(told(whole))
+    with open_log(changed) as one, open_log(whole) as other:
+        assert (one.run().chronicles, one.run().texts) == (other.run().chronicles, other.run().texts)
+        assert one.run().id == other.run().id
 
 
-def test_chronicles_that_stay_are_not_told_again(tracks: Path) -> None:
+def test_chronicles_that_stay_are_not_told_again(tracks: Path, unchanged: Callable[..., str]) -> None:
     log = str(tracks.with_name("a.db"))
     run(tracks, log, PASSES, (12_000_000, change(tracks, PASSES + NEAR)))
-    plain = str(tracks.with_name("b.db"))
-    run(tracks, plain, PASSES)
-    of_passes = [[one for one in read_rows(each) if one.type != "near"] for each in (log, plain)]
+    of_passes = [[one for one in read_rows(each) if one.type != "near"] for each in (log, unchanged(PASSES))]
     assert [(one.type, one.status, one.start_us, one.recognised_us) for one in of_passes[0]] == [
         (one.type, one.status, one.start_us, one.recognised_us) for one in of_passes[1]
     ]
@@ -197,15 +211,14 @@ def test_a_text_in_the_log_that_does_not_go_with_the_others_is_left_out(tracks: 
     ],
 )
 def test_a_text_that_is_wrong_is_told_and_changes_nothing(
-    tracks: Path, text: str, said: str, caplog: pytest.LogCaptureFixture
+    tracks: Path, unchanged: Callable[..., str], text: str, said: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    log, plain = str(tracks.with_name("a.db")), str(tracks.with_name("b.db"))
+    log = str(tracks.with_name("a.db"))
     run(tracks, log, PASSES, (5_000_000, change(tracks, text)))
     assert "the chronicles stay as they are: " in caplog.text
     assert said in caplog.text
     assert caplog.text.count("stay as they are") == 1
-    run(tracks, plain, PASSES)
-    assert told(log) == told(plain)
+    assert told(log) == told(unchanged(PASSES))
 
 
 def test_what_monitors_look_at_stays(tracks: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -259,10 +272,9 @@ def test_explanations_are_those_of_the_chronicles_of_now(tracks: Path) -> None:
     assert "allowed 0.000 s to 5.000 s" in found[1]
 
 
-def test_a_file_that_goes_on_to_change_is_taken_each_time(tracks: Path) -> None:
+def test_a_file_that_goes_on_to_change_is_taken_each_time(tracks: Path, unchanged: Callable[..., str]) -> None:
     log = str(tracks.with_name("a.db"))
     texts = (PASSES + NEAR, SHORTER + NEAR, PASSES + AFTER, PASSES + BESIDE)
     changes = [(3_000_000 * (k + 1), change(tracks, text)) for k, text in enumerate(texts)]
     run(tracks, log, PASSES, *changes)
-    run(tracks, whole := str(tracks.with_name("b.db")), texts[-1])
-    assert told(log) == told(whole)
+    assert told(log) == told(unchanged(texts[-1]))

@@ -131,7 +131,37 @@ def test_a_finished_run_is_not_processed_again_unless_asked(tmp_path: Path, caps
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
-def test_a_signal_ends_a_run_in_the_ordinary_way(tmp_path: Path, name: str, code: int) -> None:
+def test_each_signal_ends_a_run_with_its_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, code: int
+) -> None:
+    def stop(meter: _Meter, t_us: int) -> None:
+        os.kill(os.getpid(), signal.Signals[name])
+
+    def unheard(*_: object) -> None:
+        raise AssertionError(f"expected the run to take {name}")
+
+    monkeypatch.setattr(_Meter, "count", stop)
+    tracks, log = write_tracks(tmp_path / "t.csv", frames=20), tmp_path / "a.db"
+    before = signal.signal(signal.Signals[name], unheard)  # else it might end the tests, or be ignored by them
+    try:
+        assert run(["process", str(tracks), "--log", str(log)]) == code
+    finally:
+        signal.signal(signal.Signals[name], before)
+    with open_log(str(log)) as opened:
+        record = opened.run()
+    assert record.status == "interrupted"
+    assert record.reason.endswith("got an interrupt" if name == "SIGINT" else f"got {name}")
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("SIGTERM", 143),
+        pytest.param("SIGINT", 130, marks=pytest.mark.slow),
+        pytest.param("SIGHUP", 129, marks=pytest.mark.slow),
+    ],
+)
+def test_a_signal_ends_a_program_in_the_ordinary_way(tmp_path: Path, name: str, code: int) -> None:
     race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
     ended = subprocess.run([sys.executable, "-c", SIGNAL_MIDWAY, name, "process", race, "--log", log], check=False)
     assert ended.returncode == code

@@ -190,7 +190,7 @@ def seen_from_a_bridge(settings: VisionSettings) -> Outcome:
     raster = surface.raster
     yield np.array([raster.grid.side, raster.road.sum(), raster.view_edge.sum()], np.float64)
     fields_ = [surface.lane_field(lanes) for lanes in (LOW_LANES, ACROSS, [])]
-    for k in range(90):
+    for k in range(45):
         count = int(rng.integers(1, 4))
         boxes = random_boxes(rng, count, (-3.5, 18.0, 1.57, 1.0, 0.5), (3.5, 70.0, 1.57, 6.0, 2.4))
         masks = [raster.grid.paint([one]) for one in surface.appearances(boxes).boxes.corners()]

@@ -29,8 +29,7 @@ def test_own_weights_find_vehicles_that_they_were_not_trained_on(
     settings = read_toml(path.with_suffix(".toml"), OnnxSettings, what="recipe")
     found, asked = 0, 0
     detector = OnnxDetector(path, settings, (1280, 720))
-    for seed in (2, 3):
-        [still] = draw_stills("junction", seed=seed, count=1, camera=camera)
+    for still in draw_stills("junction", seed=2, count=2, camera=camera):
         planes = np.asarray(cv2.cvtColor(still.picture, cv2.COLOR_BGR2YUV_I420))
         chroma = planes[720:].reshape(2, 360, 640)
         boxes = detector.detect(Frame(index=0, t_us=0, luma=planes[:720], chroma_u=chroma[0], chroma_v=chroma[1]))

@@ -131,7 +131,7 @@ def wanted(plan: Plan, records: Sequence[Record]) -> list[Record]:
     return [record for record in records if record[2].name in names]
 
 
-@seeds(range(300), kept=75)
+@seeds(range(300), kept=30)
 def test_store_finds_every_choice_of_events_once(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     found = 0
     for seed in seeds:
@@ -150,7 +150,7 @@ def test_store_finds_every_choice_of_events_once(seeds: range, monkeypatch: pyte
 
 
 @pytest.mark.parametrize("sweeps", [False, True])
-@seeds(range(300, 400), kept=25)
+@seeds(range(300, 400), kept=12)
 def test_waiting_lists_the_partial_instances_that_can_still_complete(seeds: range, sweeps: bool) -> None:
     found = 0
     for seed in seeds:
@@ -170,7 +170,7 @@ def test_waiting_lists_the_partial_instances_that_can_still_complete(seeds: rang
     assert found > len(seeds)
 
 
-@seeds(range(700, 750), kept=25)
+@seeds(range(700, 750), kept=12)
 def test_executor_of_many_plans_equals_one_store_for_each(seeds: range) -> None:
     found = 0
     for seed in seeds:

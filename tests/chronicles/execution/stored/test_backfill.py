@@ -72,7 +72,7 @@ def test_beyond_the_limits_the_recogniser_says_what_is_left_out() -> None:
         recognise_columns(load(text), EventColumns.from_events(events), limits=bounded, most_rows=7)
 
 
-@seeds(range(800), kept=200)
+@seeds(range(800), kept=80)
 def test_gives_what_a_recogniser_gives_in_the_same_order(seeds: range) -> None:
     found = [check_case(seed) for seed in seeds]
     # Cases without occurrences would prove nothing.

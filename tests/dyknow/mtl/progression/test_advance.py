@@ -20,13 +20,13 @@ def after_nothing(text: str, *, until_us: int) -> Verdict:
     return progressor.advance(until_us)
 
 
-@seeds(range(1000), kept=250)
+@seeds(range(1000), kept=100)
 def test_random_formulas_agree_with_direct_evaluation(seeds: range) -> None:
     for seed in seeds:
         agrees_with_the_oracle_while_time_passes(seed, remembers=seed % 2 == 0)
 
 
-@seeds(range(2000, 2500), kept=125)
+@seeds(range(2000, 2500), kept=60)
 def test_random_formulas_agree_where_no_automaton_helps(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(automaton, "_MOST_STEPS", 0)
     for seed in seeds:

@@ -30,13 +30,13 @@ def run(text: str, states: str, *, shared: SharedWork | None = None) -> str:
     return "".join(shown) + SHORT[progressor.finish()]
 
 
-@seeds(range(2000), kept=500)
+@seeds(range(2000), kept=200)
 def test_random_formulas_agree_with_direct_evaluation(seeds: range) -> None:
     for seed in seeds:
         agrees_with_the_oracle(seed, remembers=seed % 2 == 0)
 
 
-@seeds(range(5000, 6000), kept=250)
+@seeds(range(5000, 6000), kept=100)
 def test_random_formulas_agree_where_no_automaton_helps(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(automaton, "_MOST_STEPS", 0)  # as with irregular times: lulls remember the steps
     for seed in seeds:

@@ -166,7 +166,7 @@ def test_frequent_actors_are_found_as_rare_ones_are(log: EventLog, monkeypatch: 
     assert list(iterate_events(log, wanted)) == rare
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     limit=st.integers(1, 450),
     order=st.sampled_from(["start", "-start"]),

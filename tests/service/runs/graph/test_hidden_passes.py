@@ -25,8 +25,8 @@ chronicle alone[?a, ?b](t1, t2) {
 
 def rows() -> Iterator[str]:
     """Let a pass b, and c pass d 60 m beside; nobody sees a from 5 s to 9 s, nor ever again c from 7 s on."""
-    for frame in range(200):
-        t_s = frame / 10
+    for frame in range(100):
+        t_s = frame / 5
         a = "a" if t_s < 5 else "" if t_s < 9 else "a2"
         c = "c" if t_s < 7 else ""
         for name, x_m, y_m, speed_mps in (
@@ -36,7 +36,7 @@ def rows() -> Iterator[str]:
             ("d", 20 + 15 * t_s, 63.0, 15.0),
         ):
             if name:
-                yield f"{frame * 100_000},{name},{x_m:.2f},{y_m},0.0,{speed_mps},4.5,1.8"
+                yield f"{frame * 200_000},{name},{x_m:.2f},{y_m},0.0,{speed_mps},4.5,1.8"
 
 
 @pytest.mark.parametrize("options", [[], ["--final"]], ids=["early", "final"])

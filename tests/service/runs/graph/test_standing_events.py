@@ -45,18 +45,25 @@ monitor careful per ?a in Car, ?b in Car: always not reckless_overtake[?a, ?b, ?
 """
 
 
-def run_junction(folder: Path, monitors: str, tracks: Path = JUNCTION / "tracks.csv", *, final: bool = False) -> str:
-    """Process the pinned junction, where cars are hidden and events are told early; return the log's URL."""
+def run_junction(folder: Path, monitors: str, tracks: Path, *, final: bool = False) -> str:
+    """Process tracks of the pinned junction, where cars are hidden and events are told early; return the log's URL."""
     path = written(folder, "a.monitors", monitors)
     log = str(folder / "log.db")
     process(RunRequest(tracks, JUNCTION / "site.toml", log, monitor_files=(path,), final=final))
     return f"sqlite:///{log}"
 
 
-def write_lost(path: Path, seed: int) -> Path:
+def first_rows(seconds: int) -> tuple[str, list[str]]:
+    """Give the header and the first rows of the junction's tracks, of sixty seconds."""
+    header, *lines = (JUNCTION / "tracks.csv").read_text(encoding="utf-8").splitlines()
+    at = header.split(",").index("t_us")
+    return header, [line for line in lines if int(line.split(",")[at]) < seconds * SECOND_US]
+
+
+def write_lost(path: Path, seed: int, seconds: int) -> Path:
     """Write the tracks of the junction with most of them lost for up to 8 s, and then begun under another name."""
     rng = np.random.default_rng(seed)
-    header, *lines = (JUNCTION / "tracks.csv").read_text(encoding="utf-8").splitlines()
+    header, lines = first_rows(seconds)
     rows = [line.split(",") for line in lines]
     at, name = header.split(",").index("t_us"), header.split(",").index("id")
     for one in sorted({row[name] for row in rows}):
@@ -86,7 +93,8 @@ def judged(events: Sequence[EventRecord]) -> list[object]:
 
 def test_an_event_is_true_in_the_first_state_at_or_after_its_end(tmp_path: Path) -> None:
     """Evaluate two monitors slowly, from the events, frames and cars of the log alone."""
-    url = run_junction(tmp_path, ASKING)
+    header, lines = first_rows(seconds=20)
+    url = run_junction(tmp_path, ASKING, written(tmp_path, "tracks.csv", "\n".join([header, *lines, ""])))
     with open_log(url) as log:
         frames_us = [t_us for _, t_us in log.frames(log.run().id)]
         speed_mps = {(one.car, one.t_us): one.speed_mps for one in log.states(log.run().id) if one.linked}
@@ -134,7 +142,7 @@ def test_the_log_tells_the_same_as_the_run_whether_events_are_told_early_or_late
     urls: list[str] = []
     for name in ("early", "final"):
         (tmp_path / name).mkdir()
-        tracks = write_lost(tmp_path / name / "tracks.csv", seed=0)
+        tracks = write_lost(tmp_path / name / "tracks.csv", seed=0, seconds=30)
         urls.append(run_junction(tmp_path / name, monitors, tracks, final=name == "final"))
     every = EventFilter(statuses=("recognised", "confirmed", "tentative", "retracted"))
     assert {one.status for one in read_all(urls[0], every)} == set(every.statuses)
@@ -159,7 +167,7 @@ def test_an_event_that_is_told_long_after_it_was_is_true_when_it_was(tmp_path: P
     found = read_all(url, EventFilter(types=("passes",)))
     [hidden] = [one for one in found if one.end_us < 9 * SECOND_US < one.recognised_us]
     [passed] = [one for one in verdicts(url) if one.roles["a"] == hidden.roles["b"]]
-    assert 0 <= passed.start_us - hidden.end_us < 100_000
+    assert 0 <= passed.start_us - hidden.end_us < 200_000
     assert passed.recognised_us > 9 * SECOND_US  # when a is seen again
     assert sorted(told(monitor_log(url, list(request.monitor_files)).events), key=repr) == judged(verdicts(url))
 

@@ -34,7 +34,7 @@ folder, jump_ns, clock = Path(sys.argv.pop(1)), 1_000_000_000 * int(sys.argv.pop
 time.time_ns = lambda: clock() + (jump_ns if any(folder.glob("*/000000.ts")) else 0)
 main()
 """
-SENT_S = 12
+SENT_S = 8
 PIECE = 188 * 20  # packets of MPEG-TS
 
 

@@ -20,7 +20,6 @@ from service.runs.live.keeping import left_behind, recordings
 from service.runs.live.live_source import LiveSource
 from service.runs.live.recording_writer import RecordingWriter
 from service.runs.live.row_receiver import RowReceiver
-from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.logs import kept_rows
 from tests.service.runs.live.test_watching import WATCH, events, reprocessed, until
@@ -55,7 +54,7 @@ def recording(folder: Path, *rows: str) -> Path:
     return folder / "a"
 
 
-def test_rows_give_while_they_come_what_their_file_gives(scene: Path, tmp_path: Path) -> None:
+def test_rows_give_while_they_come_what_their_file_gives(scene: Path, tracks_log: Path, tmp_path: Path) -> None:
     header, *rows = (scene / "truth.csv").read_text().splitlines(keepends=True)
     rng = random.Random(1)
     shuffled = sorted(rows, key=lambda row: int(row.split(",")[0]) + rng.uniform(0, 0.9 * WAIT_US))
@@ -67,10 +66,8 @@ def test_rows_give_while_they_come_what_their_file_gives(scene: Path, tmp_path: 
         _, told = program.communicate()
     assert program.returncode == 0, told
     assert b"rows were left out" not in told
-    whole = tmp_path / "whole.db"
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", str(whole)))
-    assert sorted(events(tmp_path / "live.db")) == sorted(events(whole)) != []
-    live, once = kept_rows(tmp_path / "live.db"), kept_rows(whole)
+    assert sorted(events(tmp_path / "live.db")) == sorted(events(tracks_log)) != []
+    live, once = kept_rows(tmp_path / "live.db"), kept_rows(tracks_log)
     assert [live[kind] for kind in ("states", "objects", "frames", "cars")] == [
         once[kind] for kind in ("states", "objects", "frames", "cars")
     ]

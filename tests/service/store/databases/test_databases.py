@@ -1,5 +1,6 @@
 """Is a log on a server what it is in a file?"""
 
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -23,18 +24,17 @@ DAY_US = 86_400_000_000
 
 
 @pytest.fixture(scope="module")
-def both(scene: Path, postgres: NewLog, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+def both(scene: Path, tracks_log: Path, postgres: NewLog, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
     """One run in a file, and the same on the server."""
-    urls = f"sqlite:///{tmp_path_factory.mktemp('both') / 'a.db'}", postgres()
-    for url in urls:
-        process(RunRequest(scene / "truth.csv", scene / "site.toml", url))
-    return urls
+    file, server = shutil.copy(tracks_log, tmp_path_factory.mktemp("both") / "a.db"), postgres()
+    process(RunRequest(scene / "truth.csv", scene / "site.toml", server))
+    return f"sqlite:///{file}", server
 
 
 def test_a_run_has_the_same_rows_in_a_file_and_on_a_server(both: tuple[str, str]) -> None:
     file, server = map(kept_rows, both)
     assert file == server
-    assert len(file["events"]) > 20
+    assert len(file["events"]) > 10
 
 
 def test_a_server_is_asked_over_http_and_says_why(both: tuple[str, str]) -> None:
