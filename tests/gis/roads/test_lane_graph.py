@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 import libsumo
@@ -192,6 +193,21 @@ def test_who_comes_straight_over_a_crossing_is_faced_and_who_may_turn_off_is_not
     south_m, north_m = graph.length_m[index["sc_0"]] - 150.0, graph.length_m[index["nc_0"]] - 160.0
     assert gaps_m[0] == pytest.approx(south_m + north_m + 21.8, abs=1.0)
     assert np.isinf(gaps_m[1:]).all()
+
+
+def test_who_are_both_in_a_junction_face_each_other_on_any_of_their_ways() -> None:
+    network = read_sumo_net(CROSSING_NET)
+    graph, rng = LaneGraph(network, keep_lanes=True), np.random.default_rng(3)
+    ways = rng.integers(len(network.lanes), len(graph.lines_m), (100, 2)).astype(np.int32)
+    places = LanePlaces(ways, rng.random((100, 2)) * graph.length_m[ways])
+    pairs = np.array([np.arange(50), np.arange(50, 100)])
+    found_m = graph.facing_m(places, pairs)
+    each_m = []
+    for of_one, of_other in product((0, 1), repeat=2):
+        chosen = np.repeat((of_one, of_other), 50), np.arange(100)
+        each_m.append(graph.facing_m(LanePlaces.of(ways[chosen[::-1]], places.along_m[chosen[::-1]]), pairs))
+    assert found_m == pytest.approx(np.min(each_m, axis=0))
+    assert (found_m < each_m[0]).any()
 
 
 @contextmanager
