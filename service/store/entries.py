@@ -6,6 +6,7 @@ from typing import Literal, get_args
 from msgspec import Struct
 
 JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
+JobKind = Literal["run", "live"]
 
 Scope = Literal["read", "write", "admin"]
 """What a token allows, from the least to the most; each allows what those before it do."""
@@ -24,6 +25,7 @@ class Job(Struct, frozen=True):
     attempts : how often it was begun.
     cancel_requested : somebody asked for its end.
     message : how far it has come, or what went wrong.
+    kind : a run over a file, or a live source, which has no end.
     """
 
     number: int
@@ -33,16 +35,17 @@ class Job(Struct, frozen=True):
     attempts: int = 0
     cancel_requested: bool = False
     message: str = ""
+    kind: JobKind = "run"
 
     @property
     def input(self) -> str:
-        """The path of what is to be processed."""
+        """The path of what is to be processed, or the address of what is to be watched."""
         return str(json.loads(self.request)["input"])
 
     @property
     def run(self) -> str | None:
-        """The run that it became, once it has finished."""
-        return self.message.removeprefix("run ") if self.state == "finished" else None
+        """The run that it became, once it has finished; a live source has many."""
+        return self.message.removeprefix("run ") if (self.kind, self.state) == ("run", "finished") else None
 
 
 class WebhookState(Struct, frozen=True):

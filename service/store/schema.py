@@ -45,7 +45,7 @@ from sqlalchemy import (
 from service.records.seen import CarRecord, HypothesisRecord, LinkRecord
 from service.store.entries import ChronicleText, Job, Source, Token, Undelivered, WebhookState, Written
 
-SCHEMA_VERSION = 10  # one more, and a file in `migrations`, for each change of the tables below
+SCHEMA_VERSION = 11  # one more, and a file in `migrations`, for each change of the tables below
 APPLICATION = "dyknow event log"
 HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""

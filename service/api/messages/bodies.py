@@ -20,7 +20,7 @@ from service.records.runs import (
     RunStatus,
     StartFrom,
 )
-from service.store.entries import ChronicleText, JobState, Source, Undelivered, WebhookState
+from service.store.entries import ChronicleText, JobKind, JobState, Source, Undelivered, WebhookState
 from service.store.upkeep import Holding
 
 
@@ -87,6 +87,7 @@ class JobStatus(Struct, frozen=True):
     """A job; `run` is what it became once it has finished, `message` how far it is or what went wrong."""
 
     id: str
+    kind: JobKind
     state: JobState
     input: str
     run: str | None

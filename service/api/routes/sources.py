@@ -85,7 +85,7 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, pool: 
         source = sources.find(name)
         path = folders.path_of(source)
         with opened_jobs(log) as jobs:
-            if any(Path(one.input) == path for one in (*jobs.first("waiting"), *jobs.first("running"))):
+            if any(Path(one.input) == path for one in (*jobs.first("waiting", "run"), *jobs.first("running", "run"))):
                 raise TakenError(f"source {name!r}: expected one that no job needs, got one that a job waits for")
         sources.remove(name, partial(path.unlink, missing_ok=True) if source.digest else lambda: None)
         return Response(status_code=204)

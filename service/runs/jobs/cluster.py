@@ -89,7 +89,7 @@ class _Placing:
     def place(self) -> None:
         """Place the jobs that wait, and those that their workers have left."""
         placed = set(self.tasks.values())
-        for job in (*self._jobs.first("waiting"), *self._jobs.first("running")):
+        for job in (*self._jobs.first("waiting", "run"), *self._jobs.first("running", "run")):
             if job.id in placed or (job.state == "running" and not self._jobs.is_left(job.id)):
                 continue
             request = read_request(job.request, self._log_url)

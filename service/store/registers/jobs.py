@@ -12,13 +12,13 @@ from sqlalchemy import ColumnElement, Connection, func, select, update
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
 from service.store.databases.database import Database, Lock
-from service.store.entries import Job, JobState
+from service.store.entries import Job, JobKind, JobState
 from service.store.log import EventLog
 from service.store.versions import create_schema
 from service.store.writer import insert_rows, lock_seqs
 
 MOST_ATTEMPTS = 3
-"""What was begun so many times without an end is not tried again by itself."""
+"""A run that was begun so many times without an end is not tried again by itself."""
 _MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
 
 
@@ -44,7 +44,7 @@ class Jobs:
         """Close all connections."""
         self._log.close()
 
-    def add(self, job_id: str, request: str) -> Job:
+    def add(self, job_id: str, request: str, kind: JobKind = "run") -> Job:
         """Add a job at the end; one that is here already is given as it is."""
         with self._log.change() as connection:
             lock_seqs(connection)  # one at a time takes a number
@@ -52,7 +52,7 @@ class Jobs:
             if known:
                 return known[0]
             last = connection.scalar(select(func.max(schema.jobs.c.number))) or 0
-            job = Job(last + 1, job_id, request)
+            job = Job(last + 1, job_id, request, kind=kind)
             insert_rows(connection, schema.jobs, [astuple(job)])
             return job
 
@@ -61,15 +61,15 @@ class Jobs:
         with self._log.connect() as connection:
             return _read(connection, schema.jobs.c.number > after, most=most)
 
-    def take(self, *, but: Collection[str] = ()) -> "TakenJob | None":
-        """Begin the first job that waits, or where none does one that its worker has left; None if there is none.
+    def take(self, kind: JobKind = "run", *, but: Collection[str] = ()) -> "TakenJob | None":
+        """Begin the first job of a kind that waits, or where none does one that was left; None if there is none.
 
         Parameters
         ----------
         but : identifiers of jobs that are not to be taken.
         """
         for state in ("waiting", "running"):
-            for job in self.first(state):
+            for job in self.first(state, kind):
                 taken = None if job.id in but else self._begun(job)
                 if taken is not None:
                     return taken
@@ -79,10 +79,11 @@ class Jobs:
         """Begin one job; None if somebody is at it, or if it has ended; raises as `find`."""
         return self._begun(self.find(job_id))
 
-    def first(self, state: JobState) -> list[Job]:
-        """List the first thousand jobs in a state, in their order."""
+    def first(self, state: JobState, kind: JobKind) -> list[Job]:
+        """List the first thousand jobs of a kind that are in a state, in their order."""
+        jobs = schema.jobs.c
         with self._log.connect() as connection:
-            return _read(connection, schema.jobs.c.state == state, most=_MOST_WORKERS)
+            return _read(connection, jobs.state == state, jobs.kind == kind, most=_MOST_WORKERS)
 
     def is_left(self, job_id: str) -> bool:
         """Tell whether nobody is at a job."""
@@ -172,13 +173,13 @@ class TakenJob:
         self._lock = lock
 
     def begin(self) -> bool:
-        """Note that it runs; False if it has ended meanwhile, or was begun too often without an end."""
+        """Note that it runs; False if it has ended meanwhile, or is a run that was begun too often without an end."""
         job = self.job = self._jobs.find(self.job.id)
         if job.state not in ("waiting", "running"):
             return False
         if job.cancel_requested:
             return self._end_without("cancelled", "")
-        if job.attempts >= MOST_ATTEMPTS:
+        if job.kind == "run" and job.attempts >= MOST_ATTEMPTS:
             return self._end_without("failed", f"begun {job.attempts} times without an end; {job.message}")
         return self._jobs.change(job.id, ("waiting", "running"), state="running", attempts=job.attempts + 1)
 

@@ -62,7 +62,7 @@ def test_an_older_log_is_read_as_one_of_today(
             assert list(getattr(old, read)("r1")) == list(getattr(new, read)("r1"))
         assert (old.cars("r1"), old.streams("r1"), old.costs("r1")) == (new.cars("r1"), (), {})
     assert read_all(url) == read_all(today)
-    assert "old.db': carried over from schema version 2 to 10" in caplog.text
+    assert "old.db': carried over from schema version 2 to 11" in caplog.text
     assert caplog.text.count("carried over") == 1
 
 
@@ -140,5 +140,5 @@ def test_a_log_of_another_version_is_refused(tmp_path: Path, version: str, hint:
     with sqlite3.connect(path) as connection:
         connection.execute("update meta set value = ? where key = 'schema_version'", (version,))
     connection.close()
-    with pytest.raises(LogError, match=f"expected schema version 2 to 10, got '{version}'; {hint}"):
+    with pytest.raises(LogError, match=f"expected schema version 2 to 11, got '{version}'; {hint}"):
         open_log(str(path))
