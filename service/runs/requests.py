@@ -1,10 +1,11 @@
 """What is to be processed, and how is that kept until somebody does? As JSON, without the log that it is in."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
 from hashlib import blake2b
 from pathlib import Path
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -55,27 +56,56 @@ class RunRequest:
     is_live: bool = False
 
 
-def as_text(request: RunRequest) -> str:
+@dataclass(frozen=True, slots=True)
+class LiveRequest:
+    """Say what to watch.
+
+    Attributes
+    ----------
+    input : names the live source, see `service.runs.live.live_source`.
+    run : how to process; each recording in turn is its input.
+    recordings : folder for what arrives.
+    longest_us : so long are a recording, and the run over it, at most.
+    age_us, size_bytes : older recordings, and what is more than this in all, are removed once they are processed.
+    is_rows : it sends rows of trajectories, not video.
+    """
+
+    input: str
+    run: RunRequest
+    recordings: Path
+    longest_us: int
+    age_us: int
+    size_bytes: int
+    is_rows: bool = False
+
+
+Request = TypeVar("Request", RunRequest, LiveRequest)
+
+
+def as_text(request: RunRequest | LiveRequest) -> str:
     """Write a request; its files are named by their whole paths, since who processes it may be elsewhere.
 
     Examples
     --------
     >>> import math
+    >>> from dataclasses import replace
     >>> request = RunRequest(Path("/clips/a.mp4"), None, "a.db", rate_hz=math.inf)
-    >>> read_request(as_text(request), "b.db") == replace(request, log_url="b.db")
+    >>> read_request(as_text(request), RunRequest, "b.db") == replace(request, log_url="b.db")
     True
     """
-    plain = msgspec.to_builtins(replace(request, log_url=""), enc_hook=lambda path: str(path.absolute()))
+    plain = msgspec.to_builtins(request, enc_hook=lambda path: str(path.absolute()))
+    _how(plain)["log_url"] = ""
     return json.dumps(plain)  # which knows infinity
 
 
-def read_request(text: str, log_url: str) -> RunRequest:
+def read_request(text: str, kind: type[Request], log_url: str) -> Request:
     """Read a request for the log that it was in."""
-    kept = msgspec.convert(json.loads(text), RunRequest, dec_hook=lambda kind, value: kind(value))
-    return replace(kept, log_url=log_url)
+    plain = json.loads(text)
+    _how(plain)["log_url"] = log_url
+    return msgspec.convert(plain, kind, dec_hook=lambda kind, value: kind(value))
 
 
-def job_id(request: RunRequest) -> str:
+def job_id(request: RunRequest | LiveRequest) -> str:
     """Name a request: the same for the same input, as it lies there now, asked for in the same way.
 
     Raises
@@ -84,10 +114,24 @@ def job_id(request: RunRequest) -> str:
         If a file of it is missing.
     """
     texts = [as_text(request)]
-    for name in (one.name for one in fields(request)):
-        value = getattr(request, name)
-        for path in value if isinstance(value, tuple) else (value,):
-            if isinstance(path, Path):
-                state = path.stat()
-                texts.append(f"{name} {path} {state.st_size} {state.st_mtime_ns}")
+    for name, path in _files(request):
+        state = path.stat()
+        texts.append(f"{name} {path} {state.st_size} {state.st_mtime_ns}")
     return blake2b("\n".join(texts).encode(), digest_size=8).hexdigest()
+
+
+def _how(plain: dict[str, Any]) -> dict[str, Any]:
+    """Give the part of a request that says how its input is processed."""
+    part: dict[str, Any] = plain.get("run", plain)
+    return part
+
+
+def _files(request: RunRequest | LiveRequest) -> Iterator[tuple[str, Path]]:
+    """List the files that a request names; what a live source will be recorded into is none yet."""
+    is_live = isinstance(request, LiveRequest)
+    run = request.run if isinstance(request, LiveRequest) else request
+    for name in (one.name for one in fields(run) if not (is_live and one.name == "input")):
+        value = getattr(run, name)
+        yield from (
+            (name, path) for path in (value if isinstance(value, tuple) else (value,)) if isinstance(path, Path)
+        )

@@ -1,6 +1,7 @@
 """`dyknow worker` and `dyknow jobs`: who processes what was queued, and what has become of it?"""
 
 import sys
+import time
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,10 +13,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
-    from service.runs.requests import RunRequest
+    from service.runs.requests import LiveRequest, RunRequest
+    from service.store.entries import JobKind
     from service.store.registers.jobs import Jobs
 
+LOOKED_EVERY_S = 0.2
 TITLES = ("job", "state", "attempts", "input", "message")
+LiveSources = Annotated[
+    int, typer.Option("--live", min=0, metavar="N", help="Watch so many live sources of the log, a process for each.")
+]
 JobName = Annotated[str, typer.Argument(metavar="JOB", help="Identifier, as `dyknow jobs list` shows it.")]
 
 
@@ -26,19 +32,44 @@ def worker(
         str | None,
         typer.Option(metavar="ADDRESS", help="Place the jobs on a Ray cluster: auto, HOST:PORT or ray://HOST:PORT."),
     ] = None,
+    live: LiveSources = 0,
 ) -> None:
     """Process what `dyknow process --queue` added to a log, and wait for more until interrupted.
 
-    Any number of workers may be at one log, on any machine that reaches it and the files.
+    Any number of workers may be at one log, on any machine that reaches it and the files. With --live they watch what
+    `dyknow watch --queue` added, and nothing else; on a cluster all jobs have their place.
     """
-    if cluster is None:
-        from service.runs.jobs.worker import work
-
-        work(log, stays=not once, tell=tell_line)
-    else:
+    if live and (once or cluster is not None):
+        raise typer.BadParameter("goes with neither --once nor --cluster", param_hint="--live")
+    if cluster is not None:
         from service.runs.jobs.cluster import work_on_cluster
 
         work_on_cluster(log, cluster, stays=not once, tell=tell_line)
+    elif live:
+        watch_sources(log, live)
+    else:
+        from service.runs.jobs.worker import work
+
+        work(log, stays=not once, tell=tell_line)
+
+
+def watch_sources(log: str, most: int) -> None:
+    """Watch so many live sources of a log at a time, each in a process that is looked after, until interrupted."""
+    from contextlib import ExitStack
+
+    from service.runs.jobs.supervision import kept_working
+    from service.runs.machine import Interrupts
+    from service.store.databases.location import database_of
+
+    database = database_of(log)
+    database.check_readable()  # a name that was mistyped makes no new log
+    database.check_writable()
+    with Interrupts() as interrupts, ExitStack() as processes:
+        for _ in range(most):
+            processes.enter_context(kept_working(log, "live", tell_line))
+        while interrupts.came is None:
+            time.sleep(LOOKED_EVERY_S)
+    raise KeyboardInterrupt
 
 
 def tell_line(line: str) -> None:
@@ -48,20 +79,9 @@ def tell_line(line: str) -> None:
 
 def list_jobs(log: LogName, as_json: AsJson = False) -> None:
     """List what was queued for a log, in its order."""
-    from service.runs.requests import read_request
-
     with _opened(log) as jobs:
         listed = jobs.listed()
-    rows = [
-        [
-            one.id,
-            one.state,
-            str(one.attempts),
-            str(read_request(one.request, log).input),
-            one.message.partition("\n")[0],
-        ]
-        for one in listed
-    ]
+    rows = [[one.id, one.state, str(one.attempts), one.input, one.message.partition("\n")[0]] for one in listed]
     show({"items": listed}, format_table(TITLES, rows), as_json=as_json)
 
 
@@ -90,8 +110,8 @@ def _opened(log: str) -> "AbstractContextManager[Jobs]":
     return closing(Jobs(database))
 
 
-def add_jobs(requests: "Sequence[RunRequest]", log: str, *, as_json: bool) -> None:
-    """Add requests to the jobs of a log, and say which jobs they are."""
+def add_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "JobKind", *, as_json: bool) -> None:
+    """Add requests of one kind to the jobs of a log, and say which jobs they are."""
     from service.errors import InputError
     from service.runs.requests import as_text, job_id
     from service.store.databases.location import database_of, shown
@@ -104,8 +124,8 @@ def add_jobs(requests: "Sequence[RunRequest]", log: str, *, as_json: bool) -> No
     except OSError as error:
         raise InputError(f"{error.filename}: expected a file, got {error.strerror!r}") from error
     jobs = Jobs(database)
-    added = [jobs.add(*one) for one in texts.items()]
+    added = [jobs.add(*one, kind) for one in texts.items()]
     jobs.close()
     lines = [f"job {one.id} is {one.state}: {request.input}" for one, request in zip(added, requests, strict=True)]
-    lines.append(f"process them:   dyknow worker {shown(log)}")
+    lines.append(f"process them:   dyknow worker {shown(log)}{' --live 1' if kind == 'live' else ''}")
     show({"items": [{"id": one.id, "state": one.state} for one in added]}, "\n".join(lines), as_json=as_json)

@@ -102,7 +102,7 @@ def process(
     )
     if queue:
         requests = [replace(request, input=one, site=site or site_beside(one)) for one in queued or [source]]
-        add_jobs(requests, log, as_json=as_json)
+        add_jobs(requests, log, "run", as_json=as_json)
     else:
         _process_one(request, as_json=as_json)
 

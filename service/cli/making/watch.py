@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.making.jobs import tell_line
+from service.cli.making.jobs import add_jobs, tell_line
 from service.cli.making.process import parse_columns, parse_rate, print_summary, progress_bar
 from service.cli.options import (
     ChroniclesToRun,
@@ -52,17 +52,20 @@ def watch(
     final: Final = False,
     min_confidence: MinConfidence = None,
     workers: VisionWorkers = "auto",
+    queue: Annotated[
+        bool, typer.Option("--queue", help="Add it to the jobs of the log, for `dyknow worker --live`.")
+    ] = False,
 ) -> None:
     """Record a live source and process it as it comes, until Ctrl-C; what was recorded can be processed again.
 
-    A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside.
+    A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside. Who
+    must log in names a variable of the environment: rtsp://$CAMERA@camera.example/1.
     """
-    from service.runs.live.live_source import without_password
-    from service.runs.live.watching import Kept
-    from service.runs.live.watching import watch as run
-    from service.runs.requests import RunRequest
+    from service.runs.live.live_source import check_kept, without_password
+    from service.runs.live.watching import watch as watch_it
+    from service.runs.requests import LiveRequest, RunRequest
 
-    request = RunRequest(
+    run = RunRequest(
         input=Path(),  # each recording in turn
         site=site,
         log_url=log,
@@ -79,12 +82,22 @@ def watch(
         workers=None if workers == "auto" else int(workers),
         is_live=True,
     )
-    kept = Kept(recordings, round(hours * HOUR_US), round(keep_hours * HOUR_US), round(keep_gb * GIGABYTE))
-
+    request = LiveRequest(
+        source,
+        run,
+        recordings,
+        longest_us=round(hours * HOUR_US),
+        age_us=round(keep_hours * HOUR_US),
+        size_bytes=round(keep_gb * GIGABYTE),
+        is_rows=rows,
+    )
+    if queue:
+        check_kept(source)
+        add_jobs([request], log, "live", as_json=False)
+        return
     # The source's name is shown, so without a password.
     with progress_bar(without_password(source)) as on_progress:
-        told = partial(_tell_summary, log)
-        run(source, request, kept, is_rows=rows, tell=tell_line, on_progress=on_progress, on_summary=told)
+        watch_it(request, tell=tell_line, on_progress=on_progress, on_summary=partial(_tell_summary, log))
 
 
 def _tell_summary(log: str, summary: "RunSummary") -> None:

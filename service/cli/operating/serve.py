@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.making.jobs import tell_line
+from service.cli.making.jobs import LiveSources, tell_line
 from service.cli.options import LogName
 from service.cli.printing import tell
 
@@ -22,6 +22,7 @@ def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
     workers: Annotated[int, typer.Option(min=0, max=1, help="Processes that work off the jobs of the log.")] = 1,
+    live: LiveSources = 0,
     webhooks: Annotated[Path | None, typer.Option(help="File of webhooks, to which events are posted.")] = None,
     uploads: Annotated[Path | None, typer.Option(help="Folder for videos that clients upload.")] = None,
     upload_gb: Annotated[float, typer.Option(min=0.0, help="Size of an upload at most, in GB.")] = 20.0,
@@ -56,6 +57,7 @@ def serve(
     from service.errors import InputError, LogError
     from service.runs.jobs.supervision import kept_working
     from service.store.databases.location import database_of, shown
+    from service.store.entries import JobKind
 
     for folder in (*([uploads] if uploads else []), *(allow_folder or ())):
         if not folder.is_dir():
@@ -79,8 +81,9 @@ def serve(
         folders.hold()
         server = Server(app)
         open_while_serving.enter_context(delivering(declared, log, tell_line))
-        if workers and can_write:
-            open_while_serving.enter_context(kept_working(log, tell_line))
+        most: dict[JobKind, int] = {"run": workers, "live": live} if can_write else {}
+        for kind in (kind for kind, count in most.items() for _ in range(count)):
+            open_while_serving.enter_context(kept_working(log, kind, tell_line))
         server.run(sockets=[listener])
         if server.started:
             # It ends only when it is interrupted, but the loop does not always pass that on.

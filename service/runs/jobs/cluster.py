@@ -16,12 +16,16 @@ from service.runs.inputs.detectors import OnnxChoice, choose_detector
 from service.runs.inputs.sites.site import SiteFile
 from service.runs.jobs.worker import ASKED_EVERY_S, Tell, process_job
 from service.runs.machine import Interrupts, look_seldom
-from service.runs.requests import RunRequest, read_request
+from service.runs.requests import LiveRequest, RunRequest, read_request
 from service.store.databases.location import database_of, log_files
+from service.store.entries import Job, JobKind, JobState
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from service.texts.toml_tables import read_toml
 from vision.errors import VisionError
 
+MOST_RETRIES: dict[JobKind, int] = {"run": MOST_ATTEMPTS, "live": -1}
+"""Of the task of a run once more than it may be begun: the last one notes in the log that it was begun too often."""
+UNDER_WAY: tuple[JobState, ...] = ("waiting", "running")
 REACHED_WITHIN_S = 5.0
 ENDED_WITHIN_S = 30.0
 """A task ends between two frames; one that takes longer is left to Ray, which kills it."""
@@ -82,21 +86,21 @@ class _Placing:
         self._jobs = jobs
         self._log_url = log_url
         self._tell = tell
-        # Once more than it may be begun: the last one notes in the log that it was begun too often.
-        self._work = ray.remote(max_retries=MOST_ATTEMPTS)(_work_at)
+        # A live source has no end, so a task of it no last time.
+        self._works = {kind: ray.remote(max_retries=most)(_work_at) for kind, most in MOST_RETRIES.items()}
         self._has_gpu = ray.cluster_resources().get("GPU", 0) > 0
 
     def place(self) -> None:
         """Place the jobs that wait, and those that their workers have left."""
         placed = set(self.tasks.values())
-        for job in (*self._jobs.first("waiting", "run"), *self._jobs.first("running", "run")):
+        for job in [one for kind in MOST_RETRIES for state in UNDER_WAY for one in self._jobs.first(state, kind)]:
             if job.id in placed or (job.state == "running" and not self._jobs.is_left(job.id)):
                 continue
-            request = read_request(job.request, self._log_url)
+            request = request_of(job, self._log_url)
             wanted = {"num_cpus": 1 + (request.workers or 0), "num_gpus": int(self._has_gpu and asks_for_gpu(request))}
-            task = self._work.options(name=f"job {job.id}", **wanted).remote(self._log_url, job.id)
+            task = self._works[job.kind].options(name=f"job {job.id}", **wanted).remote(self._log_url, job.id)
             self.tasks[task] = job.id
-            self._tell(f"job {job.id} is placed: {request.input}")
+            self._tell(f"job {job.id} is placed: {job.input}")
 
     def tell_ended(self) -> None:
         """Tell of the tasks that have ended."""
@@ -123,6 +127,13 @@ class _Placing:
             raise ClusterError(f"{wanted}, got {error.cause!r}") from error
         except kinds.RayError as error:  # its process was killed, or its machine is gone
             return [f"job {job_id} is left: {_first_line(error)}"]
+
+
+def request_of(job: Job, log_url: str) -> RunRequest:
+    """Say how the input of a job is processed."""
+    if job.kind == "live":
+        return read_request(job.request, LiveRequest, log_url).run
+    return read_request(job.request, RunRequest, log_url)
 
 
 def asks_for_gpu(request: RunRequest) -> bool:

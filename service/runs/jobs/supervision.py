@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from service.errors import ServiceError
 from service.runs.jobs.worker import Tell, work
 from service.runs.machine import look_seldom
+from service.store.entries import JobKind
 
 FIRST_PAUSE_S = 1.0
 MOST_PAUSE_S = 60.0
@@ -25,8 +26,8 @@ ENDED_WITHIN_S = 10.0
 
 
 @contextmanager
-def kept_working(log_url: str, tell: Tell) -> Iterator[None]:
-    """Keep a worker at the jobs of a log while in the `with` block.
+def kept_working(log_url: str, kind: JobKind, tell: Tell) -> Iterator[None]:
+    """Keep a worker at the jobs of a log that are of one kind, while in the `with` block.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ def kept_working(log_url: str, tell: Tell) -> Iterator[None]:
         calls it in its own process.
     """
     ended = threading.Event()
-    supervisor = threading.Thread(target=_supervise, args=(log_url, tell, ended), daemon=True)
+    supervisor = threading.Thread(target=_supervise, args=(log_url, kind, tell, ended), daemon=True)
     supervisor.start()
     try:
         yield
@@ -43,13 +44,13 @@ def kept_working(log_url: str, tell: Tell) -> Iterator[None]:
         supervisor.join()
 
 
-def _supervise(log_url: str, tell: Tell, ended: threading.Event) -> None:
+def _supervise(log_url: str, kind: JobKind, tell: Tell, ended: threading.Event) -> None:
     """Begin workers, one after the other, until the end."""
     pause_s = 0.0
     while not ended.wait(pause_s):
         began_s = time.monotonic()
         # Another start method would copy the locks of the server's threads.
-        worker = multiprocessing.get_context("spawn").Process(target=_work, args=(log_url, tell), name="worker")
+        worker = multiprocessing.get_context("spawn").Process(target=_work, args=(log_url, kind, tell), name="worker")
         worker.start()
         tell(f"worker {worker.pid} begins")
         while worker.is_alive() and not ended.wait(LOOK_EVERY_S):
@@ -64,14 +65,14 @@ def _supervise(log_url: str, tell: Tell, ended: threading.Event) -> None:
         tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
 
 
-def _work(log_url: str, tell: Tell) -> None:
+def _work(log_url: str, kind: JobKind, tell: Tell) -> None:
     """Work until the process that began this one says so, or is gone."""
     # It comes to all processes of a terminal, and it is the server that ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     look_seldom()
     try:
-        work(log_url, stays=True, tell=tell)
+        work(log_url, kind, stays=True, tell=tell)
     except KeyboardInterrupt:
         return  # its job waits again
     except ServiceError as error:

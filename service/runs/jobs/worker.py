@@ -1,9 +1,13 @@
-"""How are jobs processed? One after the other, by as many workers as there are, on any machine that reaches the log."""
+"""How are jobs processed? One after the other, by as many workers as there are, on any machine that reaches the log.
+
+A live source is a job without an end: who has it watches it until it is cancelled, and whatever goes wrong it waits
+again.
+"""
 
 import logging
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,7 +15,7 @@ from chronicles.errors import ChronicleError
 from dyknow.errors import DyKnowError
 from service.errors import LogError, RunBusyError, ServiceError
 from service.store.databases.location import database_of
-from service.store.entries import JobState
+from service.store.entries import JobKind, JobState
 from service.store.registers.jobs import Jobs, TakenJob
 from vision.errors import VisionError
 
@@ -25,8 +29,8 @@ Tell = Callable[[str], None]
 _LOGGER = logging.getLogger(__name__)
 
 
-def work(log_url: str, *, stays: bool, tell: Tell) -> None:
-    """Process the jobs of a log.
+def work(log_url: str, kind: JobKind = "run", *, stays: bool, tell: Tell) -> None:
+    """Process the jobs of a log that are of one kind.
 
     Parameters
     ----------
@@ -43,10 +47,10 @@ def work(log_url: str, *, stays: bool, tell: Tell) -> None:
     database = database_of(log_url)
     database.check_readable()  # a name that was mistyped makes no new log
     database.check_writable()
-    busy = set[str]()  # jobs of runs that somebody else processes: others go before them
+    busy = set[str]()  # runs that somebody else processes, sources that do not answer: others go before them
     with closing(Jobs(database)) as jobs:
         while True:
-            taken = jobs.take(but=busy)
+            taken = jobs.take(kind, but=busy)
             if taken is None and not busy and not stays:
                 return
             if taken is None:
@@ -57,7 +61,9 @@ def work(log_url: str, *, stays: bool, tell: Tell) -> None:
 
 
 def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bool = True) -> bool:
-    """Process one job; False if somebody else, who has no job for it, is at the same run.
+    """Process one job; False if others are to go first.
+
+    That is where somebody else, who has no job for it, is at the same run, and where a live source waits again.
 
     Parameters
     ----------
@@ -73,15 +79,17 @@ def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bo
     """
     # What processes takes 100 MB, which a worker that only waits for jobs does not need.
     from service.runs.processing import process
-    from service.runs.requests import read_request
+    from service.runs.requests import RunRequest, read_request
 
-    request = read_request(taken.job.request, log_url)
+    if taken.job.kind == "live":
+        return _watch_job(taken, log_url, tell)
+    request = read_request(taken.job.request, RunRequest, log_url)
     if request.workers is None and not has_free_cores:
         request = replace(request, workers=0)
     tell(f"job {taken.job.id}: {request.input}")
-    watch = _Watch(taken)
+    look = _Look(taken)
     try:
-        summary = process(request, on_progress=watch)
+        summary = process(request, on_progress=look.stop_if_unwanted)
     except KeyboardInterrupt:  # before the run has begun to look for signals
         taken.give_back("stopped before it began")
         raise
@@ -97,7 +105,7 @@ def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bo
         _LOGGER.exception("job %s", taken.job.id)
         _end(taken, "failed", f"a fault of ours: {error!r}", tell)
     else:
-        _conclude(taken, summary, tell, cancel_requested=watch.cancel_requested)
+        _conclude(taken, summary, tell, cancel_requested=look.cancel_requested)
     return True
 
 
@@ -118,21 +126,70 @@ def _end(taken: TakenJob, state: JobState, message: str, tell: Tell) -> None:
     tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {message}")
 
 
-class _Watch:
-    """Note once a second how far a job has come, and stop it once it is not wanted any more."""
+def _watch_job(taken: TakenJob, log_url: str, tell: Tell) -> bool:
+    """Watch a live source to its end, if it has one; False if it waits again, as whatever goes wrong has it do."""
+    from service.runs.live.watching import watch
+    from service.runs.requests import LiveRequest, read_request
+
+    name, look = f"job {taken.job.id}", _Look(taken)
+    request = read_request(taken.job.request, LiveRequest, log_url)
+
+    def tell_of_source(line: str) -> None:
+        look.text = line
+        tell(f"{name}: {line}")
+
+    def tell_summary(summary: "RunSummary") -> None:
+        tell(f"{name}: run {summary.run} is {summary.status}{summary.reason and f': {summary.reason}'}")
+
+    def is_wanted() -> bool:
+        with suppress(LogError):  # what is recorded goes on; the run tells it where it lasts
+            return look.is_wanted()
+        return True
+
+    if not taken.job.message:  # else it is called again
+        tell(f"{name}: {taken.job.input}")
+    try:
+        is_interrupted = watch(
+            request, tell=tell_of_source, on_progress=look.note, on_summary=tell_summary, is_wanted=is_wanted
+        )
+    except (ServiceError, VisionError, ChronicleError, DyKnowError) as error:
+        if str(error) != taken.job.message:  # of many equal ones the first
+            tell(f"{name} waits again: {error}")
+        taken.end("waiting", str(error))
+        return False
+    if is_interrupted:
+        taken.give_back("")
+        raise KeyboardInterrupt
+    _end(taken, "cancelled" if look.cancel_requested else "finished", "", tell)
+    return True
+
+
+class _Look:
+    """Note once a second how far a job has come, and see whether it is still wanted.
+
+    Attributes
+    ----------
+    text : how far that is.
+    cancel_requested : whether it is wanted no more.
+    """
 
     def __init__(self, taken: TakenJob) -> None:
+        self.text = "begun"
         self.cancel_requested = False
         self._taken = taken
         self._due_s = 0.0
 
-    def __call__(self, progress: "Progress") -> None:
+    def note(self, progress: "Progress") -> None:
+        self.text = f"{progress.media_us / 1e6:.0f} s of input, {progress.frames} frames"
+
+    def is_wanted(self) -> bool:
         now_s = time.monotonic()
-        if now_s < self._due_s:
-            return
-        self._due_s = now_s + TOLD_EVERY_S
-        self.cancel_requested = not self._taken.tell(
-            f"{progress.media_us / 1e6:.0f} s of input, {progress.frames} frames"
-        )
-        if self.cancel_requested:
+        if now_s >= self._due_s:
+            self._due_s = now_s + TOLD_EVERY_S
+            self.cancel_requested = not self._taken.tell(self.text)
+        return not self.cancel_requested
+
+    def stop_if_unwanted(self, progress: "Progress") -> None:
+        self.note(progress)
+        if not self.is_wanted():
             raise KeyboardInterrupt  # as Ctrl-C stops a run: between two frames, with what is known told

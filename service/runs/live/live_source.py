@@ -3,6 +3,7 @@
 import re
 from contextlib import suppress
 from io import FileIO
+from os.path import expandvars
 from pathlib import Path
 from urllib.parse import urlsplit, urlunsplit
 
@@ -16,6 +17,7 @@ OPENED_WITHIN_S, SILENT_FOR_S = 10.0, 5.0
 # What MPEG-TS carries; other packets cannot be copied.
 CARRIED = frozenset({"h264", "hevc", "mpeg1video", "mpeg2video", "mpeg4"})
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+_NAMED = re.compile(r"\$(\w+|\{\w+\})")
 
 
 class LiveSource:
@@ -23,7 +25,8 @@ class LiveSource:
 
     Parameters
     ----------
-    text : an address, the path of a device or named pipe, or ``-`` for standard input.
+    text : an address, the path of a device or named pipe, or ``-`` for standard input; ``$NAME`` in it is what that
+        variable of the environment says, as a user and a password.
 
     Attributes
     ----------
@@ -33,11 +36,13 @@ class LiveSource:
     Raises
     ------
     InputError
-        If it is a file, which `dyknow process` reads, or missing.
+        If it is a file, which `dyknow process` reads, or missing; if the environment does not say who asks.
     """
 
     def __init__(self, text: str) -> None:
-        self._text = text
+        if _NAMED.fullmatch(login := _login(text)) and expandvars(login) == login:
+            raise InputError(f"{text}: expected a variable of the environment, got {login}, which is not set")
+        self._text = expandvars(text)
         self.shown = without_password(text)
         path = Path(text)
         is_address = _ADDRESS.match(text) is not None
@@ -78,6 +83,21 @@ class LiveSource:
         return FileIO("/dev/stdin" if self._text == "-" else self._text)
 
 
+def check_kept(text: str) -> None:
+    """Refuse the name of a live source that is not to be kept for a worker: with a password, or of this process.
+
+    Raises
+    ------
+    InputError
+        If it is such a name.
+    """
+    if text == "-":
+        raise InputError("-: expected a source that a worker reaches, got the input of this command")
+    if (login := _login(text)) and not _NAMED.fullmatch(login):
+        wanted = "expected who asks from the environment, as in rtsp://$NAME@..."
+        raise InputError(f"{without_password(text)}: {wanted}, got a login that the log would keep")
+
+
 def without_password(address: str) -> str:
     """Leave out who may ask, for what is shown and kept.
 
@@ -91,3 +111,9 @@ def without_password(address: str) -> str:
         if "@" in parts.netloc:
             return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
     return address
+
+
+def _login(address: str) -> str:
+    with suppress(ValueError):
+        return urlsplit(address).netloc.rpartition("@")[0]
+    return ""

@@ -6,7 +6,7 @@ What a program that was killed has left is processed to its end on a third one, 
 import queue
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from service.errors import ServiceError
@@ -16,49 +16,32 @@ from service.runs.live.receiver import Receiver, Tell
 from service.runs.live.row_receiver import LOOKED_EVERY_S, RowReceiver
 from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunSummary, load_texts, process
-from service.runs.requests import RunRequest
+from service.runs.requests import LiveRequest
 from vision.errors import VideoError, VisionError
 
 
-@dataclass(frozen=True, slots=True)
-class Kept:
-    """Say what is kept of a source.
-
-    Attributes
-    ----------
-    folder : of its recordings.
-    longest_us : so long are a recording, and the run over it, at most.
-    age_us, size_bytes : older recordings, and what is more than this in all, are removed once they are processed.
-    """
-
-    folder: Path
-    longest_us: int
-    age_us: int
-    size_bytes: int
-
-
 def watch(
-    text: str,
-    request: RunRequest,
-    kept: Kept,
+    request: LiveRequest,
     *,
-    is_rows: bool = False,
     tell: Tell,
     on_progress: Callable[[Progress], None],
     on_summary: Callable[[RunSummary], None],
-) -> None:
-    """Record and process a live source until a signal ends it, or it is a pipe that is over.
+    is_wanted: Callable[[], bool] = lambda: True,
+) -> bool:
+    """Record and process a live source until a signal ends it, nobody wants it any more, or it is a pipe that is over.
 
     What was recorded until then is processed to its end, unless it was left by a program that was killed: then the next
     one processes it.
 
     Parameters
     ----------
-    text : names the source, see `LiveSource`.
-    request : how to process; its input is put in.
-    is_rows : it sends rows of trajectories, not video.
     tell : gets a line when the source is cut or back.
     on_progress, on_summary : told of each run.
+    is_wanted : asked several times a second.
+
+    Returns
+    -------
+    Whether a signal ended it.
 
     Raises
     ------
@@ -68,21 +51,15 @@ def watch(
         If a text or the site of the request is wrong, before anything is written; if they do not go with what the
         source sends, after as much of that was recorded as it took to see it.
     """
-    load_texts(request)
-    source = LiveSource(text)
-    limits = {"longest_us": kept.longest_us, "most_bytes": max(1, kept.size_bytes // 2)}
-    receiver: Receiver | RowReceiver
-    if is_rows:
-        receiver = RowReceiver(source, kept.folder, **limits)
-    else:
-        receiver = Receiver(source, source.open(), kept.folder, **limits, tell=tell)
-    left = left_behind(kept.folder)
+    load_texts(request.run)
+    receiver = _receiver(request, tell)
+    left = left_behind(request.recordings)
     begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
 
     def process_one(folder: Path, on_progress: Callable[[Progress], None]) -> None:
         """Process a recording, and make room for the next ones; what ends early, or breaks, is not done."""
         try:
-            summary = process(replace(request, input=folder), on_progress=on_progress)
+            summary = process(replace(request.run, input=folder), on_progress=on_progress)
         except VideoError as error:
             if not receiver.ended.is_set() and folder not in left:
                 raise
@@ -92,7 +69,7 @@ def watch(
             if summary.status == "interrupted":
                 return
         mark_processed(folder)
-        remove_old(kept.folder, age_us=kept.age_us, size_bytes=kept.size_bytes)
+        remove_old(request.recordings, age_us=request.age_us, size_bytes=request.size_bytes)
 
     def go_on(_: Progress) -> None:
         if receiver.ended.is_set():
@@ -118,12 +95,23 @@ def watch(
 
     with ThreadPoolExecutor(3) as pool:
         tasks = [pool.submit(_record, receiver, begun), pool.submit(process_live), pool.submit(process_left)]
-        with Interrupts() as interrupts:  # the first signal; the next one does what it always does
-            while interrupts.came is None and wait(tasks, LOOKED_EVERY_S).not_done:
-                pass
-        receiver.ended.set()
+        try:
+            with Interrupts() as interrupts:  # the first signal; the next one does what it always does
+                while interrupts.came is None and wait(tasks, LOOKED_EVERY_S).not_done and is_wanted():
+                    pass
+        finally:
+            receiver.ended.set()
         for task in tasks:
             task.result()
+    return interrupts.came is not None
+
+
+def _receiver(request: LiveRequest, tell: Tell) -> Receiver | RowReceiver:
+    source = LiveSource(request.input)
+    limits = {"longest_us": request.longest_us, "most_bytes": max(1, request.size_bytes // 2)}
+    if request.is_rows:
+        return RowReceiver(source, request.recordings, **limits)
+    return Receiver(source, source.open(), request.recordings, **limits, tell=tell)
 
 
 def _record(receiver: Receiver | RowReceiver, begun: "queue.SimpleQueue[Path | None]") -> None:
