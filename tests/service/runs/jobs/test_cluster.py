@@ -16,10 +16,14 @@ import pytest
 from service.cli.app import run as run_cli
 from service.runs.jobs.cluster import asks_for_gpu
 from service.runs.jobs.worker import work
+from service.runs.live.keeping import left_behind
 from service.runs.processing import RunRequest, process
+from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.logs import kept_rows
 from tests.service.runs.jobs.test_jobs import WORK, add, opened, until
+from tests.service.runs.live.test_watched_jobs import only_job, patient_camera, queue
+from tests.service.runs.live.test_watching import events, recorded_bytes, reprocessed, sent_at
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed; `make test-cluster` does it")
 
@@ -118,6 +122,27 @@ def test_a_killed_process_of_the_cluster_loses_nothing_and_doubles_nothing(
         assert placing.returncode == 0
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("finished", 2)
     assert sorted_rows(url) == sorted_rows(whole)
+
+
+@needs_ray
+@pytest.mark.slow
+def test_a_live_source_is_watched_again_when_its_process_is_killed(scene: Path, tmp_path: Path, address: str) -> None:
+    url, sent = str(tmp_path / "live.db"), sent_at(0, scene, tmp_path)
+    with patient_camera(sent) as camera:
+        assert queue(camera, url, tmp_path, "--site", str(scene / "site.toml")) == 0
+        name = only_job(url).id
+        with begin(url, address) as placing:
+            until(lambda: recorded_bytes(tmp_path) > 0.9 * len(sent))
+            os.kill(process_of(name), signal.SIGKILL)
+            until(lambda: recorded_bytes(tmp_path) > 1.8 * len(sent))
+            until(lambda: left_behind(tmp_path / "recordings") == [])
+            assert run_cli(["jobs", "cancel", url, name]) == 0
+            placing.communicate()
+    assert placing.returncode == 0
+    assert only_job(url).state == "cancelled"
+    with open_log(url) as log:
+        assert [one.status for one in log.runs()] == ["finished"] * 2
+    assert sorted(events(url)) == sorted(events(reprocessed(tmp_path, scene))) != []
 
 
 @needs_ray
