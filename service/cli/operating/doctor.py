@@ -120,6 +120,8 @@ def _video() -> Said:
 
 
 def _sumo() -> Said:
+    import data_gen.simulation  # noqa: F401  # keeps SUMO from printing
+
     try:
         import libsumo
     except ImportError as error:
