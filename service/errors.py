@@ -90,5 +90,9 @@ class CrowdedError(ServiceError):
     """More at once than a server takes; to be asked for later."""
 
 
+class ExtraMissingError(ServiceError):
+    """What is asked for needs a library that is not installed."""
+
+
 class ExportError(ServiceError):
     """An export that cannot be made from this log, or a file of ours that cannot be read back."""

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
+import typer
+
 from service.errors import InputError
 
 OK: Final = 0
@@ -84,6 +86,17 @@ def print_json_list(name: str, items: Iterable[str], **rest: object) -> int:
         sys.stdout.write(f",{item}" if count > 1 else item)
     sys.stdout.write("]}\n")
     return count
+
+
+def write_blocks(blocks: Iterable[str] | Iterable[bytes]) -> None:
+    """Write a file to stdout; raises a `BadParameter` where what is not text would go to a terminal."""
+    for block in blocks:
+        if isinstance(block, str):
+            sys.stdout.write(block)
+        elif sys.stdout.isatty():
+            raise typer.BadParameter("expected a file to write into (> FILE), got a terminal", param_hint="--format")
+        else:
+            sys.stdout.buffer.write(block)
 
 
 def tell(kind: str, texts: Iterable[str]) -> None:

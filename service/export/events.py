@@ -1,26 +1,28 @@
 """How are events written to files?
 
-JSONL is the log's own form, one event a line. CSV has a column for each role (`role.overtaker`), so that a spreadsheet
-can filter and count by it; lists stay JSON inside their cell. WebVTT gives chapters to a player. Everything streams:
-memory does not grow with the log.
+JSONL is the log's own form, one event a line. CSV and Parquet have a column for each role (`role.overtaker`), so that a
+spreadsheet or a data frame can filter and count by it; lists stay JSON inside their cell. WebVTT gives chapters to a
+player. Everything streams: memory does not grow with the log.
 """
 
 import csv
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
+from itertools import chain
 from operator import attrgetter
 from typing import Literal, TextIO
 
 import msgspec
 
 from service.export.ocel import ocel
+from service.export.parquet import parquet
 from service.questions.events.queries import EventFilter, decode_event, find_role_names, iterate_pages
 from service.records.events import EventRecord
 from service.records.times import format_media
 from service.store.log import EventLog
 
-ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel", "openlabel"]
+ExportFormat = Literal["jsonl", "csv", "vtt", "geojson", "ocel", "openlabel", "parquet"]
 
 ROLE_PREFIX = "role."
 SHORTEST_SHOWN_US = 1_000_000
@@ -28,6 +30,7 @@ COLUMNS = (
     "id", "seq", "type", "chronicle", "version", "source", "run", "start", "end", "start_us", "end_us", "status",
     "confidence", "revises", "place_road", "place_x_m", "place_y_m", "recognised_us", "hypotheses", "sub_events",
 )  # fmt: skip
+_INTEGERS, _NUMBERS = {"seq", "start_us", "end_us", "recognised_us"}, {"confidence", "place_x_m", "place_y_m"}
 _OF_EVENT = attrgetter(
     "id", "seq", "type", "chronicle.name", "chronicle.version", "source", "run", "start", "end", "start_us", "end_us",
     "status", "confidence", "revises",
@@ -64,16 +67,22 @@ def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextI
     if with_header:
         table.writerow([*COLUMNS, *(ROLE_PREFIX + name for name in role_names)])
     count = 0
-    for event in map(msgspec.json.Decoder(_Line).decode, texts):
-        place = _OF_PLACE(event.place) if event.place else _NOWHERE
-        lists = (bytes(event.hypotheses).decode(), bytes(event.sub_events).decode())
-        roles = [event.roles.get(name, "") for name in role_names]
-        table.writerow((*_OF_EVENT(event), *place, event.recognised_us, *lists, *roles))
+    for row in _rows(texts, role_names):
+        table.writerow(row)
         count += 1
     return count
 
 
-def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator[str]:
+def _rows(texts: Iterable[str], role_names: Sequence[str]) -> Iterator[tuple[object, ...]]:
+    """Give the values of each event in the columns of a table."""
+    for event in map(msgspec.json.Decoder(_Line).decode, texts):
+        place = _OF_PLACE(event.place) if event.place else _NOWHERE
+        lists = (bytes(event.hypotheses).decode(), bytes(event.sub_events).decode())
+        roles = map(event.roles.get, role_names)
+        yield (*_OF_EVENT(event), *place, event.recognised_us, *lists, *roles)
+
+
+def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator[str] | Iterator[bytes]:
     """Write the events of a filter, some at once; between two of these nothing is held of the log.
 
     Raises
@@ -82,6 +91,8 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
         As `iterate_pages`, at once.
     NotInLogError
         As `openlabel`.
+    ExtraMissingError
+        As `parquet`.
     """
     if form == "openlabel":
         from service.export.openlabel import openlabel  # loads what holds relations
@@ -91,8 +102,8 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
     match form:
         case "jsonl":
             return _jsonl(pages)
-        case "csv":
-            return _csv(pages, find_role_names(log, wanted))
+        case "csv" | "parquet":
+            return (_csv if form == "csv" else _parquet)(pages, find_role_names(log, wanted))
         case "vtt":
             return _vtt(pages, {run.id: run.file.first_pts_us or 0 for run in log.runs() if run.file})
         case "geojson":
@@ -112,6 +123,12 @@ def _csv(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[
         out = io.StringIO(newline="")
         write_events_csv(page, role_names, out, with_header=number == 0)
         yield out.getvalue()
+
+
+def _parquet(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[bytes]:
+    kinds = dict.fromkeys(COLUMNS, "string") | dict.fromkeys(_INTEGERS, "int64") | dict.fromkeys(_NUMBERS, "float64")
+    roles = [(ROLE_PREFIX + name, "string") for name in role_names]
+    return parquet([*kinds.items(), *roles], _rows(chain.from_iterable(pages), role_names))
 
 
 def _vtt(pages: Iterable[Iterable[str]], first_pts_us: Mapping[str, int]) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """How are the cars of a run written to files?
 
-CSV has the columns of a generated scene's `truth.csv`, as far as a recogniser can know them. MOT text is what tracker
-benchmarks read: boxes in the image, with whole-numbered frames and objects.
+CSV and Parquet have the columns of a generated scene's `truth.csv`, as far as a recogniser can know them. MOT text is
+what tracker benchmarks read: boxes in the image, with whole-numbered frames and objects.
 """
 
 import csv
@@ -15,6 +15,7 @@ from typing import TextIO
 import numpy as np
 
 from gis.cameras.camera import GroundCamera
+from service.export.parquet import parquet
 from service.records.runs import CameraRecord
 from service.records.seen import MOT_OFFSET_PX, CarState, ViewRecord
 
@@ -47,6 +48,16 @@ def write_tracks_csv(states: Iterable[CarState], out: TextIO) -> None:
         metres = (one.x_m, one.y_m, one.heading_rad, one.speed_mps, one.length_m, one.width_m)
         numbers = [f"{value:.3f}" for value in metres]
         table.writerow([one.t_us, one.car, one.car_class, *numbers, one.road, one.lane, int(one.linked)])
+
+
+def tracks_parquet(states: Iterable[CarState]) -> Iterator[bytes]:
+    """Write car states as Parquet, some at once; raises as `parquet`."""
+    kinds = dict.fromkeys(COLUMNS, "float64") | dict.fromkeys(("id", "class", "road", "lane"), "string")
+    fields = attrgetter(
+        "t_us", "car", "car_class", "x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m", "road", "lane",
+        "linked",
+    )  # fmt: skip
+    return parquet([*(kinds | {"t_us": "int64", "visible": "bool"}).items()], map(fields, states))
 
 
 def write_tracks_mot(

@@ -42,10 +42,10 @@ MOST_KEPT = 32
 _PATH = "/api/v1/events"
 _MEDIA_TYPES = {
     "jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": GEOJSON, "ocel": "application/json",
-    "openlabel": "application/json",
+    "openlabel": "application/json", "parquet": "application/vnd.apache.parquet",
 }  # fmt: skip
 _FILE = {"description": "OK", "content": {one: {} for one in _MEDIA_TYPES.values()}}
-_EXPORTED = problems(400, 404, 422) | {200: _FILE}
+_EXPORTED = problems(400, 404, 422, 501) | {200: _FILE}
 
 
 def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage, pool: ProcessPool) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, MinConfidence, read_roles
-from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell
+from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell, write_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ TABLE_LIMIT = 100
 TITLES = ("start", "end", "type", "roles", "road", "status", "sure", "source", "id")
 
 # The words are those of `service.questions.events.queries`, which loads more than help needs.
-EventFormat = Literal["table", "jsonl", "csv", "json", "vtt", "geojson", "ocel", "openlabel"]
+EventFormat = Literal["table", "jsonl", "csv", "json", "vtt", "geojson", "ocel", "openlabel", "parquet"]
 Match = Literal["overlap", "start", "end", "inside"]
 Order = Literal["start", "-start"]
 
@@ -64,7 +64,7 @@ def events(
     ] = None,
     order: Annotated[Order, typer.Option(help="Earliest or latest start first.")] = "start",
     output: Annotated[
-        EventFormat, typer.Option("--format", help="The form; the last four are of one log, whole.")
+        EventFormat, typer.Option("--format", help="The form; the last five are of one log, whole.")
     ] = "table",
     as_json: AsJson = False,
     fail_empty: Annotated[bool, typer.Option("--fail-empty", help="Exit with 4 if nothing is found.")] = False,
@@ -124,7 +124,7 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
         else:
             if len(logs) > 1 or limit is not None:
                 raise typer.BadParameter(f"{output}: expected one log, and no --limit", param_hint="--format")
-            sys.stdout.writelines(exported(logs[0], wanted, output))
+            write_blocks(exported(logs[0], wanted, output))
             count = count_events(logs[0], wanted)
         tell("note", (*runs_told, *(() if count else name_notes(logs, wanted))))
         return count

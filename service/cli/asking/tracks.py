@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, From, LogName, RunName, To, read_window
-from service.cli.printing import print_json_list, show
+from service.cli.printing import print_json_list, show, write_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,7 +23,7 @@ PICTURES = (".png", ".jpg")
 def tracks(
     log: LogName,
     output: Annotated[
-        Literal["csv", "mot"], typer.Option("--format", help="csv, or mot (boxes in the image).")
+        Literal["csv", "mot", "parquet"], typer.Option("--format", help="csv, parquet, or mot (boxes in the image).")
     ] = "csv",
     run: RunName = None,
     car: Annotated[str | None, typer.Option(help="One car symbol only.")] = None,
@@ -31,10 +31,10 @@ def tracks(
     end: To = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print car symbols over time, in metres (csv) or in the image (mot)."""
+    """Print car symbols over time, in metres (csv, parquet) or in the image (mot)."""
     import msgspec
 
-    from service.export.tracks import write_tracks_csv
+    from service.export.tracks import tracks_parquet, write_tracks_csv
     from service.questions.observations.identity import check_car
     from service.store.log import open_log
 
@@ -48,6 +48,8 @@ def tracks(
             print_json_list("states", (msgspec.json.encode(one).decode() for one in states), run=record.id)
         elif output == "csv":
             write_tracks_csv(states, sys.stdout)
+        elif output == "parquet":
+            write_blocks(tracks_parquet(states))
         else:
             _print_mot(opened, record, states)
 
