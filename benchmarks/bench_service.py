@@ -148,7 +148,7 @@ def bench_pages(log: EventLog, events: int) -> None:
     grouped = print_median("counts of all types, rows read", lambda: count(log, EventFilter(min_confidence=0.0)), 1)
     print(f"rows read / by index: {grouped / every:.1f}   all types / one: {every / one:.1f}")
     part = EventFilter(match="start", to=TimePoint(EXPORTED * EVENT_GAP_US, "media"))
-    forms: tuple[ExportFormat, ...] = ("jsonl", "csv")
+    forms: tuple[ExportFormat, ...] = ("jsonl", "csv", "parquet")
     for form in forms:
         print_median(f"export of {min(EXPORTED, events):,} events, {form}", partial(exhaust, log, part, form), 1)
 
