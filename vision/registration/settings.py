@@ -61,12 +61,12 @@ class RegistrationSettings:
     watch_us: int = 200_000
     watch_looks: int = 3
     # Away is by so many pixels, since masts in the wind and encoders shake by half a pixel to two, and by this part of
-    # the width of a car: over an empty car park a clip of a "fixed" camera wanders by 9 px, a twentieth of a car.
+    # the width of a car: over an empty car park a clip of a "fixed" camera wanders by 9 px, a twentieth of a car. But
+    # it need not be more than this part of it: from high above, two pixels are half a car.
     moved_px: float = 3.0
     moved_widths: float = 0.1
+    moved_most_widths: float = 0.5
     moved_share: float = 0.7
-    # No closer look is taken while this share of the corners looks as it did: traffic covers less.
-    unmoved_share: float = 0.6
 
     # Pixels at the border of the picture that are not used: half-seen cells, and what lens and encoder do there.
     border_px: float = 3.0

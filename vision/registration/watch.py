@@ -1,14 +1,16 @@
 """Does a camera move, though nobody said so? Its first picture, looked for again a few times a second.
 
-Mostly the corners of the first picture look as they did, and that is all. Else the picture is followed as a moving
-camera's would be (`registration.py`). What that finds may be the motion of traffic that fills the picture, so the
-corners decide: each says whether what is around it is seen again where it was, or where the followed motion has brought
-it. A corner that something covers says neither.
+Mostly the corners of the first picture look as they did, and more so than a step to any side, and that is all. Else the
+picture is followed as a moving camera's would be (`registration.py`). What that finds may be the motion of traffic that
+fills the picture, so the corners decide: each says whether what is around it is seen again where it was, or where the
+followed motion has brought it. A corner that something covers says neither.
 """
+
+from typing import Final
 
 import numpy as np
 
-from vision.objects import ByteArray, FloatArray
+from vision.objects import BoolArray, ByteArray, FloatArray
 from vision.registration.key_frames import KeyFrame, corners_of, half_size
 from vision.registration.plane_fit import transform
 from vision.registration.registration import Registration, likenesses
@@ -17,9 +19,14 @@ from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frame import Frame
 
+SIDES: Final = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+
 
 def noticed_px(pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: VisionSettings) -> float:
-    """Tell from how many pixels on a shift matters: where vehicles are large, a small one moves nobody elsewhere.
+    """Tell from how many pixels on a shift matters.
+
+    Where vehicles are large, a small one moves nobody elsewhere; where they are a few pixels wide, it moves them into
+    the next lane.
 
     Parameters
     ----------
@@ -33,8 +40,11 @@ def noticed_px(pixel_from_ground: FloatArray, image_size_px: tuple[int, int], se
     ground_m, is_ground = view.to_ground(lattice_px.reshape(-1, 2))
     scales = view.sight(ground_m[is_ground]).across_m
     scales = scales[scales <= settings.max_metres_per_pixel]
-    car_px = settings.car_width_m / float(np.median(scales)) if len(scales) else 0.0
-    return max(settings.registration.moved_px, settings.registration.moved_widths * car_px)
+    numbers = settings.registration
+    if len(scales) == 0:
+        return numbers.moved_px
+    car_px = settings.car_width_m / float(np.median(scales))
+    return max(numbers.moved_widths * car_px, min(numbers.moved_px, numbers.moved_most_widths * car_px))
 
 
 class MovementWatch:
@@ -86,7 +96,7 @@ class MovementWatch:
     def _has_moved(self, first: KeyFrame, luma: ByteArray, frame: Frame) -> bool:
         settings, corners_px = self._settings, first.corners_px
         there = likenesses(first.luma, corners_px, luma, corners_px)
-        if np.count_nonzero(there >= settings.least_likeness) >= settings.unmoved_share * len(there):
+        if _most(there >= settings.least_likeness) and not self._is_better_beside(first, luma, there):
             return False
         found = self._registration.locate(frame, ())
         if found is None:
@@ -102,3 +112,18 @@ class MovementWatch:
         says_stood = (there >= settings.least_likeness) & (there >= moved)
         voters = np.count_nonzero(says_moved) + np.count_nonzero(says_stood)
         return bool(voters >= settings.least_inliers and np.count_nonzero(says_moved) >= settings.moved_share * voters)
+
+    def _is_better_beside(self, first: KeyFrame, luma: ByteArray, there: FloatArray) -> bool:
+        """Tell whether most corners look more as they did some pixels away, all on the same side.
+
+        Blurred ones look nearly as they did from two pixels away.
+        """
+        for shift_px in self._least_px * SIDES:
+            beside = likenesses(first.luma, first.corners_px, luma, first.corners_px + shift_px)
+            if _most(beside > there):
+                return True
+        return False
+
+
+def _most(of: BoolArray) -> bool:
+    return 2 * np.count_nonzero(of) > len(of)

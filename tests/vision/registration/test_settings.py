@@ -219,12 +219,12 @@ def halves() -> list[Frame]:
 
 def noticed(settings: RegistrationSettings) -> object:
     """Watch a camera: when is it said to move?"""
-    near = noticed_px(view(zoom=30.0), SIZE, VisionSettings(registration=settings))
+    thresholds = [noticed_px(view(zoom=zoom), SIZE, VisionSettings(registration=settings)) for zoom in (30.0, 1.0)]
     said = []
     for frames, least_px in ((wandering(), settings.moved_px), (wandering(), 0.5), (halves(), 3.0)):
         watch = MovementWatch(SIZE, settings, least_px=least_px)
         said.append([watch.look(frame) for frame in frames])
-    return near, said
+    return thresholds, said
 
 
 NOTICED_IN = {
@@ -237,7 +237,7 @@ NOTICED_IN = {
     jumped: ("jump_share", "jump_share_per_s"),
     found_again: ("most_keys", "search_us", "search_keys"),
     raster_of: ("border_px", "smear_shift"),
-    noticed: ("watch_us", "watch_looks", "moved_px", "moved_widths", "moved_share", "unmoved_share"),
+    noticed: ("watch_us", "watch_looks", "moved_px", "moved_widths", "moved_most_widths", "moved_share"),
     grown: ("startup_samples", "later_samples", "residual_cells"),
 }
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 import pytest
 
@@ -69,9 +70,29 @@ def test_vehicle_that_fills_the_picture_is_no_motion_of_the_camera() -> None:
         assert not watch.look(make_frame(np.clip(luma, 0, 255), index=k, t_us=40_000 * k))
 
 
+@pytest.mark.parametrize("side", [(1.0, 0.0), (0.0, -1.0), (0.7, 0.7)])
+def test_a_blurred_view_that_drifts_by_two_pixels_has_moved(side: tuple[float, float]) -> None:
+    soft = cv2.GaussianBlur(np.random.default_rng(3).normal(0, 300, (SIZE[1] + 40, SIZE[0] + 40)), (0, 0), 6.0)
+    watch, said = MovementWatch(SIZE, RegistrationSettings(), least_px=2.0), []
+    for k in range(0, 4 * SECOND, 5):
+        shift = 0.8 * k / SECOND  # 3 px in the end
+        there = np.float64([[1, 0, 20 + shift * side[0]], [0, 1, 20 + shift * side[1]]])
+        luma = cv2.warpAffine(soft, there, SIZE, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+        said.append((shift, watch.look(make_frame(np.clip(110 + luma, 0, 255), index=k, t_us=40_000 * k))))
+    assert not any(moved for shift, moved in said if shift < 1.5)
+    assert said[-1][1]
+
+
+def test_where_vehicles_are_small_a_smaller_shift_matters() -> None:
+    settings = VisionSettings()
+    car_px = 1.8 / METRES_PER_PIXEL
+    assert noticed_px(view(), SIZE, settings) == pytest.approx(car_px / 2, rel=0.05)
+    assert car_px / 2 < settings.registration.moved_px
+
+
 def test_where_vehicles_are_large_a_small_shift_does_not_matter() -> None:
     settings = VisionSettings()
-    assert noticed_px(view(), SIZE, settings) == settings.registration.moved_px
+    assert noticed_px(view(zoom=4.0), SIZE, settings) == settings.registration.moved_px
     assert noticed_px(view(zoom=40.0), SIZE, settings) == pytest.approx(0.1 * 1.8 * 40 / METRES_PER_PIXEL, rel=0.05)
 
 
