@@ -12,8 +12,8 @@ class TrackingSettings:
     acceleration_across_mps2: float = 1.0
     # No tyre changes the speed of a vehicle faster; sightings of which an end is hidden may say so.
     grip_mps2: float = 8.0
-    # Nothing on the road is faster; limits how far a new track may jump between two frames.
-    max_speed_mps: float = 45.0
+    # What cars are commonly limited to, 250 km/h; limits how far a new track may jump between two frames.
+    max_speed_mps: float = 70.0
     # A track at this part of it that would have to be faster is told of: slower ones seem to jump by bad luck.
     fast_share: float = 0.8
     # Below this speed the heading is kept: the direction of a small velocity is noise.
