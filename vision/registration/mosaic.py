@@ -132,10 +132,12 @@ class MosaicBackground(Background):
         self._planes[:, cells] = median
         self._base_threshold[cells] = self._threshold(noise[0].astype(np.float32))
         self._is_known[cells] = True
-        self._show()
-        self._set_thresholds()
-        self._moving.set_known(self._is_known)
-        return len(ready) > len(cells)
+        is_more = len(ready) > len(cells)
+        if self.is_ready or not is_more:  # else nothing is compared yet, and what follows is of all cells
+            self._show()
+            self._set_thresholds()
+            self._moving.set_known(self._is_known)
+        return is_more
 
     def _set_thresholds(self) -> None:
         """Raise the threshold where the background has edges: by how much a shift of part of a cell would change it."""
