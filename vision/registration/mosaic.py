@@ -20,8 +20,8 @@ from vision.settings import VisionSettings
 from vision.video.frames import ByteArray
 
 # At the end of the start-up so many held frames are read at a time, and always so many cells become known at a time:
-# to do it all at once would keep a frame waiting.
-READ_FRAMES, SETTLED_CELLS = 4, 2_000
+# to do it all at once would keep a frame waiting. But frames are held meanwhile, so it takes no more slices than these.
+READ_FRAMES, SETTLED_CELLS, MOST_SLICES = 4, 2_000, 50
 FILL = 255
 
 
@@ -119,7 +119,7 @@ class MosaicBackground(Background):
     def _settle(self, least: int) -> bool:
         """Make known what has enough samples, a slice of it at a time; tell whether there is more."""
         ready = np.flatnonzero(~self._is_known & (self._count >= least))
-        cells = ready[:SETTLED_CELLS]
+        cells = ready[: max(SETTLED_CELLS, len(self._count) // MOST_SLICES)]
         if len(cells) == 0:
             return False
         count = self._count[cells]

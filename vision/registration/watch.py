@@ -126,4 +126,4 @@ class MovementWatch:
 
 
 def _most(of: BoolArray) -> bool:
-    return 2 * np.count_nonzero(of) > len(of)
+    return bool(2 * np.count_nonzero(of) > len(of))
