@@ -13,6 +13,11 @@ from sqlalchemy.engine import make_url
 NewLog = Callable[[], str]
 """Gives the URL of a log that does not exist yet."""
 
+in_a_file = pytest.mark.parametrize(
+    "new_log", ["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)], indirect=True
+)
+"""For what both databases do by the same code: on the server with `make test-slow` only."""
+
 
 @pytest.fixture(scope="session")
 def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[NewLog]:
