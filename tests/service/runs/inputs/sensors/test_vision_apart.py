@@ -155,9 +155,9 @@ def long_video(folder: Path) -> Path:
     size_px = (256, 64)
     camera = top_view(size_px, 0.25)
     pictures = [
-        np.rint(
-            draw_boxes(size_px, make_boxes([(k * 0.4, 8.0, 0.0, 4.5, 2.25)]), [250.0], camera, ground=70.0)
-        ).astype(np.uint8)
+        np.rint(draw_boxes(size_px, make_boxes([(k * 0.4, 8.0, 0.0, 4.5, 2.25)]), [250.0], camera, ground=70.0)).astype(
+            np.uint8
+        )
         for k in range(160)
     ]
     write_video(folder / "long.mp4", 10 * pictures)
