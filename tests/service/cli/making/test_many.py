@@ -112,7 +112,7 @@ def test_signal_goes_to_those_that_run_and_no_other_begins(
 
     logs = folder / "logs"
     monkeypatch.setattr("service.cli.making.many.COMMAND", (sys.executable, "-c", SAY_AND_STAY))
-    sender = threading.Thread(target=send)
+    sender = threading.Thread(target=send, daemon=True)
     sender.start()
     assert run(["process", str(folder), "--logs", str(logs), "--json", "--jobs", "1"]) == 128 + signal.SIGTERM
     sender.join()
