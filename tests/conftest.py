@@ -13,6 +13,7 @@ import pytest
 from service.api.app import create_app
 from service.cli.app import run
 from service.runs.processing import RunRequest, process
+from tests.service.http import close_loop
 
 SECONDS = 16
 """Of the demo's 60: four overtakes are over by then, and a longer clip begins with the shorter one's pictures."""
@@ -42,6 +43,13 @@ def patient_pool() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(create_app.__kwdefaults__, "within_s", 3600.0)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_loop() -> Iterator[None]:
+    """End what the clients of the tests share."""
+    yield
+    close_loop()
 
 
 @pytest.fixture(scope="session")

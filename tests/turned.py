@@ -1,6 +1,6 @@
 """Twice and half of a number, for tests that every number of a room matters."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from operator import ne
@@ -40,6 +40,11 @@ def unnoticed(
         for name in names:
             if not any(differs(usual, scene(other)) for other in turned(settings, name, small=small, refused=refused)):
                 found.append(name)
-    told = {name for names in scenes.values() for name in names}
+    return found + without_scene(settings, scenes.values())
+
+
+def without_scene(settings: Any, scenes: Iterable[Sequence[str]]) -> list[str]:
+    """List the numbers that no scene is there for, and names in scenes that are no numbers."""
+    told = {name for names in scenes for name in names}
     numbers = {one.name for one in fields(settings) if not is_dataclass(getattr(settings, one.name))}
-    return found + sorted(numbers ^ told)
+    return sorted(numbers ^ told)

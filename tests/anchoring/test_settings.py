@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from anchoring.adapter import AnchoringUnit
 from anchoring.anchorer import Anchorer
@@ -16,7 +17,7 @@ from anchoring.observations import BoolArray, FloatArray, LinkChange, LongArray
 from anchoring.settings import AnchoringSettings
 from dyknow.sample import Sample
 from tests.anchoring.support import Seen, observations, straight_road
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 from vision.objects import VisionObjects
 
 FRAME_US, FRAMES, SCENES, TOLD_SCENES = 80_000, 56, 14, 4
@@ -441,8 +442,18 @@ def test_scenes_are_told_as_they_are_with_the_usual_numbers() -> None:
     assert sums == TOLD
 
 
-def test_twice_or_half_of_every_number_is_noticed() -> None:
-    scenes: dict[Callable[[AnchoringSettings], Told], list[str]] = {}
+def scenes() -> dict[Callable[[AnchoringSettings], Told], list[str]]:
+    """Give each number to the scene that notices it."""
+    found: dict[Callable[[AnchoringSettings], Told], list[str]] = {}
     for one in fields(AnchoringSettings):
-        scenes.setdefault(outcome(one.name), []).append(one.name)
-    assert unnoticed(AnchoringSettings(), scenes) == []
+        found.setdefault(outcome(one.name), []).append(one.name)
+    return found
+
+
+def test_every_number_has_a_scene() -> None:
+    assert without_scene(AnchoringSettings(), scenes().values()) == []
+
+
+@pytest.mark.slow
+def test_twice_or_half_of_every_number_is_noticed() -> None:
+    assert unnoticed(AnchoringSettings(), scenes()) == []

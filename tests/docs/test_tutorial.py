@@ -72,7 +72,7 @@ def test_the_tutorial_leads_from_a_video_to_an_event_of_its_own(
         event = first_overtake(capsys) if words[0] == "process" else event
     assert all(Path(name).stat().st_size > 10_000 for name in ("still.png", "check.png", "moment.jpg"))
     asked = [shlex.split(line) for line in re.findall(r"^    curl (.*)$", TEXT, re.MULTILINE)]
-    with Client(create_app("road.db")) as client:
+    with Client(create_app(str(tmp_path / "road.db"))) as client:  # its processes may have begun elsewhere
         events, why, why_not, findings = (ask(client, words, event) for words in asked)
     assert [one["roles"]["overtaken"] for one in events["items"]] == ["car5", "car14", "car13"]
     assert why["event"] == event

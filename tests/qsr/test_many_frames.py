@@ -50,7 +50,7 @@ def told(observer: RelationObserver, frames: list[Seen], sizes: Iterator[int]) -
     return found
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(one, marks=pytest.mark.slow) for one in range(3, 6))])
 def test_many_frames_are_told_as_one_by_one(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
     frames = list(hidden_traffic(rng, count=75 if seed == 0 else 10))

@@ -51,7 +51,7 @@ def known_noise(frame: Footprints) -> Footprints:
     return frame.having(sigma_m=np.full(len(frame.ids), 0.1), has_moved=has_moved)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(one, marks=pytest.mark.slow) for one in range(4, 12))])
 def test_observer_equals_the_slow_version_on_random_traffic(seed: int) -> None:
     rng = np.random.default_rng(seed)
     settings = RelationSettings(

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any  # fixtures' own types
@@ -10,8 +11,38 @@ import pytest
 from sqlalchemy import create_engine, text
 from sqlalchemy.engine import make_url
 
+from chronicles import chronicle_set
+
 NewLog = Callable[[], str]
 """Gives the URL of a log that does not exist yet."""
+
+in_a_file = pytest.mark.parametrize(
+    "new_log", ["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)], indirect=True
+)
+"""For what both databases do by the same code: on the server with `make test-slow` only."""
+
+
+_read = chronicle_set._read
+
+
+@cache
+def _read_once(texts: tuple[tuple[str, str], ...], produced: frozenset[str] | None) -> Any:
+    return _read(texts, produced)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def texts_read_once() -> Iterator[None]:
+    """Compile the same texts once in all tests of the service, mostly the library; nobody changes what comes of it.
+
+    The tests of the engine, which are elsewhere, read each text anew.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            chronicle_set,
+            "_read",
+            lambda texts, produced=None: _read_once(tuple(texts), None if produced is None else frozenset(produced)),
+        )
+        yield
 
 
 @pytest.fixture(scope="session")

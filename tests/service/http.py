@@ -1,18 +1,34 @@
-"""A client for an ASGI application, without sockets, and a server of one where answers have no end."""
+"""A client for an ASGI application, without sockets, and a server of one where answers have no end.
+
+All clients share one event loop: the processes that answer what takes long stay with it, and none begins anew.
+"""
 
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from functools import partial
+from functools import cache, partial
 from types import TracebackType
 from typing import Any, Self  # Any: JSON, and httpx's own arguments
 
 import httpx
-from anyio.from_thread import start_blocking_portal
+from anyio.from_thread import BlockingPortal, start_blocking_portal
 from fastapi import FastAPI
 
 from service.api.app import Server
 from service.cli.operating.serve import listen
+
+_LOOP = ExitStack()
+
+
+@cache
+def _portal() -> BlockingPortal:
+    return _LOOP.enter_context(start_blocking_portal())
+
+
+def close_loop() -> None:
+    """End the event loop of the clients, and the processes that stayed with it."""
+    _LOOP.close()
+    _portal.cache_clear()
 
 
 class Client:
@@ -34,7 +50,7 @@ class Client:
         return self.request("GET", path, **arguments)
 
     def __enter__(self) -> Self:
-        self._portal = self._open.enter_context(start_blocking_portal())
+        self._portal = _portal()
         self._open.enter_context(self._portal.wrap_async_context_manager(self._lifespan))
         self._open.enter_context(self._portal.wrap_async_context_manager(self._client))
         return self

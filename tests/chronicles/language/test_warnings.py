@@ -44,13 +44,13 @@ def without_implied(text: str) -> str:
 
 def test_leaving_out_implied_constraints_changes_no_plan() -> None:
     changed = 0
-    for text in filter(is_accepted, (CaseMaker(seed).text() for seed in range(300))):
+    for text in filter(is_accepted, (CaseMaker(seed).text() for seed in range(150))):
         shorter = without_implied(text)
         mended = load(shorter)
         assert [one.distance_us for one in mended.plans] == [one.distance_us for one in load(text).plans]
         assert not [one for one in mended.warnings if one.code == "C0601"]
         changed += shorter != text
-    assert changed > 10
+    assert changed > 5
 
 
 def is_accepted(text: str) -> bool:

@@ -39,7 +39,7 @@ def points_near(network: RoadNetwork, count: int, seed: int) -> FloatArray:
 
 @pytest.mark.parametrize("tolerance_m", [0.0, 2.0])
 @pytest.mark.parametrize("name", networks())
-@pytest.mark.parametrize("count", [100, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [50, pytest.param(300, marks=pytest.mark.slow)])
 def test_locate_agrees_with_the_slow_loop_over_all_lanes(name: str, tolerance_m: float, count: int) -> None:
     network = networks()[name]
     points_m = points_near(network, count, seed=7)

@@ -7,10 +7,14 @@ from gis.roads.sumo_net import read_sumo_net
 from tests.gis.support import CROSSING_NET
 from tests.qsr.scenes import Knots, at_speed, found, straight_road
 
-SEEDS = [None, 1, 2]
-SEED_IDS = ["exact", "noise1", "noise2"]
-
-with_and_without_noise = pytest.mark.parametrize("seed", SEEDS, ids=SEED_IDS)
+with_and_without_noise = pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(None, id="exact"),
+        pytest.param(1, id="noise1"),
+        pytest.param(2, id="noise2", marks=pytest.mark.slow),
+    ],
+)
 
 
 @pytest.fixture(scope="module")

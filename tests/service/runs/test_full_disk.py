@@ -50,6 +50,7 @@ def test_a_run_on_a_full_disk_says_so_and_is_made_again(
     assert kept_rows(url) == kept_rows(whole)
 
 
+@pytest.mark.slow
 def test_a_job_on_a_full_disk_fails_with_the_reason_and_can_be_repeated(
     disk: tuple[Path, Callable[[str], None]], tracks: Path
 ) -> None:

@@ -101,6 +101,7 @@ def test_a_repeat_that_is_killed_leaves_the_run_as_it_was(tmp_path: Path) -> Non
     assert [one.name for one in tmp_path.iterdir() if one.name.startswith("a.db")] == ["a.db"]
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_stays_readable_until_its_repeat_is_finished(tmp_path: Path) -> None:
     race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
     for frames in ("115", "110"):

@@ -8,9 +8,10 @@ from itertools import chain, zip_longest
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 from tests.vision.detection.test_split import SIDE, fill
 from tests.vision.road.test_view import SIZE as LOW_SIZE
 from tests.vision.road.test_view import bridge_view
@@ -390,5 +391,10 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
 }
 
 
+def test_every_setting_has_a_scene() -> None:
+    assert without_scene(DetectionSettings(), (names.split() for names in SCENES.values())) == []
+
+
+@pytest.mark.slow
 def test_every_setting_changes_what_is_found() -> None:
     assert unnoticed(DetectionSettings(), in_room("detection", SCENES), small=9, differs=differs) == []

@@ -8,8 +8,9 @@ from functools import cache
 
 import cv2
 import numpy as np
+import pytest
 
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 from tests.vision.moving_world import ROAD, SIZE, MovingWorld, drift, first_key, view
 from tests.vision.road.test_view import bridge_view
 from tests.vision.support import FloatArray, make_boxes, make_frame
@@ -242,5 +243,10 @@ NOTICED_IN = {
 }
 
 
+def test_every_number_has_a_scene() -> None:
+    assert without_scene(RegistrationSettings(), NOTICED_IN.values()) == []
+
+
+@pytest.mark.slow
 def test_twice_or_half_of_any_number_is_noticed() -> None:
     assert unnoticed(RegistrationSettings(), NOTICED_IN, small=5) == []

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 from tests.vision.support import FloatArray
 from tests.vision.tracking.test_tracker import STEP_US, Row, detect, everywhere, names
 from vision.camera import Camera
@@ -419,5 +420,10 @@ NOTICED_IN: dict[Callable[[TrackingSettings], object], Sequence[str]] = {
 }
 
 
+def test_every_number_has_a_scene() -> None:
+    assert without_scene(TrackingSettings(), NOTICED_IN.values()) == []
+
+
+@pytest.mark.slow
 def test_twice_or_half_of_any_number_is_noticed() -> None:
     assert unnoticed(TrackingSettings(), NOTICED_IN, small=5) == []

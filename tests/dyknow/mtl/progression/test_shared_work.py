@@ -38,7 +38,7 @@ class CountingState:
         "always (tolerate(p, 9us, 4us) or eventually[5us, 7us] q)",
     ],
 )
-@pytest.mark.parametrize("state_count", [1000, pytest.param(3000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("state_count", [500, pytest.param(3000, marks=pytest.mark.slow)])
 def test_remembering_does_not_change_verdicts(text: str, most_step_us: int, state_count: int) -> None:
     formula = parse_formula(text)
     ends = 0

@@ -19,7 +19,7 @@ from service.api.messages.bodies import Problem
 from service.questions.events.queries import EventFilter
 from service.records.events import EventRecord
 from service.store.log import open_log
-from tests.service.conftest import NewLog
+from tests.service.conftest import NewLog, in_a_file
 from tests.service.http import Client, serving
 from tests.service.logs import overtake, read_rows, run, write_log
 
@@ -82,6 +82,7 @@ def test_rows_come_as_they_are_stored_states_and_all(new_log: NewLog) -> None:
                 assert [one["id"] for one in islice(found, 2)] == ["1", str(seq)]
 
 
+@in_a_file
 def test_nothing_is_lost_or_doubled_over_reconnects_while_others_write(new_log: NewLog) -> None:
     url = write_log(new_log(), [overtake()] * 5, record=run("r0"))
     app, rng, told = create_app(url, shipped=()), random.Random(3), list[list[int]]()

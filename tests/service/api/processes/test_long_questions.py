@@ -46,7 +46,11 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize(
     ("name", "path"),
-    [("explanations.why", "r1-1/why"), ("events.summary", "summary?by=actor"), ("media.clip", "r1-1/clip.mp4")],
+    [
+        ("explanations.why", "r1-1/why"),
+        pytest.param("events.summary", "summary?by=actor", marks=pytest.mark.slow),
+        pytest.param("media.clip", "r1-1/clip.mp4", marks=pytest.mark.slow),
+    ],
 )
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
     log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str

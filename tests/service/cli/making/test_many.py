@@ -4,6 +4,9 @@ import json
 import os
 import signal
 import subprocess
+import sys
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -55,25 +58,67 @@ def test_inputs_that_would_share_a_log_are_refused() -> None:
 def test_each_gets_a_log_and_one_that_cannot_be_read_stops_no_other(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    (folder / "one.mp4").unlink()
     assert run(["process", str(folder), "--logs", str(folder / "logs"), "--rate", "full", "--jobs", "2"]) == 3
     told = capfd.readouterr()
-    assert "2 of 3 finished" in told.out
+    assert "1 of 2 finished" in told.out
     assert "bad.mp4: error: video" in told.err
-    for name in ("one", "two"):
-        with open_log(str(folder / "logs" / f"{name}.db")) as log:
-            record = log.run()
-            assert (record.source.lower(), record.status, record.site) == (f"{name}.mp4", "finished", "Test road")
-            assert dict(record.settings)["rate_hz"] == "inf"
+    with open_log(str(folder / "logs" / "two.db")) as log:
+        record = log.run()
+        assert (record.source, record.status, record.site) == ("two.MP4", "finished", "Test road")
+        assert dict(record.settings)["rate_hz"] == "inf"
 
 
-def test_json_tells_of_each_and_of_all(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+# In place of the command that processes one input: says that it is there, and when it ends.
+SAY_AND_END = """
+import sys
+print('{"type": "progress", "frames": 12}', flush=True)
+print("a word between", flush=True)
+print('{"type": "summary", "status": "finished", "frames": 31}')
+"""
+SAY_AND_STAY = """
+import signal, sys
+from pathlib import Path
+def end(*_):
+    print('{"type": "summary", "status": "interrupted", "frames": 12}')
+    sys.exit(143)
+signal.signal(signal.SIGTERM, end)
+Path(sys.argv[sys.argv.index("--log") + 1]).touch()
+signal.pause()
+"""
+
+
+def test_json_tells_of_each_and_of_all(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     (folder / "bad.mp4").unlink()
+    monkeypatch.setattr("service.cli.making.many.COMMAND", (sys.executable, "-c", SAY_AND_END))
     assert run(["process", str(folder), "--logs", str(folder / "logs"), "--json", "--jobs", "1"]) == 0
     first, second, last = map(json.loads, capfd.readouterr().out.splitlines())
     assert last == {"type": "summary", "inputs": 2, "finished": 2}
     assert [(one["type"], one["status"], one["code"], one["frames"]) for one in (first, second)] == [
         ("job", "finished", 0, 31)
     ] * 2
+    assert first["messages"] == ["a word between"]
+
+
+def test_signal_goes_to_those_that_run_and_no_other_begins(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def send() -> None:
+        while not list(logs.glob("*.db")):
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    logs = folder / "logs"
+    monkeypatch.setattr("service.cli.making.many.COMMAND", (sys.executable, "-c", SAY_AND_STAY))
+    sender = threading.Thread(target=send, daemon=True)
+    sender.start()
+    assert run(["process", str(folder), "--logs", str(logs), "--json", "--jobs", "1"]) == 128 + signal.SIGTERM
+    sender.join()
+    *told, last = map(json.loads, capfd.readouterr().out.splitlines())
+    assert [(one["status"], one["code"], one["frames"]) for one in told] == [("interrupted", 143, 12)]
+    assert last["finished"] == 0
 
 
 @pytest.mark.parametrize(
@@ -96,6 +141,7 @@ def test_options_that_do_not_go_together_are_refused(
     assert expected in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.slow
 def test_signal_ends_those_that_run_and_begins_no_other(tmp_path: Path) -> None:
     video = long_video(tmp_path)
     (tmp_path / "site.toml").write_text(SITE, encoding="utf-8")

@@ -147,10 +147,10 @@ def test_what_is_read_to_explain_an_event_is_enough(demo: Demo, monkeypatch: pyt
         every = EventFilter(statuses=("recognised", "tentative", "confirmed", "retracted", "doubtful"))
         ids = [decode_event(text).id for text in iterate_events(log, every)]
         explained = []
-        for reader in (counted, whole):
+        for reader, asked in ((counted, ids), (whole, ids[::3])):
             monkeypatch.setattr("service.questions.recognition.explaining.stored_events", reader)
-            explained.append([_shown(Explainer(log), one) for one in ids])
-        assert explained[0] == explained[1]
+            explained.append([_shown(Explainer(log), one) for one in asked])
+        assert explained[0][::3] == explained[1]
         assert len(read) == len(ids) > 8
         assert max(read) < len(stored_events(log, log.run().id).events) / 2
 

@@ -21,7 +21,7 @@ from service.runs.requests import as_text, job_id
 from service.store.databases.location import database_of
 from service.store.log import open_log
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
-from tests.service.conftest import NewLog
+from tests.service.conftest import NewLog, in_a_file
 from tests.service.logs import kept_rows
 
 TAKE_AND_STAY = """
@@ -113,17 +113,16 @@ def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: 
         last.end("finished", "")
 
 
+@in_a_file
 def test_a_worker_that_is_killed_leaves_nothing_half_and_nothing_twice(new_log: NewLog, tracks: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
         name = add(jobs, tracks)
-        for _ in range(MOST_ATTEMPTS - 1):
-            worker = subprocess.Popen([*WORK, url, "--once"], stderr=subprocess.DEVNULL)
-            until(lambda: " s of input" in jobs.find(name).message)
-            worker.kill()
-            worker.wait()
-            jobs.change(name, ("running",), message="")
-            until(lambda: is_free(url, name))
+        worker = subprocess.Popen([*WORK, url, "--once"], stderr=subprocess.DEVNULL)
+        until(lambda: " s of input" in jobs.find(name).message)
+        worker.kill()
+        worker.wait()
+        until(lambda: is_free(url, name))
         work(url, stays=False, tell=lambda _: None)
         assert jobs.find(name).state == "finished"
     whole = new_log()
@@ -164,6 +163,7 @@ def check_same(log: str, other: str) -> None:
         assert sorted(map(repr, again[kind])) == sorted(map(repr, rows)), kind
 
 
+@in_a_file
 def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLog, tracks: Path) -> None:
     url, broken = new_log(), tracks.parent / "broken.csv"
     broken.write_text("t_us,id\n0,a\n")
@@ -174,6 +174,7 @@ def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLo
         assert "broken.csv" in jobs.find(bad).message
 
 
+@in_a_file
 def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Path, tracks: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
@@ -196,6 +197,7 @@ def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Pat
             jobs.cancel("none")
 
 
+@in_a_file
 def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLog, tracks: Path) -> None:
     url, whole = new_log(), new_log()
     process(RunRequest(tracks, tracks.parent / "site.toml", whole))
@@ -213,6 +215,7 @@ def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLo
         assert jobs.find(first).state == "finished"
 
 
+@in_a_file
 def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
@@ -225,6 +228,7 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)
 
 
+@in_a_file
 def test_a_signal_before_the_run_has_begun_gives_the_job_back(
     new_log: NewLog, tracks: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -63,6 +63,17 @@ def is_gone(process_id: int) -> bool:
     return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] == "Z"
 
 
+def test_a_worker_that_is_killed_is_replaced_and_goes_with_its_server(tmp_path: Path) -> None:
+    with serving(write_log(tmp_path / "a.db", [])) as server:
+        first = next_worker(server)
+        os.kill(first, signal.SIGKILL)
+        second = next_worker(server)
+        assert second != first
+        server.kill()
+        until(lambda: is_gone(second))
+
+
+@pytest.mark.slow
 def test_kills_of_a_server_and_of_its_worker_lose_nothing_and_double_nothing(tmp_path: Path, tracks: Path) -> None:
     url, whole = str(tmp_path / "a.db"), str(tmp_path / "whole.db")
     with opened(url) as jobs:
@@ -126,6 +137,7 @@ def test_fifty_kills_of_server_worker_or_both_lose_nothing_and_double_nothing(ne
     check_same(url, whole)
 
 
+@pytest.mark.slow
 def test_half_an_upload_goes_when_its_server_was_killed_and_no_other_one_lives(tmp_path: Path) -> None:
     folder, log, other = tmp_path / "uploads", tmp_path / "a.db", tmp_path / "b.db"
     folder.mkdir()

@@ -23,6 +23,11 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_video(tmp_path_factory.mktemp("apart") / "video.mp4")
 
 
+@pytest.fixture(scope="module")
+def long(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return long_video(tmp_path_factory.mktemp("apart"))
+
+
 def processed(
     video: Path,
     folder: Path,
@@ -61,13 +66,13 @@ def test_damage_is_told_and_what_was_seen_before_it_is_kept(video: Path, tmp_pat
     assert own == others
 
 
-def test_process_that_is_killed_ends_the_run_as_broken(video: Path, tmp_path: Path) -> None:
+def test_process_that_is_killed_ends_the_run_as_broken(long: Path, tmp_path: Path) -> None:
     def kill(progress: Progress) -> None:
         if progress.frames == 5:
             (child,) = multiprocessing.active_children()
             os.kill(child.pid or 0, signal.SIGKILL)
 
-    summary, rows = processed(long_video(tmp_path), tmp_path, workers=1, on_progress=kill)
+    summary, rows = processed(long, tmp_path, workers=1, on_progress=kill)
     assert summary.status == "broken"
     assert summary.reason.endswith("got the end of the process that looks at it (SIGKILL)")
     assert 5 <= len(rows["frames"]) < 400
@@ -87,9 +92,10 @@ def test_message_that_is_cut_short_is_the_end_of_the_process(
     assert summary.reason.endswith("got the end of the process that looks at it (SIGKILL)")
 
 
-@pytest.mark.parametrize("calls", [10, 150], ids=["while frames are held", "later"])
-def test_interrupt_ends_both_where_it_ends_one(tmp_path: Path, calls: int) -> None:
-    video = long_video(tmp_path)
+@pytest.mark.parametrize(
+    "calls", [pytest.param(10, id="while frames are held"), pytest.param(150, id="later", marks=pytest.mark.slow)]
+)
+def test_interrupt_ends_both_where_it_ends_one(long: Path, tmp_path: Path, calls: int) -> None:
     kept = []
     for workers in (0, 1):
         left = iter(range(calls))
@@ -98,7 +104,7 @@ def test_interrupt_ends_both_where_it_ends_one(tmp_path: Path, calls: int) -> No
             if next(left, None) is None:
                 os.kill(os.getpid(), signal.SIGINT)
 
-        summary, rows = processed(video, tmp_path, workers=workers, on_progress=stop)
+        summary, rows = processed(long, tmp_path, workers=workers, on_progress=stop)
         assert summary.status == "interrupted"
         kept.append((summary.progress.frames, rows))
     assert kept[0] == kept[1]
@@ -149,10 +155,10 @@ def long_video(folder: Path) -> Path:
     size_px = (256, 64)
     camera = top_view(size_px, 0.25)
     pictures = [
-        np.rint(
-            draw_boxes(size_px, make_boxes([(k % 160 * 0.4, 8.0, 0.0, 4.5, 2.25)]), [250.0], camera, ground=70.0)
-        ).astype(np.uint8)
-        for k in range(1600)
+        np.rint(draw_boxes(size_px, make_boxes([(k * 0.4, 8.0, 0.0, 4.5, 2.25)]), [250.0], camera, ground=70.0)).astype(
+            np.uint8
+        )
+        for k in range(160)
     ]
-    write_video(folder / "long.mp4", pictures)
+    write_video(folder / "long.mp4", 10 * pictures)
     return folder / "long.mp4"
