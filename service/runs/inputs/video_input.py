@@ -163,7 +163,10 @@ def _noticed_motion(path: Path, look: FirstLook, *, is_bound: bool) -> tuple[Mot
     seen = f"{path.name}: the camera moves, seen at {look.moves_from_us / 1e6:.2f} s"
     if is_bound:
         return None, (f"{seen}, but road masks and bent lenses are for one that stands: places will be wrong",)
-    return Motion(None, None), (f"{seen}; it is followed by its pictures, as with moving = true in the site file",)
+    how = (
+        "it is followed by its pictures, as with moving = true in the site file, which is taken to be of the first one"
+    )
+    return Motion(None, None), (f"{seen}; {how}",)
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:

@@ -56,6 +56,7 @@ def test_camera_of_which_nothing_is_said_is_followed(clips: Path, site: str, fol
     opened = VideoInput.open(Asked(clips / "drifts.mp4", load_site(clips / f"{site}.toml")))
     assert (opened.sensor.motion is not None) == follows
     assert [("the camera moves, seen at" in warning) for warning in opened.warnings] == [True] * follows
+    assert [("to be of the first one" in warning) for warning in opened.warnings] == [True] * follows
 
 
 def test_camera_that_stands_is_not_warned_of(clips: Path) -> None:
