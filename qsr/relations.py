@@ -33,6 +33,7 @@ class Switch(IntEnum):
     B_AT_SHORT_HEADWAY = 13
     SHORT_TTC = 14  # contact is near if both go on as they do
     HARD_BRAKING = 15  # and only hard braking would prevent it
+    IN_COURSE = 16  # on one road the bodies overlap sideways, so that who keeps to it meets the other one
 
 
 class FacingSwitch(IntEnum):
@@ -132,7 +133,7 @@ NEAR_IN_TIME_RELATIONS: tuple[PairRelation, ...] = (
     PairRelation((*_IN_ONE_PATH, Switch.A_AT_SHORT_HEADWAY), (Switch.PAST_REAR,), "short_headway", ""),
     PairRelation((*_IN_ONE_PATH, Switch.B_AT_SHORT_HEADWAY, Switch.PAST_FRONT), (), "", "short_headway"),
     # Neither car is the one that runs into the other, so the pair is named once, lest each conflict count twice.
-    PairRelation((Switch.SHORT_TTC, Switch.HARD_BRAKING), (), "conflict", ""),
+    PairRelation((Switch.SHORT_TTC, Switch.HARD_BRAKING, Switch.IN_COURSE), (), "conflict", ""),
 )
 
 FACING_RELATIONS: tuple[PairRelation, ...] = (PairRelation((FacingSwitch.MEET_SOON,), (), "oncoming", "oncoming"),)

@@ -37,6 +37,8 @@ _NEVER_S = 10.0
 _STILL_MPS = 1e-9
 # Slower cars count as so fast, where a distance is divided by the speed.
 _SLOWEST_MPS = 0.01
+# Beyond every threshold: off the road who meets whom is a matter of both directions, and is in the time to contact.
+_IN_COURSE_M = 10.0
 # Far below every threshold: the quantity of a car that is not the next one ahead.
 _NOT_NEXT_S = -100.0
 # Where two cars do not meet, as above.
@@ -46,7 +48,7 @@ _NO_MEETING_S = 100.0
 def fill_conflicts(
     values: FloatArray, ends: FloatArray, free: FreeSpace, *, on_one_road: BoolArray, settings: RelationSettings
 ) -> None:
-    """Fill in the rows `SHORT_TTC` and `HARD_BRAKING` of `values`.
+    """Fill in the rows from `SHORT_TTC` on of `values`.
 
     Parameters
     ----------
@@ -63,12 +65,15 @@ def fill_conflicts(
     closing_mps = np.hypot(rate_x[0], rate_y[0])
     travel = ends[TRAVEL]
     along_road = on_one_road & (np.abs(travel).min(axis=0) > math.sqrt(settings.road_alignment))
+    values[Switch.IN_COURSE] = _IN_COURSE_M
     if along_road.any():
         rate_of_a, rate_of_b = speed_mps * travel
         rate_mps = rate_of_b - rate_of_a
         forward = _overlap(ends[ALONG, 1] - ends[ALONG, 0], rate_mps, ends[HALF_LENGTH, 0] + ends[HALF_LENGTH, 1])
         half_paths = ends[HALF_PATH, 0] + ends[HALF_PATH, 1]
-        sideways = _overlap(ends[ACROSS, 1] - ends[ACROSS, 0], np.zeros_like(rate_mps), half_paths)
+        across_m = ends[ACROSS, 1] - ends[ACROSS, 0]
+        sideways = _overlap(across_m, np.zeros_like(rate_mps), half_paths)
+        np.copyto(values[Switch.IN_COURSE], half_paths - np.abs(across_m), where=along_road)
         np.copyto(ttc_s, _first_contact(forward, sideways), where=along_road)
         np.copyto(closing_mps, np.abs(rate_mps), where=along_road)
     # Stopping a motion of v within the distance v * ttc takes v / (2 ttc).

@@ -176,11 +176,13 @@ def conflict_quantities(a: Body, b: Body, settings: RelationSettings) -> dict[st
         rate = b.speed * travel_of(b) - a.speed * travel_of(a)
         reach = (a.length + b.length) / 2, (a.width + b.width) / 2
         ttc = contact_time((b.along - a.along, b.across - a.across), (rate, 0.0), reach)
+        course = reach[1] - abs(b.across - a.across)
     else:
+        course = 10.0
         rate = math.hypot(*relative_velocity(a, b))
         ttc = max(contact_in_frame_of(a, b), contact_in_frame_of(b, a))
     braking = abs(rate) / 2 / max(ttc, settings.conflict_at_once_s)
-    return {"ttc": settings.conflict_ttc_s - ttc, "braking": braking - settings.conflict_braking_mps2}
+    return {"ttc": settings.conflict_ttc_s - ttc, "braking": braking - settings.conflict_braking_mps2, "course": course}
 
 
 def ways_m(a: Body, b: Body, graph: LaneGraph) -> tuple[float, float]:
@@ -307,7 +309,7 @@ NEAR = {
 NEAR_IN_TIME = {
     "following": {"same": True, "past_rear": False, "path": True, "follows": True},
     "short_headway": {"same": True, "past_rear": False, "path": True, "short": True},
-    "conflict": {"ttc": True, "braking": True},
+    "conflict": {"ttc": True, "braking": True, "course": True},
 }
 
 
@@ -466,7 +468,7 @@ class Oracle:
 
     def new_pair(self) -> Pair:
         settings = self.settings
-        names = ("past_rear", "past_front", "near", "left", "right", "path")
+        names = ("past_rear", "past_front", "near", "left", "right", "path", "course")
         margins = dict.fromkeys(names, settings.margin_m)
         margins |= dict.fromkeys(("follows", "short"), settings.time_gap_margin_s)
         margins |= {"same": settings.direction_margin, "close": max(settings.close_margin_m, settings.margin_m)}

@@ -108,6 +108,19 @@ def test_bodies_that_pass_clear_of_each_other_on_a_road_are_in_no_conflict(acros
     assert at_once(head_on, "conflict") == {("a", "b"): conflict}
 
 
+@pytest.mark.parametrize(("across_m", "sure"), [(0.2, (0.95, 1.0)), (1.8, (0.6, 0.8))])
+def test_a_conflict_of_bodies_that_overlap_by_no_more_than_their_noise_is_unsure(
+    across_m: float, sure: tuple[float, float]
+) -> None:
+    frames = [
+        footprints(t_us, "ab", [[0.0, 0.0], [ahead_m, across_m]], speed_mps=[25.0, 5.0], straight_road=True)
+        for t_us, ahead_m in ((0, 60.0), (40_000, 8.0), (1_000_000, 8.0))
+    ]
+    noisy = [one.having(sigma_m=np.full(2, 0.2)) for one in frames]
+    (told,) = [one for one in run(noisy) if one.name == "conflict" and one.new]
+    assert sure[0] < told.confidence <= sure[1]
+
+
 def test_track_that_is_too_wide_for_any_vehicle_is_not_in_its_neighbours_way() -> None:
     xy_m = [[0.0, 0.0], [30.0, 3.0]]
     frame = footprints(0, "ab", xy_m, heading_rad=[0.0, np.pi], speed_mps=20.0, width_m=4.5, straight_road=True)
