@@ -128,10 +128,9 @@ def _how(plain: dict[str, Any]) -> dict[str, Any]:
 
 def _files(request: RunRequest | LiveRequest) -> Iterator[tuple[str, Path]]:
     """List the files that a request names; what a live source will be recorded into is none yet."""
-    is_live = isinstance(request, LiveRequest)
     run = request.run if isinstance(request, LiveRequest) else request
-    for name in (one.name for one in fields(run) if not (is_live and one.name == "input")):
+    for name in (one.name for one in fields(run)):
         value = getattr(run, name)
-        yield from (
-            (name, path) for path in (value if isinstance(value, tuple) else (value,)) if isinstance(path, Path)
-        )
+        for path in value if isinstance(value, tuple) else (value,):
+            if isinstance(path, Path) and not (name == "input" and run is not request):
+                yield name, path

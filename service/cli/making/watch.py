@@ -1,6 +1,7 @@
 """`dyknow watch`: how does a camera become an event log that grows?"""
 
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -61,12 +62,12 @@ def watch(
     A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside. Who
     must log in names a variable of the environment: rtsp://$CAMERA@camera.example/1.
     """
-    from service.runs.live.live_source import check_kept, without_password
+    from service.runs.live.live_source import kept_name, without_password
     from service.runs.live.watching import watch as watch_it
     from service.runs.requests import LiveRequest, RunRequest
 
     run = RunRequest(
-        input=Path(),  # each recording in turn
+        input=recordings,  # each recording in it, in turn
         site=site,
         log_url=log,
         chronicle_files=tuple(chronicles or ()),
@@ -92,8 +93,7 @@ def watch(
         is_rows=rows,
     )
     if queue:
-        check_kept(source)
-        add_jobs([request], log, "live", as_json=False)
+        add_jobs([replace(request, input=kept_name(source))], log, "live", as_json=False)
         return
     # The source's name is shown, so without a password.
     with progress_bar(without_password(source)) as on_progress:

@@ -83,19 +83,20 @@ class LiveSource:
         return FileIO("/dev/stdin" if self._text == "-" else self._text)
 
 
-def check_kept(text: str) -> None:
-    """Refuse the name of a live source that is not to be kept for a worker: with a password, or of this process.
+def kept_name(text: str) -> str:
+    """Name a live source for a worker, which has another working folder.
 
     Raises
     ------
     InputError
-        If it is such a name.
+        If the name has a password in it, or is that of this process' input.
     """
     if text == "-":
         raise InputError("-: expected a source that a worker reaches, got the input of this command")
     if (login := _login(text)) and not _NAMED.fullmatch(login):
         wanted = "expected who asks from the environment, as in rtsp://$NAME@..."
         raise InputError(f"{without_password(text)}: {wanted}, got a login that the log would keep")
+    return text if _ADDRESS.match(text) else str(Path(text).absolute())
 
 
 def without_password(address: str) -> str:

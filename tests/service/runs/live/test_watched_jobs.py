@@ -124,6 +124,13 @@ def test_what_does_not_answer_waits_and_is_watched_once_it_does(sent: bytes, sce
     assert events(log) == events(again) != []
 
 
+def test_a_pipe_is_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.ts")
+    assert queue("pipe.ts", str(tmp_path / "live.db"), tmp_path) == 0
+    assert only_job(str(tmp_path / "live.db")).input == str(tmp_path / "pipe.ts")
+
+
 def test_other_workers_leave_live_sources_alone(tmp_path: Path) -> None:
     log = str(tmp_path / "live.db")
     os.mkfifo(tmp_path / "pipe.ts")
@@ -133,10 +140,12 @@ def test_other_workers_leave_live_sources_alone(tmp_path: Path) -> None:
 
 
 def test_the_same_source_is_queued_once_and_listed_as_it_was_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     log = str(tmp_path / "live.db")
-    for _ in range(2):
+    for folder in ("one", "two"):  # from wherever it is asked for
+        (tmp_path / folder).mkdir()
+        monkeypatch.chdir(tmp_path / folder)
         assert queue("rtsp://$CAMERA@camera.example/1", log, tmp_path) == 0
         assert f"job {only_job(log).id} is waiting: rtsp://$CAMERA@camera.example/1" in capsys.readouterr().out
     assert run_cli(["jobs", "list", log]) == 0
