@@ -59,7 +59,7 @@ def tell(
     return story, broken
 
 
-@seeds(range(12), kept=4)
+@seeds(range(24), kept=4)
 def test_the_story_in_the_end_is_that_of_cars_that_were_seen_all_the_time(seeds: range) -> None:
     for seed in seeds:
         rng = np.random.default_rng(seed)
@@ -100,7 +100,7 @@ def test_nobody_nearly_met_unseen() -> None:
     assert told(range(1, 18)) == {False, None, True}  # seen again while it is about to happen
 
 
-@seeds(range(12), kept=4)
+@seeds(range(24), kept=4)
 def test_a_car_that_is_named_late_goes_on_from_what_was_true_of_it(seeds: range) -> None:
     for seed in seeds:
         rng = np.random.default_rng(100 + seed)

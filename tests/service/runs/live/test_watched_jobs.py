@@ -6,7 +6,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -21,7 +21,15 @@ from service.store.entries import Job
 from service.store.log import open_log
 from tests.service.runs.jobs.test_jobs import opened
 from tests.service.runs.jobs.test_supervision import next_worker, serving
-from tests.service.runs.live.test_watching import events, recorded_bytes, recordings, reprocessed, sent_at, until
+from tests.service.runs.live.test_watching import (
+    answering,
+    events,
+    recorded_bytes,
+    recordings,
+    reprocessed,
+    sent_at,
+    until,
+)
 
 WORK_LIVE = [sys.executable, "-c", "from service.cli.app import main; main()", "worker", "--live", "1"]
 
@@ -35,24 +43,15 @@ def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 @contextmanager
 def patient_camera(data: bytes) -> Iterator[str]:
     """Send the same to each that calls, and stay silent then."""
-    server, held = socket.create_server(("127.0.0.1", 0)), list[socket.socket]()
 
-    def serve() -> None:
-        with suppress(OSError):
-            while True:
-                line, _ = server.accept()
-                held.append(line)
-                with suppress(OSError):  # who called may be killed
-                    line.sendall(data)
+    def serve(called: Callable[[], socket.socket]) -> None:
+        while True:
+            line = called()
+            with suppress(OSError):  # who called may be killed
+                line.sendall(data)
 
-    thread = threading.Thread(target=serve)
-    thread.start()
-    yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
-    server.shutdown(socket.SHUT_RDWR)
-    server.close()
-    for line in held:
-        line.close()
-    thread.join()
+    with answering(serve) as url:
+        yield url
 
 
 def queue(source: str, log: str, folder: Path, *options: str) -> int:

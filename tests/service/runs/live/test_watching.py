@@ -62,20 +62,34 @@ def sent_at(clock_s: int, scene: Path, folder: Path) -> bytes:
 @contextmanager
 def camera(*visits: bytes) -> Iterator[str]:
     """Send one after the other to whoever calls, and cut the line after each; stay silent in the last one."""
+
+    def serve(called: Callable[[], socket.socket]) -> None:
+        for number, data in enumerate(visits, start=1):
+            line = called()
+            for at in range(0, len(data), PIECE):
+                line.sendall(data[at : at + PIECE])
+            if number < len(visits):
+                line.close()
+
+    with answering(serve) as url:
+        yield url
+
+
+@contextmanager
+def answering(serve: Callable[[Callable[[], socket.socket]], None]) -> Iterator[str]:
+    """Answer calls at an address, until it is left; `serve` is given what waits for the next one."""
     server = socket.create_server(("127.0.0.1", 0))
     held: list[socket.socket] = []
 
-    def serve() -> None:
-        with suppress(OSError):
-            for number, data in enumerate(visits, start=1):
-                line, _ = server.accept()
-                held.append(line)
-                for at in range(0, len(data), PIECE):
-                    line.sendall(data[at : at + PIECE])
-                if number < len(visits):
-                    line.close()
+    def called() -> socket.socket:
+        held.append(server.accept()[0])
+        return held[-1]
 
-    thread = threading.Thread(target=serve)
+    def answer() -> None:
+        with suppress(OSError):
+            serve(called)
+
+    thread = threading.Thread(target=answer)
     thread.start()
     yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
     server.shutdown(socket.SHUT_RDWR)
