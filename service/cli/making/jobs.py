@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from service.store.entries import JobKind
     from service.store.registers.jobs import Jobs
 
-LOOKED_EVERY_S = 0.2
 TITLES = ("job", "state", "attempts", "input", "message")
 LiveSources = Annotated[
     int, typer.Option("--live", min=0, metavar="N", help="Watch so many live sources of the log, a process for each.")
@@ -57,7 +56,7 @@ def watch_sources(log: str, most: int) -> None:
     """Watch so many live sources of a log at a time, each in a process that is looked after, until interrupted."""
     from contextlib import ExitStack
 
-    from service.runs.jobs.supervision import kept_working
+    from service.runs.jobs.supervision import LOOK_EVERY_S, kept_working
     from service.runs.machine import Interrupts
     from service.store.databases.location import database_of
 
@@ -68,7 +67,7 @@ def watch_sources(log: str, most: int) -> None:
         for _ in range(most):
             processes.enter_context(kept_working(log, "live", tell_line))
         while interrupts.came is None:
-            time.sleep(LOOKED_EVERY_S)
+            time.sleep(LOOK_EVERY_S)
     raise KeyboardInterrupt
 
 

@@ -24,7 +24,8 @@ from service.texts.toml_tables import read_toml
 from vision.errors import VisionError
 
 MOST_RETRIES: dict[JobKind, int] = {"run": MOST_ATTEMPTS, "live": -1}
-"""Of the task of a run once more than it may be begun: the last one notes in the log that it was begun too often."""
+"""How often Ray repeats a task: that of a run once more than it may be begun, since the last one notes in the log that
+it was begun too often; that of a live source, which has no end, always."""
 UNDER_WAY: tuple[JobState, ...] = ("waiting", "running")
 REACHED_WITHIN_S = 5.0
 ENDED_WITHIN_S = 30.0
@@ -86,7 +87,6 @@ class _Placing:
         self._jobs = jobs
         self._log_url = log_url
         self._tell = tell
-        # A live source has no end, so a task of it no last time.
         self._works = {kind: ray.remote(max_retries=most)(_work_at) for kind, most in MOST_RETRIES.items()}
         self._has_gpu = ray.cluster_resources().get("GPU", 0) > 0
 
