@@ -1,7 +1,8 @@
 """Which vehicles does a trained network see? Pictures into its input, its numbers back to boxes in the picture.
 
 The network is one of the two that come along (`weights/`) or the user's own. The picture is scaled into the input with
-its shape kept (letterbox); large pictures may be cut into tiles, so that vehicles far away keep enough pixels.
+its shape kept (letterbox); large pictures may be cut into tiles, so that vehicles far away keep enough pixels. Or the
+part of the picture where they are far away is looked at once more, enlarged.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from vision.networks.box_detector import ImageBoxes, whole_boxes
 from vision.networks.network import Network
 from vision.networks.onnx_output import decode
 from vision.networks.onnx_settings import OnnxSettings
-from vision.objects import ByteArray, Tensor
+from vision.objects import BoolArray, ByteArray, Tensor
 from vision.video.frame import Frame
 
 # What is around a picture in the input: the grey that YOLO networks are trained with.
@@ -27,6 +28,12 @@ PADDING = 114
 
 # Networks halve their input up to five times: sides of open inputs are multiples of this.
 INPUT_STEP_PX = 32
+
+# Sizes come out a little different in both looks: a vehicle that is nearly small enough is taken from either.
+EITHER_SHARE = 2 / 3
+
+# So much of a part of a vehicle lies in the box of the whole.
+PART_SHARE = 0.85
 
 Part = tuple[int, int, int, int]  # left, top, width, height
 
@@ -40,6 +47,7 @@ class OnnxDetector:
     settings : what must be known about the network besides.
     image_size_px : (width, height) of the frames.
     part_px : (left, top, width, height) of the part of them to look at, such as where roads are; None for all.
+    far_px : the part where vehicles are so far away that the settings want a closer look; None for none.
 
     Raises
     ------
@@ -49,27 +57,36 @@ class OnnxDetector:
     """
 
     def __init__(
-        self, path: Path, settings: OnnxSettings, image_size_px: tuple[int, int], part_px: Part | None = None
+        self,
+        path: Path,
+        settings: OnnxSettings,
+        image_size_px: tuple[int, int],
+        part_px: Part | None = None,
+        far_px: Part | None = None,
     ) -> None:
         self._path = path
         self._settings = settings
-        self._image_size_px, self._part_px = image_size_px, part_px
-        whole = next(_tiles((0, 0, *image_size_px), settings))
+        self._image_size_px, self._part_px, self._far_px = image_size_px, part_px, far_px
         self._tiles = tuple(_tiles(_checked_part(part_px, image_size_px), settings))
         width, height = image_size_px
         with self._naming_file():
             self._network = Network(path, settings)
-            most_px = _input_size(self._network.input_shape, settings)
+            input_px = _input_size(self._network.input_shape, settings)
             is_open = self._network.input_shape[2:] == (0, 0)
-            input_size_px = _filled(self._tiles[0], whole, most_px, enlarge=settings.enlarge) if is_open else most_px
-            self._letterbox = Letterbox.of((self._tiles[0].width_px, self._tiles[0].height_px), input_size_px)
+            if settings.closer > 1 and not is_open:
+                raise VisionError(f"expected closer = 1 for weights that fix their input, got {settings.closer!r}")
+            scale = picture_scale(image_size_px, input_px, settings)
+            width_px, height_px = self._tiles[0].filled_px(scale)
+            filled_px = min(width_px, input_px[0]), min(height_px, input_px[1])
+            self._letterbox = Letterbox.of(self._tiles[0].size_px, filled_px if is_open else input_px)
+            self._closer = None if far_px is None else CloserLook.at(far_px, scale, image_size_px, settings)
             grey = np.full((height, width, 3), PADDING, np.uint8)
             self._at_once = self._count_at_once(grey)
             self._look(grey)
 
     def __reduce__(self) -> tuple[object, ...]:
         """Go to another process by what it was made of: the runtime's network stays where it is."""
-        return OnnxDetector, (self._path, self._settings, self._image_size_px, self._part_px)
+        return OnnxDetector, (self._path, self._settings, self._image_size_px, self._part_px, self._far_px)
 
     def on_whole_picture(self) -> OnnxDetector:
         """Make the same for a camera that has moved: a part of the picture is no part of the world any more."""
@@ -127,21 +144,25 @@ class OnnxDetector:
         if axis != 0 or count == 1:
             return max(axis, 1)
         try:
-            self._look_at_tiles(picture, self._tiles[:count])
+            self._look_at_tiles(picture, self._tiles[:count], self._letterbox)
         except VisionError:
             return 1
         return count
 
     def _look(self, picture: ByteArray) -> ImageBoxes:
         starts = range(0, len(self._tiles), self._at_once)
-        found = [self._look_at_tiles(picture, self._tiles[start : start + self._at_once]) for start in starts]
-        boxes = suppress(whole_boxes(ImageBoxes.joined(found), self._image_size_px), self._settings)
+        batches = [self._tiles[start : start + self._at_once] for start in starts]
+        found = ImageBoxes.joined([self._look_at_tiles(picture, tiles, self._letterbox) for tiles in batches])
+        if self._closer is not None:
+            closer = self._look_at_tiles(picture, [self._closer.tile], self._closer.letterbox)
+            found = self._closer.joined(found, closer)
+        boxes = suppress(whole_boxes(found, self._image_size_px), self._settings)
         edge_share = np.interp(boxes.score, (0.0, 1.0), self._settings.edge_noise_share)
         return replace(boxes, is_weak=boxes.score < self._settings.score_threshold, edge_share=edge_share)
 
-    def _look_at_tiles(self, picture: ByteArray, tiles: Sequence[Tile]) -> ImageBoxes:
+    def _look_at_tiles(self, picture: ByteArray, tiles: Sequence[Tile], letterbox: Letterbox) -> ImageBoxes:
         """Look at tiles as one batch."""
-        settings, letterbox = self._settings, self._letterbox
+        settings = self._settings
         output = self._network.run(np.stack([_planes(letterbox.apply(tile.of(picture)), settings) for tile in tiles]))
         if len(tiles) > 1 and (output.ndim != 3 or len(output) != len(tiles)):
             raise VisionError(f"network output: expected {len(tiles)} tables for as many tiles, got {output.shape!r}")
@@ -160,6 +181,16 @@ class Tile:
     top_px: int
     width_px: int
     height_px: int
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Return width and height."""
+        return self.width_px, self.height_px
+
+    def filled_px(self, scale: float) -> tuple[int, int]:
+        """Give the smallest input that an open network takes in which it has a scale."""
+        width, height = (INPUT_STEP_PX * int(np.ceil(side * scale / INPUT_STEP_PX)) for side in self.size_px)
+        return width, height
 
     def of(self, picture: ByteArray) -> ByteArray:
         """Cut it out of a picture."""
@@ -214,6 +245,57 @@ class Letterbox:
         return replace(boxes, centre_px=centre_px, size_px=boxes.size_px / self.scale)
 
 
+@dataclass(frozen=True, slots=True)
+class CloserLook:
+    """A second look at the far part of the picture, enlarged.
+
+    Attributes
+    ----------
+    tile : the part. letterbox : how it lies in its input.
+    small_px : the length of the longer side below which vehicles are taken from this look.
+    image_size_px : (width, height) of the picture.
+    """
+
+    tile: Tile
+    letterbox: Letterbox
+    small_px: float
+    image_size_px: tuple[int, int]
+
+    @classmethod
+    def at(cls, far_px: Part, scale: float, image_size_px: tuple[int, int], settings: OnnxSettings) -> CloserLook:
+        """Plan the look at a part, for pictures that are seen at a scale otherwise."""
+        tile, scale_there = Tile(*_checked_part(far_px, image_size_px)), scale * settings.closer
+        letterbox = Letterbox.of(tile.size_px, tile.filled_px(scale_there))
+        return cls(tile, letterbox, settings.closer_below_px / scale, image_size_px)
+
+    def joined(self, plain: ImageBoxes, closer: ImageBoxes) -> ImageBoxes:
+        """Take small boxes from this look, others and those elsewhere from the plain one; some are in both.
+
+        What is small and lies in a large one is a part of it: enlarged, the boot of a blurred car is a car.
+        """
+        left_top = np.array([self.tile.left_px, self.tile.top_px])
+        right_bottom = left_top + self.tile.size_px
+        is_elsewhere = ((plain.centre_px < left_top) | (plain.centre_px > right_bottom)).any(axis=1)
+        is_large = plain.size_px.max(axis=1) >= EITHER_SHARE * self.small_px
+        # What the part cuts is whole in the plain look, unless the picture itself ends there.
+        bounds = closer.bounds_px()
+        is_whole = (left_top == 0) | (bounds[:, :2] > left_top)
+        is_whole &= (right_bottom == self.image_size_px) | (bounds[:, 2:] < right_bottom - 1)
+        is_small = closer.size_px.max(axis=1) < self.small_px
+        is_part = _lies_in(closer, plain.select(plain.size_px.max(axis=1) >= self.small_px))
+        kept = plain.select(np.flatnonzero(is_elsewhere | is_large))
+        return ImageBoxes.joined([kept, closer.select(np.flatnonzero(is_small & ~is_part & is_whole.all(axis=1)))])
+
+
+def _lies_in(boxes: ImageBoxes, others: ImageBoxes) -> BoolArray:
+    """Tell which boxes, (n,), lie nearly whole in one of the others."""
+    one, other = boxes.bounds_px()[:, None], others.bounds_px()
+    shared_px = np.minimum(one[..., 2:], other[:, 2:]) - np.maximum(one[..., :2], other[:, :2])
+    shared_px2 = np.prod(np.maximum(shared_px, 0.0), axis=2)
+    area_px2 = np.prod(one[..., 2:] - one[..., :2], axis=2)
+    return np.asarray((shared_px2 > PART_SHARE * area_px2).any(axis=1))
+
+
 def suppress(boxes: ImageBoxes, settings: OnnxSettings) -> ImageBoxes:
     """Keep the best of boxes that lie on each other, whatever their classes: one place holds one vehicle.
 
@@ -259,13 +341,11 @@ def _input_size(shape: tuple[int, ...], settings: OnnxSettings) -> tuple[int, in
     return wanted
 
 
-def _filled(tile: Tile, whole: Tile, most_px: tuple[int, int], *, enlarge: bool) -> tuple[int, int]:
-    """Make an input no larger than a tile needs at the scale that it has when all of the picture is looked at."""
-    scale = min(most_px[0] / whole.width_px, most_px[1] / whole.height_px)
-    scale = scale if enlarge else min(scale, 1.0)
-    sides = (tile.width_px, most_px[0]), (tile.height_px, most_px[1])
-    width, height = (min(most, INPUT_STEP_PX * int(np.ceil(side * scale / INPUT_STEP_PX))) for side, most in sides)
-    return width, height
+def picture_scale(image_size_px: tuple[int, int], input_px: tuple[int, int], settings: OnnxSettings) -> float:
+    """Give the pixels of the input for a pixel of the picture where all of it is looked at."""
+    whole = next(_tiles((0, 0, *image_size_px), settings))
+    scale = min(input_px[0] / whole.width_px, input_px[1] / whole.height_px)
+    return scale if settings.enlarge else min(scale, 1.0)
 
 
 def _checked_part(part_px: Part | None, image_size_px: tuple[int, int]) -> Part:

@@ -41,6 +41,8 @@ class OnnxSettings:
     classes : number of the network's class to our word (`CLASS_NAMES`); what is not listed is no vehicle.
     input_size_px : (width, height); None to take them from the weights.
     enlarge : whether weights that take any size get a smaller picture enlarged to that size.
+    closer : how many times larger they see the far part of a road once more, if the camera stands; 1 for not at all.
+    closer_below_px : far vehicles are those of which the longer side is shorter than this in the input.
     score_threshold : boxes with a lower score are dropped, but
     weak_threshold : those with at least this score count where a vehicle is expected, which has been seen before; None
         for none.
@@ -66,6 +68,8 @@ class OnnxSettings:
     classes: ClassWords
     input_size_px: Annotated[tuple[_InputPx, _InputPx], Meta(description="1 to 8192, twice")] | None = None
     enlarge: bool = True
+    closer: Annotated[float, Meta(ge=1, le=8)] = 1.0
+    closer_below_px: _Above0 = 30.0
     score_threshold: _Share = 0.25
     weak_threshold: _Share | None = None
     edge_noise_share: Annotated[tuple[_Share, _Share], Meta(description="two shares, at score 0 and 1")] = (0.1, 0.1)

@@ -7,7 +7,7 @@ instead, ``motion:both`` fuses the two. ``onnx:PATH`` is a trained network, ``on
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,7 +19,7 @@ from service.texts.toml_tables import Number, Text, read_toml
 from vision.networks import onnx_settings
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections
-from vision.networks.onnx_detector import OnnxDetector, Part
+from vision.networks.onnx_detector import OnnxDetector, Part, picture_scale
 from vision.networks.onnx_settings import ClassWords, OnnxSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.settings import VisionSettings
@@ -30,6 +30,7 @@ GRAMMAR = "auto, motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or fi
 NAME = re.compile(r"[A-Za-z0-9_-]+")  # of an installed detector; paths have a dot or a slash
 Side = Annotated[int, Meta(ge=2, lt=100_000)]
 SIZE = "width and height in whole pixels, at least 2"
+FarPart = Callable[[float], Part | None]
 _CHANNELS: Mapping[str, Channels] = {"": "colour", "thermal": "thermal", "both": "both"}
 
 
@@ -70,15 +71,27 @@ class OnnxChoice:
         """The files that it depends on."""
         return self.weights, recipe_path(self.weights)
 
-    def open(self, size_px: tuple[int, int], part_px: Part | None = None) -> OnnxDetector:
+    def open(
+        self, size_px: tuple[int, int], part_px: Part | None = None, far_part: FarPart = lambda _: None
+    ) -> OnnxDetector:
         """Load the network for frames of a size, of which it looks at a part or all.
+
+        Parameters
+        ----------
+        size_px : (width, height).
+        part_px : the part; None for all.
+        far_part : gives the part in which a usual car is narrower than so many pixels, if there is one.
 
         Raises
         ------
         VisionError
             If it cannot be used.
         """
-        return OnnxDetector(self.weights, self.settings, size_px, part_px)
+        settings, far_px = self.settings, None
+        if settings.closer > 1 and settings.input_size_px is not None:
+            scale = picture_scale(size_px, settings.input_size_px, settings)
+            far_px = far_part(settings.closer_below_px / scale)
+        return OnnxDetector(self.weights, settings, size_px, part_px, far_px)
 
 
 @dataclass(frozen=True, slots=True)

@@ -185,7 +185,8 @@ def _with_detector(source: VideoInput, choice: OnnxChoice | FileChoice) -> Video
     """Load the detector, so that nothing is written before it is known to work."""
     opened: OnnxDetector | StoredDetections
     if isinstance(choice, OnnxChoice):
-        opened = choice.open(source.sensor.size_px, source.sensor.road_part_px())
+        part_px = source.sensor.road_part_px()
+        opened = choice.open(source.sensor.size_px, part_px, source.sensor.road_part_px)
         sensor, warnings = replace(source.sensor, knows=opened), opened.warnings
     else:
         opened = choice.open(source.sensor.settings)

@@ -14,7 +14,7 @@ from tests.vision.support import make_frame
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
 from vision.networks.network import Network
-from vision.networks.onnx_detector import Letterbox, OnnxDetector, suppress
+from vision.networks.onnx_detector import CloserLook, Letterbox, OnnxDetector, picture_scale, suppress
 from vision.networks.onnx_settings import Layout, OnnxSettings
 
 SIZE_PX = (128, 72)
@@ -157,6 +157,52 @@ def test_part_of_the_picture_is_looked_at_alone(tmp_path: Path, tiles: tuple[int
     order = np.argsort(found.centre_px[:, 0])
     expected = np.array([[37.5, 23.5], [65.5, 55.5], [93.5, 23.5]])
     assert found.centre_px[order] == pytest.approx(expected, abs=4.1)
+
+
+def far_rows(height_px: int) -> CloserLook:
+    """The upper rows of the picture, twice as large; small is what is shorter than 30 px."""
+    settings = replace(SETTINGS, closer=2.0, closer_below_px=30.0)
+    return CloserLook.at((0, 0, SIZE_PX[0], height_px), 1.0, SIZE_PX, settings)
+
+
+def test_small_vehicles_are_those_of_the_closer_look_and_the_others_of_the_plain_one() -> None:
+    plain = boxes(
+        (20.0, 10.0, 12.0, 6.0, 0.5),  # small and far
+        (60.0, 10.0, 24.0, 9.0, 0.5),  # nearly too large for the closer look
+        (90.0, 10.0, 40.0, 9.0, 0.5),
+        (20.0, 60.0, 12.0, 6.0, 0.5),  # small, but near
+    )
+    closer = boxes(
+        (22.0, 10.0, 12.0, 6.0, 0.6),
+        (61.0, 10.0, 26.0, 9.0, 0.6),
+        (80.0, 10.0, 31.0, 9.0, 0.6),  # too large: a part of the one that the plain look has
+        (40.0, 29.0, 12.0, 6.0, 0.6),  # cut off below
+        (2.0, 3.0, 12.0, 6.0, 0.6),  # cut off by the picture itself
+        (100.0, 12.0, 16.0, 4.0, 0.6),  # the boot of the one that the plain look has
+    )
+    found = far_rows(32).joined(plain, closer)
+    assert found.centre_px[:, 0].tolist() == [60.0, 90.0, 20.0, 22.0, 61.0, 2.0]
+
+
+def test_closer_look_scales_the_part_as_much_as_was_asked() -> None:
+    look = far_rows(20)
+    assert look.letterbox.scale == 2.0
+    assert look.letterbox.input_size_px == (256, 64)  # to steps of 32
+    halved = CloserLook.at((0, 0, 128, 20), 0.5, SIZE_PX, replace(SETTINGS, closer=2.0, closer_below_px=30.0))
+    assert (halved.letterbox.scale, halved.small_px) == (1.0, 60.0)
+
+
+def test_scale_of_a_picture_is_that_of_its_tiles() -> None:
+    assert picture_scale((1280, 720), (640, 640), SETTINGS) == 0.5
+    assert picture_scale((1280, 720), (640, 640), replace(SETTINGS, tiles=(2, 1), overlap=0.0)) == 640 / 720
+    assert picture_scale((320, 200), (640, 640), SETTINGS) == 2.0
+    assert picture_scale((320, 200), (640, 640), replace(SETTINGS, enlarge=False)) == 1.0
+
+
+def test_closer_look_needs_weights_of_any_size(tmp_path: Path) -> None:
+    path = weights(tmp_path, blob_finder(SIZE_PX))
+    with pytest.raises(VisionError, match=r"expected closer = 1 for weights that fix their input, got 2\.0"):
+        OnnxDetector(path, replace(SETTINGS, closer=2.0), SIZE_PX)
 
 
 @pytest.mark.parametrize("part_px", [(-1, 0, 20, 20), (0, 0, 129, 72), (100, 60, 10, 13), (0, 0, 0, 10)])

@@ -12,10 +12,17 @@ from service.texts.toml_tables import read_toml
 from tests.architecture.test_imports import ROOT
 from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.onnx_settings import OnnxSettings
+from vision.objects import ByteArray
 from vision.video.frame import Frame
 
 WEIGHTS = ROOT / "vision" / "networks" / "weights"
 LARGEST_BYTES = 5_000_000
+
+
+def frame_of(picture: ByteArray) -> Frame:
+    planes = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420))
+    chroma = planes[720:].reshape(2, 360, 640)
+    return Frame(index=0, t_us=0, luma=planes[:720], chroma_u=chroma[0], chroma_v=chroma[1])
 
 
 @pytest.mark.parametrize(
@@ -30,9 +37,7 @@ def test_own_weights_find_vehicles_that_they_were_not_trained_on(
     found, asked = 0, 0
     detector = OnnxDetector(path, settings, (1280, 720))
     for still in draw_stills("junction", seed=2, count=2, camera=camera):
-        planes = np.asarray(cv2.cvtColor(still.picture, cv2.COLOR_BGR2YUV_I420))
-        chroma = planes[720:].reshape(2, 360, 640)
-        boxes = detector.detect(Frame(index=0, t_us=0, luma=planes[:720], chroma_u=chroma[0], chroma_v=chroma[1]))
+        boxes = detector.detect(frame_of(still.picture))
         assert still.shown is not None
         clear = still.shown.box_px[still.shown.share > 0.7]
         middles = (clear[:, :2] + clear[:, 2:]) / 2
@@ -44,6 +49,24 @@ def test_own_weights_find_vehicles_that_they_were_not_trained_on(
         asked += len(clear)
     assert asked > 10
     assert found / asked > least_share
+
+
+def test_edges_of_far_vehicles_are_known_better_by_a_closer_look() -> None:
+    path = WEIGHTS / "low.onnx"
+    settings = read_toml(path.with_suffix(".toml"), OnnxSettings, what="recipe")
+    plain, closer = (OnnxDetector(path, settings, (1280, 720), far_px=far) for far in (None, (0, 100, 1280, 200)))
+    off: dict[OnnxDetector, list[float]] = {plain: [], closer: []}
+    for seed in (1, 3):
+        for still in draw_stills("motorway", seed=seed, count=4, options={"demand": "high"}):
+            assert still.shown is not None
+            sides_px = (still.shown.box_px[:, 2:] - still.shown.box_px[:, :2]).max(axis=1)
+            is_far = (still.shown.share > 0.5) & (sides_px > 15) & (sides_px < 30)
+            for detector, worst in off.items():
+                found = detector.detect(frame_of(still.picture)).bounds_px()
+                for box_px, side_px in zip(still.shown.box_px[is_far], sides_px[is_far], strict=True):
+                    worst.append(float(np.abs(found - box_px).max(axis=1).min() / side_px))
+    assert len(off[plain]) > 25
+    assert np.median(off[closer]) < 0.75 * np.median(off[plain])
 
 
 def test_a_small_picture_is_enlarged_where_the_recipe_says_so() -> None:

@@ -231,22 +231,29 @@ class ImageSurface:
 
 
 def road_part(
-    view: GroundView, polygons_m: Sequence[FloatArray], image_size_px: tuple[int, int], settings: VisionSettings
-) -> tuple[int, int, int, int]:
+    view: GroundView,
+    polygons_m: Sequence[FloatArray],
+    image_size_px: tuple[int, int],
+    settings: VisionSettings,
+    *,
+    narrower_px: float = np.inf,
+) -> tuple[int, int, int, int] | None:
     """Bound the part of the picture in which vehicles on a road are seen, those too far to tell their feet apart too.
 
     Parameters
     ----------
     view, polygons_m, image_size_px, settings : as of `ImageSurface`.
+    narrower_px : only where a usual car is so narrow.
 
     Returns
     -------
-    Left, top, width and height in pixels; all of the picture if no road is in view.
+    Left, top, width and height in pixels; None if no such road is in view.
     """
-    coarse = _Watched(_grid(image_size_px, COARSE_PX), view, polygons_m, settings, by_feet=False)
+    finest_m = settings.car_width_m / narrower_px
+    coarse = _Watched(_grid(image_size_px, COARSE_PX), view, polygons_m, settings, by_feet=False, finest_m=finest_m)
     rows, columns = np.flatnonzero(coarse.road.any(axis=1)), np.flatnonzero(coarse.road.any(axis=0))
     if len(rows) == 0:
-        return (0, 0, *image_size_px)
+        return None
     left, top = (int(COARSE_PX) * int(cells[0]) for cells in (columns, rows))
     right, bottom = (
         min(int(COARSE_PX) * (int(cells[-1]) + 1), size)
@@ -268,7 +275,10 @@ def _grid(image_size_px: tuple[int, int], side: float) -> Grid:
 
 
 class _Watched:
-    """Which cells of an image grid show road, or vehicles on it; if not `by_feet`, high and far ones as well."""
+    """Which cells of an image grid show road, or vehicles on it; if not `by_feet`, high and far ones as well.
+
+    Road that is seen finer than `finest_m`, in metres a pixel, is left out.
+    """
 
     def __init__(
         self,
@@ -278,6 +288,7 @@ class _Watched:
         settings: VisionSettings,
         *,
         by_feet: bool = True,
+        finest_m: float = 0.0,
     ) -> None:
         pixels = grid.centres(Rectangle(0, grid.shape[0], 0, grid.shape[1]))
         ground_m, is_below = view.to_ground(pixels)
@@ -287,7 +298,7 @@ class _Watched:
         self._scale, along_m = np.full((2, *grid.shape), np.inf)
         sight = view.sight(ground_m[on_road])
         self._scale[on_road], along_m[on_road] = sight.across_m, sight.along_m
-        is_fine = self._scale <= settings.car_width_m / settings.detection.least_car_px
+        is_fine = (self._scale >= finest_m) & (self._scale <= settings.car_width_m / settings.detection.least_car_px)
         if by_feet:
             # Farther away one says less of a place than the length of a car: nobody could tell who is ahead of whom.
             is_fine &= settings.detection.foot_noise_cells * along_m <= settings.usual_length_m

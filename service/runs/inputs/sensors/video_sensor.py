@@ -1,5 +1,6 @@
 """What looks at a video? The vision that goes with its camera, its ground and its detector."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,8 +84,12 @@ class VideoSensor:
     def _view(self) -> GroundView:
         return GroundView(self.ground_camera.pixel_from_ground, self.size_px, self.settings, self.ground_camera.lens)
 
-    def road_part_px(self) -> tuple[int, int, int, int] | None:
-        """Bound the part of the picture that shows the road: left, top, width, height; None for a camera that moves.
+    def road_part_px(self, narrower_px: float = math.inf) -> tuple[int, int, int, int] | None:
+        """Bound the part of the picture that shows the road, or that where cars are narrower than so many pixels.
+
+        Returns
+        -------
+        Left, top, width, height; None for a camera that moves, and where there is no such part.
 
         Raises
         ------
@@ -93,7 +98,7 @@ class VideoSensor:
         """
         if self.motion is not None:
             return None
-        return road_part(self._view(), self.area_m, self.size_px, self.settings)
+        return road_part(self._view(), self.area_m, self.size_px, self.settings, narrower_px=narrower_px)
 
     def vision(self) -> Camera[Frame] | DoubtedVision:
         """Make the vision of the camera.

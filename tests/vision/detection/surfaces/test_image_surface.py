@@ -43,7 +43,9 @@ def test_road_is_watched_as_far_as_a_foot_tells_one_car_s_length_from_the_next()
 
 def test_part_with_the_road_holds_vehicles_and_not_the_sky() -> None:
     view = GroundView(bridge_view(), SIZE, VisionSettings())
-    left, top, width, height = road_part(view, [ROAD], SIZE, VisionSettings())
+    part_px = road_part(view, [ROAD], SIZE, VisionSettings())
+    assert part_px is not None
+    left, top, width, height = part_px
     near, far = view.to_pixels(np.array([[5.9, 25.0], [0.0, 120.0]]))
     assert left <= near[0] <= left + width
     assert top <= far[1] - 1.5 * 800 / 120
@@ -52,7 +54,19 @@ def test_part_with_the_road_holds_vehicles_and_not_the_sky() -> None:
     assert top > horizon_px - 4.0 * 800 / 180  # where a car is 8 px wide
     assert top <= view.to_pixels(np.array([[0.0, 175.0]]))[0, 1] - 3.0 * 800 / 175  # to cells of 8 px
     off_road = [ROAD + np.array([5000.0, 0.0])]
-    assert road_part(view, off_road, SIZE, VisionSettings()) == (0, 0, *SIZE)
+    assert road_part(view, off_road, SIZE, VisionSettings()) is None
+
+
+def test_far_part_ends_where_a_car_is_as_wide_as_was_asked() -> None:
+    view = GroundView(bridge_view(), SIZE, VisionSettings())
+    part_px = road_part(view, [ROAD], SIZE, VisionSettings())
+    far_px = road_part(view, [ROAD], SIZE, VisionSettings(), narrower_px=20.0)
+    assert part_px is not None
+    assert far_px is not None
+    assert far_px[1] == part_px[1]
+    ends = view.to_ground(np.array([[319.5, far_px[1] + far_px[3]]]))[0]
+    assert 1.8 / view.sight(ends).across_m == pytest.approx(20.0, rel=0.15)  # to cells of 8 px
+    assert road_part(view, [ROAD], SIZE, VisionSettings(), narrower_px=1.0) is None
 
 
 @pytest.mark.parametrize("heading_rad", [np.pi / 2, -np.pi / 2], ids=["away", "towards"])
