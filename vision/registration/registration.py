@@ -238,16 +238,25 @@ def likenesses(luma: ByteArray, points_px: FloatArray, other: ByteArray, other_p
     -------
     (n,) from -1 to 1.
     """
-    if len(points_px) == 0:
-        return np.zeros(0)
-    one, two = _surroundings(luma, points_px), _surroundings(other, other_px)
-    one -= one.mean(axis=1, keepdims=True)
-    two -= two.mean(axis=1, keepdims=True)
-    power = np.sqrt(np.sum(one**2, axis=1) * np.sum(two**2, axis=1))
-    return np.asarray(np.sum(one * two, axis=1) / np.maximum(power, 1e-6), np.float64)
+    return likeness(looks(luma, points_px), looks(other, other_px))
 
 
-def _surroundings(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
-    """Sample 5 x 5 pixels of a half-size picture around full-size positions, (n, 25)."""
-    places = (to_half(points_px)[:, None] + SURROUNDINGS_PX).astype(np.float32)
-    return np.asarray(cv2.remap(luma, places[..., 0], places[..., 1], cv2.INTER_LINEAR), np.float32)
+def looks(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
+    """Say how it looks around full-size positions, (..., 2), of a half-size picture.
+
+    Returns
+    -------
+    (..., 25), 5 x 5 pixels, of mean 0 and length 1.
+    """
+    places = (to_half(points_px.reshape(-1, 1, 2)) + SURROUNDINGS_PX).astype(np.float32)
+    if len(places) == 0:
+        return np.zeros((*points_px.shape[:-1], SURROUNDINGS_PX.shape[1]), np.float32)
+    seen = np.asarray(cv2.remap(luma, places[..., 0], places[..., 1], cv2.INTER_LINEAR), np.float32)
+    seen -= seen.mean(axis=1, keepdims=True)
+    seen /= np.maximum(np.sqrt(np.einsum("np,np->n", seen, seen)), 1e-3)[:, None]
+    return seen.reshape(*points_px.shape[:-1], -1)
+
+
+def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> FloatArray:
+    """Correlate `looks`, (..., 25) each; from -1 to 1."""
+    return np.asarray(np.einsum("...p,...p->...", one, other), np.float64)

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from vision.objects import BoolArray, ByteArray, FloatArray
-from vision.registration.key_frames import KeyFrame, corners_of, half_size
+from vision.registration.key_frames import corners_of, half_size
 from vision.registration.plane_fit import transform
-from vision.registration.registration import Registration, likenesses
+from vision.registration.registration import Registration, likeness, looks
 from vision.registration.settings import RegistrationSettings
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
@@ -68,7 +68,8 @@ class MovementWatch:
         self._size_px = np.array(image_size_px, np.float64)
         # The first picture's pixels take the place of the ground.
         self._registration = Registration(np.eye(3), image_size_px, settings)
-        self._first: KeyFrame | None = None
+        self._corners_px: FloatArray | None = None
+        self._first_looks = np.zeros((0, 0), np.float32)
         self._looked_us: int | None = None
         self._moved_looks = 0
         self.present_from_first: FloatArray = np.eye(3)
@@ -87,16 +88,17 @@ class MovementWatch:
         if self._looked_us is None or frame.t_us - self._looked_us >= self._settings.watch_us:
             self._looked_us = frame.t_us
             luma = half_size(frame.luma)
-            if self._first is None:
+            if self._corners_px is None:
                 self._registration.locate(frame, ())
-                self._first = KeyFrame(luma, np.eye(3), corners_of(luma, (), self._settings))
-            self._moved_looks = self._moved_looks + 1 if self._has_moved(self._first, luma, frame) else 0
+                self._corners_px = corners_of(luma, (), self._settings)
+                self._first_looks = looks(luma, self._corners_px)
+            self._moved_looks = self._moved_looks + 1 if self._has_moved(self._corners_px, luma, frame) else 0
         return self._moved_looks >= self._settings.watch_looks
 
-    def _has_moved(self, first: KeyFrame, luma: ByteArray, frame: Frame) -> bool:
-        settings, corners_px = self._settings, first.corners_px
-        there = likenesses(first.luma, corners_px, luma, corners_px)
-        if _most(there >= settings.least_likeness) and not self._is_better_beside(first, luma, there):
+    def _has_moved(self, corners_px: FloatArray, luma: ByteArray, frame: Frame) -> bool:
+        settings, first = self._settings, self._first_looks
+        there = likeness(first, looks(luma, corners_px))
+        if _most(there >= settings.least_likeness) and not self._is_better_beside(corners_px, luma, there):
             return False
         found = self._registration.locate(frame, ())
         if found is None:
@@ -107,22 +109,19 @@ class MovementWatch:
         is_in_view = ((moved_px >= 0) & (moved_px <= self._size_px - 1)).all(axis=1)
         if not is_in_view.any() or np.median(shift_px[is_in_view]) < self._least_px:
             return False
-        moved = likenesses(first.luma, corners_px, luma, moved_px)
+        moved = likeness(first, looks(luma, moved_px))
         says_moved = is_in_view & (moved >= settings.least_likeness) & (moved > there)
         says_stood = (there >= settings.least_likeness) & (there >= moved)
         voters = np.count_nonzero(says_moved) + np.count_nonzero(says_stood)
         return bool(voters >= settings.least_inliers and np.count_nonzero(says_moved) >= settings.moved_share * voters)
 
-    def _is_better_beside(self, first: KeyFrame, luma: ByteArray, there: FloatArray) -> bool:
+    def _is_better_beside(self, corners_px: FloatArray, luma: ByteArray, there: FloatArray) -> bool:
         """Tell whether most corners look more as they did some pixels away, all on the same side.
 
         Blurred ones look nearly as they did from two pixels away.
         """
-        for shift_px in self._least_px * SIDES:
-            beside = likenesses(first.luma, first.corners_px, luma, first.corners_px + shift_px)
-            if _most(beside > there):
-                return True
-        return False
+        beside = looks(luma, corners_px + self._least_px * SIDES[:, None])
+        return any(_most(one > there) for one in likeness(self._first_looks, beside))
 
 
 def _most(of: BoolArray) -> bool:
