@@ -80,7 +80,8 @@ class FrameRelations:
 
     def hypotheses_of(self, change: RelationChange) -> tuple[str, ...]:
         """Give those that a change rests on: about its arguments, and about the return of those that are absent."""
-        return self.hypotheses.of(change.args, change.absent)
+        labels = self.hypotheses.of(change.args, change.absent)
+        return tuple(label for label in labels if label not in change.younger) if change.younger else labels
 
 
 class RelationUnit:

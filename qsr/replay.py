@@ -42,16 +42,17 @@ class ReplayingObserver:
         begun : labels of hypotheses by which an object is the one it is, from this frame on, and that object.
         decided : labels that will never be refuted.
         refuted : labels of which it is known now that the object was not seen since they began. What was told of it
-            since then must be taken back; what is true of it since then is among the changes.
+            since then must be taken back; what is true of it since then is among the changes. These say which of the
+            labels are ``younger`` than what shows them: whoever refutes one looks again from its beginning only.
         """
         t_us = seen.footprints.t_us
         for label in decided:
             self._labels.pop(label, None)
         wrong = [self._labels.pop(label) for label in refuted if label in self._labels]
+        self._labels |= {label: (one, t_us) for label, one in (begun or {}).items()}
         retold = self._again(wrong, seen) if wrong else []
         if begun:
             self._before[t_us] = self._observer.copy()
-            self._labels |= {label: (one, t_us) for label, one in begun.items()}
         [changes] = self._observer.observe_all([seen])
         if self._labels:
             self._seen[t_us] = seen
@@ -71,9 +72,10 @@ class ReplayingObserver:
             unseen = {one for one, since_us in wrong if since_us <= t_us}
             self._seen[t_us] = seen = self._seen[t_us].without(unseen)
             told = _without_who_is_there(told, seen)
+            younger = tuple(label for label, (_, since_us) in self._labels.items() if since_us > t_us)
             [changes] = observer.observe_all([seen])
             told += [
-                replace(change, decided_us=now.footprints.t_us)
+                replace(change, decided_us=now.footprints.t_us, younger=younger)
                 for change in changes
                 if not unseen.isdisjoint(change.args)
             ]

@@ -35,6 +35,7 @@ class RelationChange:
     absent : those because of whom nothing is known for the time being; empty for what is known to have changed.
     confidence : how probable it is that it really changed, 0 to 1, in thousandths: 1 if nothing says how sure the
         positions are. What becomes unknown is as sure as its objects are, and of what was unknown nothing is said.
+    younger : labels of hypotheses about its arguments on which it does not rest, since they began after what shows it.
     """
 
     name: str
@@ -45,6 +46,7 @@ class RelationChange:
     new: Value
     absent: tuple[str, ...] = ()
     confidence: float = 1.0
+    younger: tuple[str, ...] = ()
 
 
 def rearranged(array: NDArray[Cell], columns: LongArray, fresh: IntArray | int = 0) -> NDArray[Cell]:

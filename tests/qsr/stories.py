@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from dyknow.streams.hypotheses import Hypotheses
+from qsr.adapter import FrameRelations
 from qsr.changes.crossings import RelationChange, Value
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
@@ -29,8 +31,9 @@ class Story:
         """Take a frame; ``doubtful`` has the labels of what is told of some cars, "NAME lost" is that of an absence."""
         self.told = [(change, labels) for change, labels in self.told if labels.isdisjoint(refuted)]
         for change in changes:
-            labels = [doubtful[one] for one in change.args if doubtful and one in doubtful]
-            self.told.append((change, frozenset([*labels, *(f"{one} lost" for one in change.absent)])))
+            about = {one: (label,) for one, label in (doubtful or {}).items()}
+            known = Hypotheses(about, absences={one: f"{one} lost" for one in change.absent})
+            self.told.append((change, frozenset(FrameRelations((), known).hypotheses_of(change))))
 
     def standing(self) -> set[Told]:
         return facts([change for change, _ in self.told])

@@ -4,7 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
+from dyknow.streams.hypotheses import Hypotheses
+from qsr.adapter import FrameRelations
 from qsr.changes.line_up import Seen
 from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
@@ -107,3 +110,21 @@ def test_that_another_one_left_meanwhile_is_told_once_more() -> None:
     ]
     left = [(one.t_us, one.decided_us, one.new) for one in told if one.args == ("a", "b") and not one.absent]
     assert left == [(0, 0, True), (500_000, 500_000, None), (500_000, 600_000, None)]
+
+
+@pytest.mark.parametrize(("linked", "car", "labels"), [(4, "b", ("v3->b",)), (6, "a", ())])
+def test_what_is_told_anew_rests_on_no_younger_link(linked: int, car: str, labels: tuple[str, ...]) -> None:
+    """Another one leaves at the fifth frame, which is told at the sixth."""
+    observer = ReplayingObserver(RelationObserver(("road",), ("cross",), only=["behind"]))
+    link = f"v3->{car}"
+    for number, names in enumerate(("ab", "ab", "b", "ab", "ab", "a", "a")):
+        told = observer.observe(
+            Seen(two_cars(number, (0.0, 10.0), names), {"a": 200_000} if number == 2 else {}, ()),
+            ({"v2->a": "a"} if number == 3 else {}) | ({link: car} if number == linked else {}),
+            refuted=["v2->a"] if number == 6 else (),
+        )
+    known = FrameRelations(tuple(told), Hypotheses({car: (link,)}))
+    assert [(one.args, one.t_us, known.hypotheses_of(one)) for one in told] == [
+        (("a", "b"), 500_000, labels),
+        (("b", "a"), 500_000, labels),
+    ]
