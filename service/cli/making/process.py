@@ -119,6 +119,11 @@ def _process_one(request: "RunRequest", *, as_json: bool) -> None:
         with progress_bar(request.input.name) as on_progress:
             summary = run(request, on_progress=on_progress)
         print_summary(summary, request.log_url)
+    leave_if_cut(summary)
+
+
+def leave_if_cut(summary: "RunSummary") -> None:
+    """Leave with an error if a run did not come to the end of its input."""
     if summary.status != "finished":
         kept = "the events up to there are kept" if summary.is_kept else "the run in the log came further and stays"
         print(f"error: {summary.reason}; {kept}", file=sys.stderr)

@@ -14,6 +14,7 @@ import numpy as np
 
 from dyknow.language.diagnostics import near
 from service.errors import TruthError
+from service.questions.events.notes import run_notes
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.observations.coverage import lost_views
 from service.questions.observations.stored_events import chronicles_of
@@ -145,7 +146,7 @@ def _positions(states: Sequence[CarState]) -> Positions:
 
 
 def scene_doubts(url: str, truth_folder: Path, *, run: str | None = None) -> tuple[str, ...]:
-    """Say what speaks against a folder being the truth of what a run saw.
+    """Say what speaks against a folder being the truth of what a run saw: of the rest of a run that was cut it is not.
 
     Parameters
     ----------
@@ -166,8 +167,9 @@ def scene_doubts(url: str, truth_folder: Path, *, run: str | None = None) -> tup
     with open_log(url) as log:
         record = log.run(run)
         seen = [state for state in log.states(record.id) if state.linked]
+        cut = tuple(run_notes([log], EventFilter(runs=(record.id,))))
     cars = _positions(seen)
-    return (*_doubts_by_name(record, truth_folder), *_doubts_by_place(record, cars, vehicles, truth_folder))
+    return (*cut, *_doubts_by_name(record, truth_folder), *_doubts_by_place(record, cars, vehicles, truth_folder))
 
 
 def _doubts_by_name(record: RunRecord, folder: Path) -> Iterator[str]:

@@ -173,6 +173,21 @@ def test_a_signal_ends_a_program_in_the_ordinary_way(tmp_path: Path, name: str, 
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a.db", "race.csv"]
 
 
+def test_a_demo_that_is_stopped_scores_nothing(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(meter: _Meter, t_us: int) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    (tmp_path / "scene").symlink_to(scene)
+    monkeypatch.setattr("data_gen.outputs.scene.generate", lambda *_, **__: None)
+    monkeypatch.setattr(_Meter, "count", stop)
+    assert run(["demo", "--out", str(tmp_path)]) == 143
+    told = capsys.readouterr()
+    assert "got SIGTERM; the events up to there are kept" in told.err
+    assert "3. " not in told.out
+
+
 def test_a_stopped_repeat_says_that_the_run_stays(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,13 +6,14 @@ import pytest
 
 from service.cli.app import run as run_command
 from service.questions.scoring.evaluate_log import scene_doubts
+from service.records.runs import RunStatus
 from service.store.log import open_log
 from tests.service.logs import run, state
 
 STEP_US = 100_000
 
 
-def log(folder: Path, site: str = "crossing") -> str:
+def log(folder: Path, site: str = "crossing", status: RunStatus = "finished") -> str:
     """Write a run of ten seconds in which one car drives east at 10 m/s."""
     url = f"sqlite:///{folder / 'log.db'}"
     with open_log(url, "w") as written:
@@ -20,7 +21,7 @@ def log(folder: Path, site: str = "crossing") -> str:
         for frame in range(100):
             writer.append_frames([frame * STEP_US])
             writer.append_states([state(frame * STEP_US, "car1", float(frame), 0.0)])
-        writer.finish("finished")
+        writer.finish(status)
     return url
 
 
@@ -54,6 +55,11 @@ def test_cars_where_the_truth_has_nobody_are_told(tmp_path: Path) -> None:
 def test_a_truth_of_other_times_is_told(tmp_path: Path) -> None:
     (doubt,) = scene_doubts(log(tmp_path), truth(tmp_path, from_us=60_000_000))
     assert "at which run r1 saw cars, 0.00 s to 9.90 s, got one for 60.00 s to 69.90 s" in doubt
+
+
+def test_a_run_that_was_cut_is_told(tmp_path: Path) -> None:
+    (doubt,) = scene_doubts(log(tmp_path, status="interrupted"), truth(tmp_path))
+    assert doubt == "run 'r1' of demo.mp4 was interrupted; it covers 00:00.000 to 00:09.900"
 
 
 def test_a_doubt_is_a_warning_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
