@@ -19,11 +19,12 @@ from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
+from benchmarks.whole_runs import process_whole
 from chronicles.chronicle_set import ChronicleSet
 from data_gen.outputs.track_scene import make_track_scene
 from service.runs import activation
 from service.runs.activation import Activation
-from service.runs.processing import Progress, process
+from service.runs.processing import Progress
 from service.runs.requests import RunRequest
 from service.store.log import open_log
 from service.store.registers.chronicle_texts import ChronicleTexts
@@ -44,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         folder = Path(name)
         make_track_scene(options.scene, seed=options.seed, duration_us=options.seconds * 1_000_000, out_dir=folder)
         request = RunRequest(folder / "truth.csv", folder / "site.toml", str(folder / "log.db"), is_live=True)
-        process(replace(request, log_url=str(folder / "first.db")))  # what is loaded once in a process
+        process_whole(replace(request, log_url=str(folder / "first.db")))  # what is loaded once in a process
         ratios = [cpu_s(request) / cpu_s(replace(request, is_live=False)) for _ in range(options.repeats)]
         print(f"{options.scene}, {options.seconds} s, seed {options.seed}")
         print(f"all relations: {statistics.median(ratios):.2f} of the processor time with those of the library")
@@ -57,7 +58,7 @@ def cpu_s(request: RunRequest) -> float:
     """Process into a new log; give the processor time."""
     Path(request.log_url).unlink(missing_ok=True)
     began_s = time.process_time()
-    process(request)
+    process_whole(request)
     return time.process_time() - began_s
 
 
@@ -80,7 +81,7 @@ def stopped(request: RunRequest, seconds: int) -> str:
 
     plain = Activation.take
     with patch.object(Activation, "take", take), patch("service.runs.followed_texts.LOOKED_EVERY_S", 0.0):
-        process(request, on_progress=store)
+        process_whole(request, on_progress=store)
     with open_log(request.log_url) as log:
         changes = sum(1 for _ in log.relations(log.run().id))
     (stop_s,) = stops_s

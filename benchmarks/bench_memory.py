@@ -12,8 +12,9 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.whole_runs import process_whole
 from service.cli.app import run
-from service.runs.processing import Progress, RunRequest, process
+from service.runs.processing import Progress, RunRequest
 
 MINUTES = 20
 MINUTE_US = 60_000_000
@@ -31,7 +32,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         source, site = args.video or _looped(Path(folder), args.minutes, args.scenario, LOST if args.lost else ())
         table = _Table()
-        process(RunRequest(source, site, f"{folder}/log.db"), on_progress=table.show)
+        process_whole(RunRequest(source, site, f"{folder}/log.db"), on_progress=table.show)
     table.report()
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from benchmarks.bench_memory import LOST
 from benchmarks.evaluate_scenes import KINDS, made_scene
+from benchmarks.whole_runs import process_whole
 from chronicles import library
 from chronicles.events import Event
 from chronicles.recogniser import recognise
@@ -24,7 +25,7 @@ from service.cli.printing import format_table
 from service.questions.observations.computed_relations import computed_relations
 from service.questions.observations.run_sites import ground_of
 from service.questions.observations.stored_events import stored_events
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 from service.store.log import open_log
 
 SECONDS = 60
@@ -64,7 +65,7 @@ def every_relation() -> str:
 def _compared(source: Path, site: Path, folder: Path) -> list[str]:
     chronicle, path = folder / "every.chronicle", str(folder / "log.db")
     chronicle.write_text(every_relation())
-    name = process(RunRequest(source, site, path, chronicle_files=(chronicle,), again=True)).run
+    name = process_whole(RunRequest(source, site, path, chronicle_files=(chronicle,), again=True)).run
     with open_log(path) as log:
         record = log.run(name)
         stored = stored_events(log, record.id)

@@ -13,11 +13,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from benchmarks.evaluate_scenes import KINDS, made_scene
+from benchmarks.whole_runs import process_whole
 from service.cli.printing import format_table
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.recognition.stored_recognition import recognise_stored
 from service.records.events import EventRecord
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 from service.store.log import open_log
 
 SECONDS = 60
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _compared(scene: Path, log: Path) -> list[str]:
     log.unlink(missing_ok=True)
-    process(RunRequest(scene / "video.mp4", scene / "site.toml", str(log)))
+    process_whole(RunRequest(scene / "video.mp4", scene / "site.toml", str(log)))
     with open_log(str(log)) as opened:
         told = _counted(map(decode_event, iterate_events(opened, EventFilter())))
     again = _counted(one.event for one in recognise_stored(str(log), ()).events if one.event.status != "doubtful")

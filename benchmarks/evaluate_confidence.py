@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
+from benchmarks.whole_runs import process_whole
 from chronicles.execution.confidence import USUAL
 from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
 from data_gen.outputs.trajectories import TrackFaults
@@ -23,7 +24,7 @@ from data_gen.scenarios.catalogue import SCENARIOS
 from data_gen.truth.event import ROLES
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.scoring.evaluate_log import evaluate_log_types
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 from service.store.log import open_log
 
 RATE_HZ, BINS = 10, 10
@@ -96,7 +97,7 @@ def judge_scene(folder: Path) -> Iterator[Judged]:
 def _judge(file: Path, truth: Path, source: str) -> Iterator[Judged]:
     with tempfile.TemporaryDirectory(prefix="confidence_") as folder:
         log = str(Path(folder) / "a.db")
-        process(RunRequest(file, truth / "site.toml", log, min_confidence=0.0))
+        process_whole(RunRequest(file, truth / "site.toml", log, min_confidence=0.0))
         with open_log(log) as opened:
             told = [decode_event(text) for text in iterate_events(opened, EventFilter())]
         sure = {one.id: one.confidence for one in told}

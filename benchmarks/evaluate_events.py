@@ -15,6 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.pooled_scores import merge_evaluations
+from benchmarks.whole_runs import process_whole
 from data_gen.outputs.track_scene import TrackScene, make_track_scene, write_scenario_tracks
 from data_gen.outputs.trajectories import TrackFaults
 from data_gen.scenarios.catalogue import SCENARIOS
@@ -22,7 +23,7 @@ from data_gen.truth.event import ROLES
 from service.questions.scoring.evaluate import Evaluation
 from service.questions.scoring.evaluate_log import evaluate_log_types
 from service.questions.scoring.proportions import wilson_interval
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 
 RATE_HZ = 10
 LOW_SHARE = 0.95
@@ -106,7 +107,7 @@ def score_scenario(
 def _score(scene: TrackScene, tracks: str, types: Sequence[str]) -> dict[str, Evaluation]:
     file, log = scene.folder / f"{tracks}.csv", scene.folder / f"{tracks}.db"
     write_scenario_tracks(scene, file, TRACKS[tracks])
-    process(RunRequest(input=file, site=scene.folder / "site.toml", log_url=str(log)))
+    process_whole(RunRequest(input=file, site=scene.folder / "site.toml", log_url=str(log)))
     return evaluate_log_types(str(log), scene.folder, event_types=types)
 
 

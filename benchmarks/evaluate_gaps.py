@@ -20,11 +20,12 @@ from benchmarks.compare_passes import Intervals, overlapping, recognised_passes
 from benchmarks.kept_identity import count_returns, follow, idf1, revise
 from benchmarks.lost_tracks import GAPS_PER_MINUTE
 from benchmarks.pooled_scores import share_text
+from benchmarks.whole_runs import process_whole
 from data_gen.outputs.trajectories import NoisyTracks, TrackFaults, TrueRows, disturb, write_tracks
 from service.cli.making.process import parse_columns
 from service.runs.inputs.sites.site import load_site
 from service.runs.inputs.trajectories import load_trajectories
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 from service.store.log import open_log
 
 TITLES = ("gap", "found", "of", "share", "others", "right", "wrong", "new", "share right", "share wrong", "IDF1")
@@ -80,7 +81,7 @@ def find_passes(tracks: NoisyTracks, site: Path | None) -> Intervals:
         file, log_url = Path(name, "tracks.csv"), str(Path(name, "tracks.db"))
         write_tracks(file, tracks)
         with as_file(files("chronicles.library") / "pass.chronicle") as chronicle:
-            process(RunRequest(input=file, site=site, log_url=log_url, chronicle_files=(chronicle,)))
+            process_whole(RunRequest(input=file, site=site, log_url=log_url, chronicle_files=(chronicle,)))
         with open_log(log_url) as log:
             of_tracks = recognised_passes(log)
     vehicle_of = dict(zip(tracks.ids, tracks.rows.vehicles, strict=True))

@@ -30,6 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.whole_runs import process_whole
 from data_gen.outputs.scene import generate
 from gis.cameras.camera_pose import read_camera_track
 from service.questions.scoring.evaluate import Evaluation, TrueEvent, evaluate_events, load_truth, positions_from_rows
@@ -46,7 +47,7 @@ from service.questions.scoring.pairs import (
 )
 from service.questions.scoring.truth_rows import nearest_times
 from service.records.seen import CarState
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 from service.store.log import open_log
 
 SCENARIOS: Mapping[str, Mapping[str, str]] = {"motorway": {"demand": "high"}, "rural_overtaking": {}, "junction": {}}
@@ -135,7 +136,7 @@ def _measure(scenario: str, seed: int, options: argparse.Namespace) -> Measured:
         detector = f"file:{boxes}"
     video, site = scene / "video.mp4", scene / "site.toml"
     request = RunRequest(video, site, str(log), again=True, detector=detector, rate_hz=options.rate)
-    run = process(request).run
+    run = process_whole(request).run
     return measure_log(str(log), scene, run=run, seconds=seconds)
 
 

@@ -15,12 +15,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.pooled_scores import merge_evaluations
+from benchmarks.whole_runs import process_whole
 from data_gen.outputs.scene import generate
 from service.questions.scoring.evaluate import Evaluation
 from service.questions.scoring.evaluate_log import evaluate_log
 from service.questions.scoring.proportions import wilson_interval
 from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 
 TYPE = "overtake"
 
@@ -121,7 +122,7 @@ def _measure(name: str, seed: int, options: argparse.Namespace) -> Measured:
     log = options.folder / f"{name.replace(' ', '_')}_seed{seed}_{options.seconds}s.db"
     rate_hz = kind.rate_hz or options.rate
     request = RunRequest(scene / "video.mp4", scene / "site.toml", str(log), again=True, rate_hz=rate_hz)
-    summary = process(request)
+    summary = process_whole(request)
     return Measured(
         (compare_log(str(log), scene, run=summary.run),),
         evaluate_log(str(log), scene, event_type=TYPE, run=summary.run),

@@ -3,10 +3,11 @@
 from importlib.resources import as_file, files
 from pathlib import Path
 
+from benchmarks.whole_runs import process_whole
 from data_gen.outputs.track_scene import TrackScene
 from service.questions.scoring.evaluate import Evaluation
 from service.questions.scoring.evaluate_log import evaluate_log
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 
 
 def score_recognition(scene: TrackScene, file: Path, event_type: str) -> Evaluation:
@@ -20,5 +21,5 @@ def score_recognition(scene: TrackScene, file: Path, event_type: str) -> Evaluat
     log.unlink(missing_ok=True)
     with as_file(files("chronicles.library") / f"{event_type}.chronicle") as chronicle:
         site = scene.folder / "site.toml"
-        process(RunRequest(input=file, site=site, log_url=str(log), chronicle_files=(chronicle,)))
+        process_whole(RunRequest(input=file, site=site, log_url=str(log), chronicle_files=(chronicle,)))
     return evaluate_log(str(log), scene.folder, event_type=event_type)

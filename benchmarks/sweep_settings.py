@@ -26,13 +26,14 @@ from pathlib import Path
 from typing import get_args
 
 from anchoring.settings import AnchoringSettings
+from benchmarks.whole_runs import process_whole
 from data_gen.outputs.scene import generate
 from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
 from service.records.events import EventStatus
-from service.runs.processing import RunRequest, process
+from service.runs.processing import RunRequest
 from service.store.log import open_log
 from vision.settings import VisionSettings
 
@@ -180,7 +181,9 @@ def _try(task: Task) -> Outcome | None:
         site.write_text(text, encoding="utf-8")
         log = Path(own) / "log.db"
         try:
-            process(RunRequest(source, site, str(log), detector=f"file:{source}" if scene == "detections" else None))
+            process_whole(
+                RunRequest(source, site, str(log), detector=f"file:{source}" if scene == "detections" else None)
+            )
         except InputError:
             if setting is None:
                 raise
