@@ -1,5 +1,6 @@
 """Chronicles change while a run goes on: is what it tells in the end what it would have told with the last ones?"""
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import product
@@ -126,6 +127,28 @@ def test_a_run_tells_in_the_end_what_it_would_have_told_with_the_last_chronicles
     with open_log(changed) as one, open_log(whole) as other:
         assert (one.run().chronicles, one.run().texts) == (other.run().chronicles, other.run().texts)
         assert one.run().id == other.run().id
+
+
+@pytest.mark.parametrize("at_us", [9_000_000, 11_200_000], ids=["before", "after others met"])
+def test_who_is_hidden_as_chronicles_change_may_have_met_somebody(tmp_path: Path, at_us: int) -> None:
+    """Nobody sees a from 5 s to 11.4 s; it is near b at 8.9 s, and c, which comes the other way, at 11 s."""
+    lines = [HEADER]
+    for frame in range(75):
+        t_s = frame / 5
+        a = "a" if t_s < 5 else "" if t_s < 11.4 else "a2"
+        for name, x_m, y_m, heading_rad, speed_mps in (
+            (a, 19 * t_s, 0.0, 0.0, 19.0),
+            ("b", 180 + 2 * t_s, 3.0, 0.0, 2.0),
+            ("c", 440 - 19 * t_s, 6.0, math.pi, 19.0),
+        ):
+            if name:
+                lines.append(f"{frame * 200_000},{name},{x_m:.2f},{y_m},{heading_rad},{speed_mps},4.5,1.8")
+    tracks, changed, whole = tmp_path / "t.csv", str(tmp_path / "a.db"), str(tmp_path / "b.db")
+    tracks.write_text("\n".join([*lines, ""]))
+    run(tracks, whole, BESIDE + NEAR)
+    run(tracks, changed, BESIDE, (at_us, change(tracks, BESIDE + NEAR)))
+    assert told(changed) == told(whole)
+    assert [one.type for one in read_all(changed)].count("near") == 6
 
 
 def test_chronicles_that_stay_are_not_told_again(tracks: Path, unchanged: Callable[..., str]) -> None:
