@@ -20,6 +20,7 @@ MAX_MEDIA_US = 10**15  # about 31 years, far below what an SQL bigint holds
 # A source may start between these: the calendar has room for any media time after it, in any zone.
 FIRST_UTC, LAST_UTC = datetime(1900, 1, 1, tzinfo=UTC), datetime(9900, 1, 1, tzinfo=UTC)
 
+_MEDIA = "microseconds of media time (12500000), seconds (12.5s) or mm:ss (01:23.5)"
 _SECONDS = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)s", re.ASCII)
 _CLOCK = re.compile(r"(?:(\d{1,6}):)?(\d{1,2}):(\d{2}(?:\.\d{1,9})?)", re.ASCII)
 _INTEGER = re.compile(r"\d{1,18}", re.ASCII)
@@ -61,7 +62,7 @@ def parse_time(text: str, *, parameter: str) -> TimePoint:
     True
     """
     media_us = _parse_media_us(text)
-    if media_us is not None and media_us <= MAX_MEDIA_US:
+    if media_us is not None:
         return TimePoint(media_us, "media")
     if _RFC3339.fullmatch(text):
         try:
@@ -69,14 +70,13 @@ def parse_time(text: str, *, parameter: str) -> TimePoint:
         except (ValueError, OverflowError):
             pass  # a 30th of February, or a year no calendar holds: the message below says what is wanted
     raise QueryError(
-        f"{parameter}: expected microseconds of media time (12500000), seconds (12.5s), mm:ss (01:23.5) or "
-        f"RFC 3339 with an offset (2026-05-01T08:00:00Z), got {text!r}",
+        f"{parameter}: expected {_MEDIA}, or RFC 3339 with an offset (2026-05-01T08:00:00Z), got {text!r}",
         parameter=parameter,
     )
 
 
 def parse_media_us(text: str, *, parameter: str) -> int:
-    """Read a time point in media time, in microseconds.
+    """Read a time point in media time, or how long something lasts, in microseconds.
 
     Raises
     ------
@@ -88,10 +88,10 @@ def parse_media_us(text: str, *, parameter: str) -> int:
     >>> parse_media_us("1:02.5", parameter="--from")
     62500000
     """
-    point = parse_time(text, parameter=parameter)
-    if point.clock != "media":
-        raise QueryError(f"{parameter}: expected media time such as 12.5s, got {text!r}", parameter=parameter)
-    return point.us
+    media_us = _parse_media_us(text)
+    if media_us is None:
+        raise QueryError(f"{parameter}: expected {_MEDIA}, got {text!r}", parameter=parameter)
+    return media_us
 
 
 def parse_utc_us(text: str, *, parameter: str) -> int:
@@ -154,16 +154,16 @@ def format_media(us: int) -> str:
 
 
 def _parse_media_us(text: str) -> int | None:
+    media_us = None
     if _INTEGER.fullmatch(text):
-        return int(text)
-    if match := _SECONDS.fullmatch(text):
-        return _to_us(match[1])
-    if match := _CLOCK.fullmatch(text):
+        media_us = int(text)
+    elif match := _SECONDS.fullmatch(text):
+        media_us = _to_us(match[1])
+    elif match := _CLOCK.fullmatch(text):
         hours, minutes, seconds = match.groups()
-        if Fraction(seconds) >= 60 or (hours is not None and int(minutes) >= 60):
-            return None
-        return (int(hours or 0) * 3600 + int(minutes) * 60) * 1_000_000 + _to_us(seconds)
-    return None
+        if Fraction(seconds) < 60 and (hours is None or int(minutes) < 60):
+            media_us = (int(hours or 0) * 3600 + int(minutes) * 60) * 1_000_000 + _to_us(seconds)
+    return None if media_us is None or media_us > MAX_MEDIA_US else media_us
 
 
 def _to_us(seconds: str) -> int:
