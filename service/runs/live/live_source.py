@@ -1,10 +1,13 @@
 """What sends video, or rows, now? An address, a device, a pipe: opened within seconds, and watched for silence."""
 
+import os
 import re
+import select
 from contextlib import suppress
 from io import FileIO
 from os.path import expandvars
 from pathlib import Path
+from threading import Event
 from urllib.parse import urlsplit, urlunsplit
 
 import av
@@ -13,15 +16,40 @@ from av.video.stream import VideoStream
 
 from service.errors import InputError
 
-OPENED_WITHIN_S, SILENT_FOR_S = 10.0, 5.0
+OPENED_WITHIN_S, SILENT_FOR_S, LOOKED_EVERY_S = 10.0, 5.0, 0.2
 # What MPEG-TS carries; other packets cannot be copied.
 CARRIED = frozenset({"h264", "hevc", "mpeg1video", "mpeg2video", "mpeg4"})
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 _NAMED = re.compile(r"\$(\w+|\{\w+\})")
 
 
+class Pipe(FileIO):
+    """A pipe that is read until it is over, or nobody wants more of it; until then a read waits, also for a writer.
+
+    Parameters
+    ----------
+    text : the path of a named pipe, or ``-`` for standard input.
+    ended : set it so that whoever reads gets an end.
+    """
+
+    def __init__(self, text: str, ended: Event) -> None:
+        # To open a pipe waits for its writer otherwise, and nothing ends that.
+        super().__init__(
+            os.dup(0) if text == "-" else text, opener=lambda path, how: os.open(path, how | os.O_NONBLOCK)
+        )
+        self._ended = ended
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read what there is, at most so many bytes; nothing at the end."""
+        data = None  # as when another reader was faster
+        while data is None and not self._ended.is_set():
+            if select.select([self], [], [], LOOKED_EVERY_S)[0]:
+                data = super().read(size)
+        return data or b""
+
+
 class LiveSource:
-    """Name a live source.
+    """Name a live source; close it when all that was opened is done with.
 
     Parameters
     ----------
@@ -32,6 +60,7 @@ class LiveSource:
     ----------
     shown : the text without a password.
     ends : whether its end is the end; else it is expected to come back.
+    ended : set it when nobody wants more of it.
 
     Raises
     ------
@@ -52,6 +81,13 @@ class LiveSource:
             if path.is_file() or path.is_dir():
                 raise InputError(f"{text}: expected a live source, got a file; dyknow process reads it")
         self.ends = text == "-" or path.is_fifo()
+        self.ended = Event()
+        self._pipe: Pipe | None = None
+
+    def close(self) -> None:
+        """Close the pipe, if it is one."""
+        if self._pipe:
+            self._pipe.close()
 
     def open(self) -> tuple[InputContainer, VideoStream]:
         """Connect; close the container when done.
@@ -61,11 +97,11 @@ class LiveSource:
         InputError
             If nothing answers in time, or what comes is no video that can be recorded.
         """
-        name = "pipe:0" if self._text == "-" else self._text
-        options = {"rtsp_transport": "tcp"} if name.startswith("rtsp") else {}
-        device = "v4l2" if Path(name).is_char_device() else None
+        options = {"rtsp_transport": "tcp"} if self._text.startswith("rtsp") else {}
+        device = "v4l2" if Path(self._text).is_char_device() else None
         limits = None if self.ends else (OPENED_WITHIN_S, SILENT_FOR_S)
         try:
+            name = self.open_pipe() if self.ends else self._text
             container = av.open(name, "r", format=device, options=options, timeout=limits)
         except (av.FFmpegError, OSError) as error:
             raise InputError(f"{self.shown}: expected live video, got {error.strerror or error}") from None
@@ -76,11 +112,12 @@ class LiveSource:
             raise InputError(f"{self.shown}: expected video in one of {', '.join(sorted(CARRIED))}, got {codec}")
         return container, stream
 
-    def open_pipe(self) -> FileIO:
-        """Open a pipe, to be closed when done; raises `InputError` if it is none."""
+    def open_pipe(self) -> Pipe:
+        """Open a pipe; raises `InputError` if it is none."""
         if not self.ends:
             raise InputError(f"{self.shown}: expected a pipe or - for rows, got another source")
-        return FileIO("/dev/stdin" if self._text == "-" else self._text)
+        self._pipe = Pipe(self._text, self.ended)
+        return self._pipe
 
 
 def kept_name(text: str) -> str:

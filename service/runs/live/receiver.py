@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -39,14 +38,12 @@ class Receiver:
 
     Attributes
     ----------
-    ended : set it to end the recording.
     tell : as given.
     """
 
     def __init__(
         self, source: LiveSource, connection: Connection, folder: Path, *, longest_us: int, most_bytes: int, tell: Tell
     ) -> None:
-        self.ended = threading.Event()
         self.tell = tell
         self._source, self._first, self._folder = source, connection, folder
         self._longest_us, self._most_bytes = longest_us, most_bytes
@@ -56,7 +53,7 @@ class Receiver:
         self._start_us, self._why = 0, ""  # of the next connection, and what ended the one before
 
     def record(self, begin: Callable[[Path], None]) -> None:
-        """Record until ended, or until a source that does not come back is over.
+        """Record until the source is `ended`, or until a source that does not come back is over.
 
         Parameters
         ----------
@@ -72,7 +69,7 @@ class Receiver:
                     self._begin(stream)
                 with closing(container):
                     self._record(container, stream, begin)
-                if self.ended.is_set() or self._source.ends:
+                if self._source.ended.is_set() or self._source.ends:
                     return
                 self.tell(f"{self._source.shown}: {self._why}; called again")
                 current = self._again()
@@ -93,7 +90,7 @@ class Receiver:
         self._arrived_s = time.monotonic()
         try:
             for packet in _packets(container, stream):
-                if self.ended.is_set():
+                if self._source.ended.is_set():
                     return
                 self._arrived_s, now_us = time.monotonic(), _decoded_us(packet)
                 if last_us is not None and not 0 <= now_us - last_us <= JUMP_US:
@@ -119,7 +116,7 @@ class Receiver:
 
     def _again(self) -> Connection | None:
         pause_s = FIRST_PAUSE_S
-        while not self.ended.wait(pause_s):
+        while not self._source.ended.wait(pause_s):
             try:
                 found = self._source.open()
             except InputError as error:

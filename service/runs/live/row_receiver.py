@@ -1,7 +1,5 @@
 """How are rows recorded that come through a pipe? Whole lines at a time, into one recording after the other."""
 
-import select
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -11,7 +9,6 @@ from service.errors import InputError
 from service.runs.live.live_source import LiveSource
 from service.runs.live.recording_writer import RecordingWriter, folder_name
 
-LOOKED_EVERY_S = 0.2
 _LONGEST_LINE = 1 << 20  # bytes
 
 
@@ -25,10 +22,6 @@ class RowReceiver:
     longest_us : so long is a recording at most, by the clock of this machine.
     most_bytes : that large is a recording at most, and what came at once.
 
-    Attributes
-    ----------
-    ended : set it to end the recording.
-
     Raises
     ------
     InputError
@@ -36,12 +29,11 @@ class RowReceiver:
     """
 
     def __init__(self, source: LiveSource, folder: Path, *, longest_us: int, most_bytes: int) -> None:
-        self.ended = threading.Event()
-        self._pipe, self._shown, self._folder = source.open_pipe(), source.shown, folder
+        self._source, self._pipe, self._folder = source, source.open_pipe(), folder
         self._longest_s, self._most_bytes = longest_us / 1e6, most_bytes
 
     def record(self, begin: Callable[[Path], None]) -> None:
-        """Record until ended, or until the pipe is over.
+        """Record until the source is `ended`, or the pipe is over.
 
         Parameters
         ----------
@@ -67,20 +59,17 @@ class RowReceiver:
                     writer.begin_rows(header, suffix)
                     begin(writer.folder)
                 writer.write_bytes(rows)
-        if writer is None and not self.ended.is_set():
-            raise InputError(f"{self._shown}: expected rows, got nothing")
+        if writer is None and not self._source.ended.is_set():
+            raise InputError(f"{self._source.shown}: expected rows, got nothing")
 
     def _lines(self) -> Iterator[bytes]:
         """Give what came, whole lines at a time; one without an end only where the pipe is over."""
         rest = b""
-        while not self.ended.is_set():
-            if not select.select([self._pipe], [], [], LOOKED_EVERY_S)[0]:
-                continue
-            data = self._pipe.read(1 << 16)
-            lines, end, rest = (rest + (data or b"\n" * bool(rest))).rpartition(b"\n")
+        while data := self._pipe.read(1 << 16):
+            lines, end, rest = (rest + data).rpartition(b"\n")
             if end:
                 yield lines + end
             if len(rest) > _LONGEST_LINE:
-                raise InputError(f"{self._shown}: expected lines of rows, got {len(rest)} bytes without an end")
-            if not data:
-                return
+                raise InputError(f"{self._source.shown}: expected lines of rows, got {len(rest)} bytes without an end")
+        if rest and not self._source.ended.is_set():
+            yield rest + b"\n"

@@ -4,20 +4,24 @@ What a program that was killed has left is processed to its end on a third one, 
 """
 
 import queue
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from collections.abc import Callable, Collection
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from service.errors import ServiceError
 from service.runs.live.keeping import left_behind, mark_processed, remove_old
-from service.runs.live.live_source import LiveSource
+from service.runs.live.live_source import LOOKED_EVERY_S, LiveSource
 from service.runs.live.receiver import Receiver, Tell
-from service.runs.live.row_receiver import LOOKED_EVERY_S, RowReceiver
+from service.runs.live.row_receiver import RowReceiver
 from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunSummary, load_texts, process
 from service.runs.requests import LiveRequest
 from vision.errors import VideoError, VisionError
+
+_AnyReceiver = Receiver | RowReceiver
 
 
 def watch(
@@ -52,8 +56,7 @@ def watch(
         source sends, after as much of that was recorded as it took to see it.
     """
     load_texts(request.run)
-    receiver = _receiver(request, tell)
-    left = left_behind(request.recordings)
+    source, left = LiveSource(request.input), list[Path]()
     begun: queue.SimpleQueue[Path | None] = queue.SimpleQueue()
 
     def process_one(folder: Path, on_progress: Callable[[Progress], None]) -> None:
@@ -61,7 +64,7 @@ def watch(
         try:
             summary = process(replace(request.run, input=folder), on_progress=on_progress)
         except VideoError as error:
-            if not receiver.ended.is_set() and folder not in left:
+            if not source.ended.is_set() and folder not in left:
                 raise
             tell(str(error))  # ended before a picture was whole
         else:
@@ -72,7 +75,7 @@ def watch(
         remove_old(request.recordings, age_us=request.age_us, size_bytes=request.size_bytes)
 
     def go_on(_: Progress) -> None:
-        if receiver.ended.is_set():
+        if source.ended.is_set():
             raise KeyboardInterrupt  # as Ctrl-C stops a run
 
     def process_live() -> None:
@@ -81,40 +84,51 @@ def watch(
             for folder in iter(begun.get, None):
                 process_one(folder, on_progress)
         finally:
-            receiver.ended.set()
+            source.ended.set()
 
     def process_left() -> None:
         """Process what was left; what is wrong with it is told, and ends nothing."""
         for folder in left:
-            if receiver.ended.is_set():
+            if source.ended.is_set():
                 return
             try:
                 process_one(folder, go_on)
             except (ServiceError, VisionError) as error:  # it may be of another camera
                 tell(f"{folder}: {error}")
 
-    with ThreadPoolExecutor(3) as pool:
-        tasks = [pool.submit(_record, receiver, begun), pool.submit(process_live), pool.submit(process_left)]
+    with closing(source), ThreadPoolExecutor(3) as pool:
         try:
             with Interrupts() as interrupts:  # the first signal; the next one does what it always does
-                while interrupts.came is None and wait(tasks, LOOKED_EVERY_S).not_done and is_wanted():
-                    pass
+                opening = pool.submit(_receiver, source, request, tell)
+                if not _are_done([opening], interrupts, is_wanted):
+                    return interrupts.came is not None
+                receiver = opening.result()
+                left += left_behind(request.recordings)
+                tasks = [pool.submit(_record, receiver, begun), pool.submit(process_live), pool.submit(process_left)]
+                _are_done(tasks, interrupts, is_wanted)
         finally:
-            receiver.ended.set()
+            source.ended.set()
         for task in tasks:
             task.result()
     return interrupts.came is not None
 
 
-def _receiver(request: LiveRequest, tell: Tell) -> Receiver | RowReceiver:
-    source = LiveSource(request.input)
+# Any: whatever the tasks give.
+def _are_done(tasks: Collection[Future[Any]], interrupts: Interrupts, is_wanted: Callable[[], bool]) -> bool:
+    """Wait for tasks until a signal comes, or nobody wants them any more; tell whether they are done."""
+    while interrupts.came is None and wait(tasks, LOOKED_EVERY_S).not_done and is_wanted():
+        pass
+    return all(task.done() for task in tasks)
+
+
+def _receiver(source: LiveSource, request: LiveRequest, tell: Tell) -> _AnyReceiver:
     limits = {"longest_us": request.longest_us, "most_bytes": max(1, request.size_bytes // 2)}
     if request.is_rows:
         return RowReceiver(source, request.recordings, **limits)
     return Receiver(source, source.open(), request.recordings, **limits, tell=tell)
 
 
-def _record(receiver: Receiver | RowReceiver, begun: "queue.SimpleQueue[Path | None]") -> None:
+def _record(receiver: _AnyReceiver, begun: "queue.SimpleQueue[Path | None]") -> None:
     try:
         receiver.record(begun.put)
     finally:

@@ -189,8 +189,9 @@ class TakenJob:
         return not self._jobs.find(self.job.id).cancel_requested
 
     def end(self, state: JobState, message: str) -> None:
-        """Note how it ended, or that it waits again, and let it go."""
-        self._jobs.change(self.job.id, ("running",), state=state, message=message, cancel_requested=False)
+        """Note how it ended, or that it waits again, and let it go; what waits is still to be cancelled if it was."""
+        asked = {} if state == "waiting" else {"cancel_requested": False}
+        self._jobs.change(self.job.id, ("running",), state=state, message=message, **asked)
         self._lock.release()
 
     def give_back(self, message: str) -> None:

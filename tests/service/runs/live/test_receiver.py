@@ -50,22 +50,19 @@ class Camera:
 
     def __init__(self, connections: Sequence[Connection]) -> None:
         self.waiting = list(connections)
-        self.is_over = Event()
+        self.ended = Event()
 
     def open(self) -> Connection:
         if not self.waiting:
-            self.is_over.set()
+            self.ended.set()
             raise InputError("camera: expected live video, got none")
         return self.waiting.pop(0)
 
 
 def recorded(folder: Path, first: Connection, *others: Connection) -> list[Part]:
     """Record all connections."""
-    camera = Camera(others)
-    source = cast("LiveSource", camera)
+    source = cast("LiveSource", Camera(others))
     receiver = Receiver(source, first, folder, longest_us=9 * HOUR_US, most_bytes=10**9, tell=lambda _: None)
-
-    camera.is_over = receiver.ended
     begun = list[Path]()
     receiver.record(begun.append)
     (recording,) = recordings(folder)

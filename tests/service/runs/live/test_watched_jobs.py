@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -121,6 +122,65 @@ def test_what_does_not_answer_waits_and_is_watched_once_it_does(sent: bytes, sce
     again = str(tmp_path / "file.db")
     assert process(RunRequest(tmp_path / "file.ts", scene / "site.toml", again)).status == "finished"
     assert events(log) == events(again) != []
+
+
+@pytest.mark.parametrize("is_rows", [False, True], ids=["video", "rows"])
+@pytest.mark.parametrize("has_writer", [False, True], ids=["no writer", "silent writer"])
+def test_a_pipe_that_nothing_comes_through_can_be_cancelled(tmp_path: Path, has_writer: bool, is_rows: bool) -> None:
+    pipe, log, told = tmp_path / "pipe.ts", str(tmp_path / "live.db"), list[str]()
+    os.mkfifo(pipe)
+    assert queue(str(pipe), log, tmp_path, *(["--rows"] if is_rows else [])) == 0
+
+    def cancel() -> None:
+        while only_job(log).message != "begun":  # as is said for the first time while it is opened
+            time.sleep(0.02)
+        assert run_cli(["jobs", "cancel", log, only_job(log).id]) == 0
+
+    writer = os.open(pipe, os.O_RDWR) if has_writer else None
+    canceller = threading.Thread(target=cancel)
+    canceller.start()
+    work(log, "live", stays=False, tell=told.append)
+    canceller.join()
+    if writer is not None:
+        os.close(writer)
+    assert (only_job(log).state, only_job(log).attempts) == ("cancelled", 1)
+    assert [line.partition(": ")[0].split()[-1] for line in told] == [only_job(log).id, "cancelled"]
+
+
+def test_a_pipe_that_falls_silent_can_be_cancelled(sent: bytes, scene: Path, tmp_path: Path) -> None:
+    pipe, log = tmp_path / "pipe.ts", str(tmp_path / "live.db")
+    os.mkfifo(pipe)
+    assert queue(str(pipe), log, tmp_path, "--site", str(scene / "site.toml")) == 0
+
+    def send() -> None:
+        with pipe.open("wb", buffering=0) as writer:
+            writer.write(sent)
+            while recorded_bytes(tmp_path) < 0.9 * len(sent):
+                time.sleep(0.02)
+            assert run_cli(["jobs", "cancel", log, only_job(log).id]) == 0
+            while only_job(log).state == "running":
+                time.sleep(0.02)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    work(log, "live", stays=False, tell=lambda _: None)
+    sender.join()
+    assert only_job(log).state == "cancelled"
+    with open_log(log) as opened_log:
+        assert [one.status for one in opened_log.runs()] == ["finished"]
+
+
+def test_a_cancellation_is_kept_where_the_source_gives_up_then(tmp_path: Path) -> None:
+    log = str(tmp_path / "live.db")
+    os.mkfifo(tmp_path / "pipe.ts")
+    assert queue(str(tmp_path / "pipe.ts"), log, tmp_path) == 0
+    with opened(log) as jobs:
+        taken = jobs.take("live")
+        assert taken is not None
+        jobs.cancel(taken.job.id)
+        taken.end("waiting", "it does not answer")
+        assert jobs.take("live") is None
+    assert (only_job(log).state, only_job(log).message) == ("cancelled", "")
 
 
 def test_a_pipe_is_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
