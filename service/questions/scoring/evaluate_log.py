@@ -146,7 +146,7 @@ def _positions(states: Sequence[CarState]) -> Positions:
 
 
 def scene_doubts(url: str, truth_folder: Path, *, run: str | None = None) -> tuple[str, ...]:
-    """Say what speaks against a folder being the truth of what a run saw: of the rest of a run that was cut it is not.
+    """Say what speaks against scoring what a run saw by the truth in a folder.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def scene_doubts(url: str, truth_folder: Path, *, run: str | None = None) -> tup
 
     Returns
     -------
-    A message for each doubt; none if the two belong together as far as they tell.
+    A message for each doubt; none if the two belong together as far as they tell, and the run came to its end.
 
     Raises
     ------

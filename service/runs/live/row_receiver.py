@@ -45,7 +45,7 @@ class RowReceiver:
             If nothing comes, or no lines.
         """
         header, until_s, writer = None, 0.0, None
-        with self._pipe, ExitStack() as recording:
+        with ExitStack() as recording:
             for lines in self._lines():
                 rows = lines
                 if header is None:

@@ -134,8 +134,8 @@ def received(folder: Path, text: str) -> list[Path]:
     writer = threading.Thread(target=lambda: (folder / "pipe").write_text(text))
     writer.start()
     begun = list[Path]()
-    source = LiveSource(str(folder / "pipe"))
-    RowReceiver(source, folder / "rows", longest_us=10**12, most_bytes=200_000).record(begun.append)
+    with closing(LiveSource(str(folder / "pipe"))) as source:
+        RowReceiver(source, folder / "rows", longest_us=10**12, most_bytes=200_000).record(begun.append)
     writer.join()
     assert recordings(folder / "rows") == begun
     assert len(begun) > 2
