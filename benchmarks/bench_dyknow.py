@@ -16,7 +16,7 @@ import numpy as np
 
 from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
-from dyknow.policies.synchroniser import Algorithm, Synchroniser
+from dyknow.policies.synchroniser import Synchroniser
 from dyknow.sample import Sample
 from dyknow.streams.stream import StreamGenerator
 
@@ -156,23 +156,19 @@ def run_policy(policy: Policy, samples: Sequence[Sample[int]]) -> StreamGenerato
 
 
 def print_synchroniser(number: int = 60_000) -> None:
-    print(f"\n{'streams':>7} {'algorithm':9s} {'approximation':20s} {'order':15s} {'samples/s':>10} mean delay")
+    print(f"\n{'streams':>7} {'approximation':20s} {'order':15s} {'samples/s':>10} mean delay")
     for streams in (2, 4, 16, 64):
-        for algorithm, approximation, order in (
-            (Algorithm.BASIC, Approximation.MOST_RECENT, Order.STRICT),
-            (Algorithm.IMPROVED, Approximation.MOST_RECENT, Order.STRICT),
-            (Algorithm.IMPROVED, Approximation.LINEAR, Order.STRICT),
-            (Algorithm.IMPROVED, Approximation.MOST_RECENT, Order.ANY),
+        for approximation, order in (
+            (Approximation.MOST_RECENT, Order.STRICT),
+            (Approximation.LINEAR, Order.STRICT),
+            (Approximation.MOST_RECENT, Order.ANY),
         ):
             fluents = {f"f{k}": Policy(approximation=approximation, order=order) for k in range(streams)}
             inputs = interleaved(streams, number)
             runs: list[list[Sample[Any]]] = []
-            rate = number / best_s(lambda: runs.append(synchronise(fluents, inputs, algorithm)))  # noqa: B023 - at once
+            rate = number / best_s(lambda: runs.append(synchronise(fluents, inputs)))  # noqa: B023 - called at once
             delay_ms = np.mean([state.delay_us for state in runs[-1]]) / 1e3
-            print(
-                f"{streams:7d} {algorithm.value:9s} {approximation.value:20s} {order.value:15s} {rate:10,.0f} "
-                f"{delay_ms:7.1f} ms"
-            )
+            print(f"{streams:7d} {approximation.value:20s} {order.value:15s} {rate:10,.0f} {delay_ms:7.1f} ms")
 
 
 def interleaved(streams: int, number: int) -> list[tuple[int, Sample[float]]]:
@@ -187,10 +183,8 @@ def interleaved(streams: int, number: int) -> list[tuple[int, Sample[float]]]:
     return sorted(rows, key=lambda row: row[1].available_us)
 
 
-def synchronise(
-    fluents: dict[str, Policy], inputs: Sequence[tuple[int, Sample[float]]], algorithm: Algorithm
-) -> list[Sample[Any]]:
-    synchroniser = Synchroniser(fluents, period_us=40_000, max_delay_us=200_000, algorithm=algorithm)
+def synchronise(fluents: dict[str, Policy], inputs: Sequence[tuple[int, Sample[float]]]) -> list[Sample[Any]]:
+    synchroniser = Synchroniser(fluents, period_us=40_000, max_delay_us=200_000)
     states = [state for index, sample in inputs for state in synchroniser.update(index, sample)]
     return states + synchroniser.finish()
 

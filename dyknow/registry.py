@@ -4,9 +4,8 @@ A declaration in text names its sources and units; the registry binds these name
 factories: every process gets a unit of its own, whose state nobody shares.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 from dyknow.errors import RegistryError
@@ -44,7 +43,7 @@ class ConfigurationSignature:
 
 
 class Registry:
-    """Hold the sources, units and configurations of a host by name.
+    """Hold the sources, units and configurations of a host by name, in the order in which they were registered.
 
     Examples
     --------
@@ -63,24 +62,9 @@ class Registry:
     """
 
     def __init__(self) -> None:
-        self._sources: dict[str, SourceSignature] = {}
-        self._units: dict[str, UnitSignature] = {}
-        self._configurations: dict[str, ConfigurationSignature] = {}
-
-    @property
-    def sources(self) -> Mapping[str, SourceSignature]:
-        """Return the sources by name, in the order in which they were registered."""
-        return MappingProxyType(self._sources)
-
-    @property
-    def units(self) -> Mapping[str, UnitSignature]:
-        """Return the units by name, in the order in which they were registered."""
-        return MappingProxyType(self._units)
-
-    @property
-    def configurations(self) -> Mapping[str, ConfigurationSignature]:
-        """Return the configurations by name, in the order in which they were registered."""
-        return MappingProxyType(self._configurations)
+        self.sources: dict[str, SourceSignature] = {}
+        self.units: dict[str, UnitSignature] = {}
+        self.configurations: dict[str, ConfigurationSignature] = {}
 
     def source(self, name: str, *, output: str) -> None:
         """Register a source: the host publishes values of type ``output`` to streams made of it.
@@ -91,7 +75,7 @@ class Registry:
             If a source or unit has this name.
         """
         self._refuse_taken(name)
-        self._sources[name] = SourceSignature(name, output)
+        self.sources[name] = SourceSignature(name, output)
 
     def unit(self, name: str, *, inputs: tuple[str, ...], output: str) -> Callable[[_Factory], _Factory]:
         """Register what makes units of this name: call the answer with it, or use it as a decorator of the class.
@@ -108,7 +92,7 @@ class Registry:
         def register(factory: _Factory) -> _Factory:
             """Bind the factory, and give it back as it is."""
             self._refuse_taken(name)
-            self._units[name] = UnitSignature(name, inputs, output, factory)
+            self.units[name] = UnitSignature(name, inputs, output, factory)
             return factory
 
         return register
@@ -140,7 +124,7 @@ class Registry:
         def register(factory: _Factory) -> _Factory:
             """Bind the factory, and give it back as it is."""
             self._refuse_taken(name)
-            self._configurations[name] = ConfigurationSignature(name, input, factory)
+            self.configurations[name] = ConfigurationSignature(name, input, factory)
             return factory
 
         return register
@@ -153,10 +137,10 @@ class Registry:
         RegistryError
             If there is none of this name.
         """
-        if name not in self._units:
-            known = ", ".join(sorted(self._units)) or "none"
+        if name not in self.units:
+            known = ", ".join(sorted(self.units)) or "none"
             raise RegistryError(f"unit {name!r}: expected one of the registered ones ({known})")
-        return self._units[name]
+        return self.units[name]
 
     def create(self, name: str) -> Any:  # Any: see UnitFactory
         """Make a new unit.
@@ -169,5 +153,5 @@ class Registry:
         return self.unit_named(name).factory()
 
     def _refuse_taken(self, name: str) -> None:
-        if name in self._sources or name in self._units or name in self._configurations:
+        if name in self.sources or name in self.units or name in self.configurations:
             raise RegistryError(f"{name!r}: expected a new name for host code, got one that is in use")

@@ -27,7 +27,6 @@ class Sampling:
     fluents : all with the same sampled times.
     start_us, period_us, end_us : the sampled times are ``start_us + k * period_us``, up to ``end_us`` included.
     max_delay_us : a time is released this long after it at the latest; None waits until it is settled.
-    is_eager : release a settled time at once; otherwise every time waits for its deadline.
 
     Attributes
     ----------
@@ -42,13 +41,11 @@ class Sampling:
         period_us: int,
         max_delay_us: int | None,
         end_us: int | None = None,
-        is_eager: bool = True,
     ) -> None:
         self._fluents = fluents
         self._period_us = period_us
         self._max_delay_us = max_delay_us
         self._end_us = end_us
-        self._is_eager = is_eager
         self._last_us = start_us - 1
         self.now_us = -_NEVER_US
         self._deadline_us = _NEVER_US
@@ -95,13 +92,13 @@ class Sampling:
         self._last_us = max(self._last_us, valid_us)
 
     def _settle(self, index: int, released: list[Sample[Values]]) -> list[Sample[Values]]:
-        if self._is_eager and index in self._unsettled and self._fluents[index].is_settled(self._head_us):
+        if index in self._unsettled and self._fluents[index].is_settled(self._head_us):
             self._unsettled.discard(index)
             self._release_settled(released)
         return released
 
     def _release_settled(self, released: list[Sample[Values]]) -> None:
-        while self._is_eager and not self._unsettled and not self._is_over():
+        while not self._unsettled and not self._is_over():
             released.append(self._release())
 
     def _release(self) -> Sample[Values]:
@@ -134,15 +131,11 @@ class LedSampling(Sampling):
     ----------
     fluents : with a period of 1 us, as any time may become one of the leader's.
     leader : index of the fluent that sets the times; its samples must be known to be in order.
-    max_delay_us, is_eager : as for `Sampling`.
+    max_delay_us : as for `Sampling`.
     """
 
-    def __init__(
-        self, fluents: Sequence[SampledFluent], *, leader: int, max_delay_us: int, is_eager: bool = True
-    ) -> None:
-        super().__init__(
-            fluents, start_us=_NEVER_US, period_us=1, max_delay_us=max_delay_us, end_us=_NEVER_US - 1, is_eager=is_eager
-        )
+    def __init__(self, fluents: Sequence[SampledFluent], *, leader: int, max_delay_us: int) -> None:
+        super().__init__(fluents, start_us=_NEVER_US, period_us=1, max_delay_us=max_delay_us, end_us=_NEVER_US - 1)
         self._leader = leader
         self._lag_us = max_delay_us
         self._taken_us = -_NEVER_US  # no time up to this one is released any more

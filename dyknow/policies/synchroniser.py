@@ -1,18 +1,14 @@
 """What holds at one time, out of several streams? A synchroniser makes states: one value of each fluent at one time.
 
 Samples of different streams speak of different times and come with different delays. States are formed at regular valid
-times, or at those of one of the fluents, in order, and are never revised. Two algorithms, after the state generation of
-Heintz (2009), section 7.8, which knows regular times only:
-
-* *basic*: a state leaves when its delay is over: what could come in time has come.
-* *improved*: a state leaves as soon as it is settled, that is, when no fluent can change at its time any more: a
-  sample of exactly that time came; or the stream is ordered and a later one came; or its producer promised; at the
-  latest when the delay is over. The states are the same.
+times, or at those of one of the fluents, in order, and are never revised. After the improved state generation of Heintz
+(2009), section 7.8, which knows regular times only: a state leaves as soon as it is settled, that is, when no fluent
+can change at its time any more: a sample of exactly that time came; or the stream is ordered and a later one came; or
+its producer promised; at the latest when the delay is over.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 from dyknow.errors import ProcessError
@@ -20,13 +16,6 @@ from dyknow.policies.policy import Approximation, Order, Policy
 from dyknow.policies.sampled_fluent import SampledFluent
 from dyknow.policies.sampling import LedSampling, Sampling, Values
 from dyknow.sample import Sample
-
-
-class Algorithm(Enum):
-    """Name when a state leaves: when its delay is over, or when it is settled."""
-
-    BASIC = "basic"
-    IMPROVED = "improved"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +91,6 @@ class Synchroniser:
         period_us: int | None = None,
         start_us: int = 0,
         at: str | None = None,
-        algorithm: Algorithm = Algorithm.IMPROVED,
     ) -> None:
         _check_times(fluents, period_us, max_delay_us, at)
         self.names = tuple(fluents)
@@ -114,13 +102,12 @@ class Synchroniser:
             SampledFluent(Approximation.NONE if name == at else policy.approximation, policy.order, **grid)
             for name, policy in fluents.items()
         ]
-        is_eager = algorithm is Algorithm.IMPROVED
         self._sampling: Sampling | LedSampling
         if at is not None:
             leader = self._index[at]
-            self._sampling = LedSampling(self._fluents, leader=leader, max_delay_us=max_delay_us, is_eager=is_eager)
+            self._sampling = LedSampling(self._fluents, leader=leader, max_delay_us=max_delay_us)
         else:
-            self._sampling = Sampling(self._fluents, max_delay_us=max_delay_us, is_eager=is_eager, **grid)
+            self._sampling = Sampling(self._fluents, max_delay_us=max_delay_us, **grid)
 
     def update(self, index: int, sample: Sample[Any]) -> list[Sample[State]]:
         """Take a sample of the fluent with this index; return the states that leave, oldest first.

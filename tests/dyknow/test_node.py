@@ -10,8 +10,7 @@ from dyknow.node import Node
 from dyknow.policies.policy import Approximation, Order, Policy, SampleEvery
 from dyknow.policies.synchroniser import Synchroniser
 from dyknow.sample import Sample
-from dyknow.streams.testing import Recorder
-from tests.dyknow.units import Doubling, Pairing, Silence
+from tests.dyknow.units import Doubling, Pairing, Recorder, Silence
 
 
 def test_finish_flushes_inputs_before_what_refines_them() -> None:

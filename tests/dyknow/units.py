@@ -1,6 +1,7 @@
 """Small computational units for tests."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from dyknow.sample import Sample
 
@@ -63,3 +64,19 @@ class Silence:
 
     def finish(self) -> Iterable[Sample[int]]:
         return ()
+
+
+class Recorder:
+    """Keep the samples that a subscription delivers."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample[Any]] = []
+
+    def __call__(self, sample: Sample[Any]) -> None:
+        """Keep a sample."""
+        self.samples.append(sample)
+
+    @property
+    def values(self) -> list[Any]:
+        """Return the values that came, in order."""
+        return [sample.value for sample in self.samples]

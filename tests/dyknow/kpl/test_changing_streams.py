@@ -11,8 +11,7 @@ from dyknow.node import Node
 from dyknow.registry import Registry
 from dyknow.sample import Sample
 from dyknow.streams.mediation import Collected
-from dyknow.streams.testing import Recorder
-from tests.dyknow.units import Doubling
+from tests.dyknow.units import Doubling, Recorder
 
 HOST = """sort Car;
 object Car car1, car2;

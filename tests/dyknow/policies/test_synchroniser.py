@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dyknow.errors import ProcessError
 from dyknow.policies.policy import Approximation, Order, Policy
-from dyknow.policies.synchroniser import Algorithm, State, Synchroniser
+from dyknow.policies.synchroniser import State, Synchroniser
 from dyknow.sample import NO_VALUE, Sample
 from dyknow.streams.testing import samples_of
 from tests.dyknow.oracle import Arrived, first_word_only, settling_time, states, value_at
@@ -25,10 +25,8 @@ PERIOD_US, DELAY_US = 10, 25
 Pushes = list[tuple[int, Sample[Any]]]
 
 
-def synchronise(
-    fluents: dict[str, Policy], pushes: Iterable[tuple[int, Sample[Any]]], algorithm: Algorithm = Algorithm.IMPROVED
-) -> list[Sample[State]]:
-    synchroniser = Synchroniser(fluents, period_us=PERIOD_US, max_delay_us=DELAY_US, algorithm=algorithm)
+def synchronise(fluents: dict[str, Policy], pushes: Iterable[tuple[int, Sample[Any]]]) -> list[Sample[State]]:
+    synchroniser = Synchroniser(fluents, period_us=PERIOD_US, max_delay_us=DELAY_US)
     found = [state for index, sample in pushes for state in synchroniser.update(index, sample)]
     return found + synchroniser.finish()
 
@@ -74,40 +72,28 @@ def test_states_are_those_of_the_definition(fluents: dict[str, Policy], rows: li
 
 @PROPERTY
 @given(FLUENTS, ROWS)
-def test_basic_and_improved_algorithm_make_the_same_states(
+def test_states_leave_in_order_and_within_the_delay(
     fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]]
 ) -> None:
-    pushes = as_pushes(rows, len(fluents))
-    basic = synchronise(fluents, pushes, Algorithm.BASIC)
-    improved = synchronise(fluents, pushes, Algorithm.IMPROVED)
-    assert content(improved) == content(basic)
-    assert all(a.available_us <= b.available_us for a, b in zip(improved, basic, strict=True))
-
-
-@PROPERTY
-@given(FLUENTS, ROWS, st.sampled_from(Algorithm))
-def test_states_leave_in_order_and_within_the_delay(
-    fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]], algorithm: Algorithm
-) -> None:
-    found = synchronise(fluents, as_pushes(rows, len(fluents)), algorithm)
+    found = synchronise(fluents, as_pushes(rows, len(fluents)))
     assert [state.valid_us for state in found] == [k * PERIOD_US for k in range(len(found))]
     assert all(state.available_us <= state.valid_us + DELAY_US for state in found)
     assert all(a.available_us <= b.available_us for a, b in pairwise(found))
 
 
 @PROPERTY
-@given(FLUENTS, ROWS, st.lists(st.integers(0, 500), max_size=20), st.sampled_from(Algorithm))
+@given(FLUENTS, ROWS, st.lists(st.integers(0, 500), max_size=20))
 def test_time_told_in_between_changes_nothing(
-    fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]], told_us: list[int], algorithm: Algorithm
+    fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]], told_us: list[int]
 ) -> None:
     pushes, waiting = as_pushes(rows, len(fluents)), sorted(told_us)
-    synchroniser = Synchroniser(fluents, period_us=PERIOD_US, max_delay_us=DELAY_US, algorithm=algorithm)
+    synchroniser = Synchroniser(fluents, period_us=PERIOD_US, max_delay_us=DELAY_US)
     found = []
     for index, sample in pushes:
         while waiting and waiting[0] <= sample.available_us:
             found += synchroniser.advance(waiting.pop(0))
         found += synchroniser.update(index, sample)
-    assert [*found, *synchroniser.finish()] == synchronise(fluents, pushes, algorithm)
+    assert [*found, *synchroniser.finish()] == synchronise(fluents, pushes)
 
 
 @pytest.mark.parametrize("approximation", Approximation)
@@ -224,14 +210,11 @@ def test_a_state_is_never_revised() -> None:
 
 
 @pytest.mark.parametrize(("approximation", "per_time"), [(NONE, 1), (MOST_RECENT, 1), (LINEAR, 2)])
-@pytest.mark.parametrize("algorithm", Algorithm)
-def test_memory_is_bounded_by_delay_and_period(
-    approximation: Approximation, per_time: int, algorithm: Algorithm
-) -> None:
+def test_memory_is_bounded_by_delay_and_period(approximation: Approximation, per_time: int) -> None:
     """A sample for each time that waits, the one before them and the one after: or two, where two are needed."""
     bound = per_time * (DELAY_US // PERIOD_US + 3)
     fluents = {"quick": Policy(approximation=approximation, order=Order.STRICT), "stalled": HELD}
-    synchroniser = Synchroniser(fluents, period_us=PERIOD_US, max_delay_us=DELAY_US, algorithm=algorithm)
+    synchroniser = Synchroniser(fluents, period_us=PERIOD_US, max_delay_us=DELAY_US)
     most = 0
     for t_us in range(2_000):
         synchroniser.observe("quick", Sample(t_us, t_us, float(t_us)))
@@ -271,10 +254,8 @@ def test_impossible_settings_are_refused(fluents: dict[str, Policy], period_us: 
 # ---- at the times of a fluent
 
 
-def follow(
-    fluents: dict[str, Policy], pushes: Iterable[tuple[int, Sample[Any]]], algorithm: Algorithm = Algorithm.IMPROVED
-) -> list[Sample[State]]:
-    synchroniser = Synchroniser(fluents, at="leader", max_delay_us=DELAY_US, algorithm=algorithm)
+def follow(fluents: dict[str, Policy], pushes: Iterable[tuple[int, Sample[Any]]]) -> list[Sample[State]]:
+    synchroniser = Synchroniser(fluents, at="leader", max_delay_us=DELAY_US)
     found = [state for index, sample in pushes for state in synchroniser.update(index, sample)]
     return found + synchroniser.finish()
 
@@ -326,38 +307,33 @@ def test_states_at_the_times_of_a_fluent_are_those_of_the_definition(
 
 @PROPERTY
 @given(LED, ROWS)
-def test_basic_and_improved_algorithm_make_the_same_states_at_the_times_of_a_fluent(
+def test_states_at_the_times_of_a_fluent_leave_in_order_and_within_the_delay(
     fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]]
 ) -> None:
-    pushes = as_pushes(rows, len(fluents))
-    basic, improved = (follow(fluents, pushes, one) for one in (Algorithm.BASIC, Algorithm.IMPROVED))
-    assert content(improved) == content(basic)
-    assert all(a.available_us <= b.available_us for a, b in zip(improved, basic, strict=True))
-    for found in (basic, improved):
-        assert all(one.available_us <= one.valid_us + DELAY_US for one in found)
-        assert all(a.valid_us < b.valid_us and a.available_us <= b.available_us for a, b in pairwise(found))
+    found = follow(fluents, as_pushes(rows, len(fluents)))
+    assert all(one.available_us <= one.valid_us + DELAY_US for one in found)
+    assert all(a.valid_us < b.valid_us and a.available_us <= b.available_us for a, b in pairwise(found))
 
 
 @PROPERTY
-@given(LED, ROWS, st.lists(st.integers(0, 500), max_size=20), st.sampled_from(Algorithm))
+@given(LED, ROWS, st.lists(st.integers(0, 500), max_size=20))
 def test_time_told_in_between_changes_nothing_at_the_times_of_a_fluent(
-    fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]], told_us: list[int], algorithm: Algorithm
+    fluents: dict[str, Policy], rows: list[tuple[int, int, int, int]], told_us: list[int]
 ) -> None:
     pushes, waiting = as_pushes(rows, len(fluents)), sorted(told_us)
-    synchroniser = Synchroniser(fluents, at="leader", max_delay_us=DELAY_US, algorithm=algorithm)
+    synchroniser = Synchroniser(fluents, at="leader", max_delay_us=DELAY_US)
     found = []
     for index, sample in pushes:
         while waiting and waiting[0] <= sample.available_us:
             found += synchroniser.advance(waiting.pop(0))
         found += synchroniser.update(index, sample)
-    assert [*found, *synchroniser.finish()] == follow(fluents, pushes, algorithm)
+    assert [*found, *synchroniser.finish()] == follow(fluents, pushes)
 
 
 @pytest.mark.parametrize("silent", ["leader", "other"])
-@pytest.mark.parametrize("algorithm", Algorithm)
-def test_memory_is_bounded_by_the_delay_whoever_is_silent(silent: str, algorithm: Algorithm) -> None:
+def test_memory_is_bounded_by_the_delay_whoever_is_silent(silent: str) -> None:
     fluents = {"leader": HELD, "other": UNORDERED}
-    synchroniser = Synchroniser(fluents, at="leader", max_delay_us=DELAY_US, algorithm=algorithm)
+    synchroniser = Synchroniser(fluents, at="leader", max_delay_us=DELAY_US)
     quick = "other" if silent == "leader" else "leader"
     most = 0
     for t_us in range(2_000):

@@ -12,8 +12,7 @@ from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, SampleEvery
 from dyknow.sample import Sample
 from dyknow.streams.stream import StreamGenerator
-from dyknow.streams.testing import Recorder
-from tests.dyknow.units import Doubling
+from tests.dyknow.units import Doubling, Recorder
 
 POLICIES = (
     Policy(),

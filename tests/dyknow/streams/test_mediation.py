@@ -8,8 +8,7 @@ from dyknow.policies.policy import Order, Policy
 from dyknow.sample import Sample
 from dyknow.streams.mediation import Collected
 from dyknow.streams.stream import StreamGenerator
-from dyknow.streams.testing import Recorder
-from tests.dyknow.units import Doubling, Pairing
+from tests.dyknow.units import Doubling, Pairing, Recorder
 
 Scene = tuple[Node, StreamGenerator, Recorder, dict[str, StreamGenerator]]
 

@@ -10,8 +10,8 @@ from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, Samp
 from dyknow.registry import Registry
 from dyknow.sample import NOT_YET, Sample
 from dyknow.streams.stream import StreamGenerator
-from dyknow.streams.testing import Recorder, samples_of
-from tests.dyknow.units import Doubling, Latest, Pairing, Silence
+from dyknow.streams.testing import samples_of
+from tests.dyknow.units import Doubling, Latest, Pairing, Recorder, Silence
 
 
 def test_refinement_publishes_what_its_unit_returns() -> None:

@@ -10,7 +10,8 @@ from dyknow.policies.policy import AnyChange, Approximation, Order, Policy, Samp
 from dyknow.sample import Sample
 from dyknow.streams.buffers import WhenFull
 from dyknow.streams.stream import StreamGenerator, Subscription
-from dyknow.streams.testing import Recorder, samples_of
+from dyknow.streams.testing import samples_of
+from tests.dyknow.units import Recorder
 
 
 def stream_of(*valid_us: int) -> StreamGenerator:

@@ -4,8 +4,7 @@ from dyknow.node import Node
 from dyknow.policies.policy import AnyChange, Order, Policy
 from dyknow.sample import Sample
 from dyknow.streams.stream_report import short_repr
-from dyknow.streams.testing import Recorder
-from tests.dyknow.units import Latest, Pairing
+from tests.dyknow.units import Latest, Pairing, Recorder
 
 
 def test_report_counts_samples_updates_and_time() -> None:
