@@ -1,12 +1,16 @@
 """What goes into a recogniser and what comes out of it?"""
 
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Literal
 
 from chronicles.errors import ChronicleError
 
 # Sums of two such times, and differences to any bound, still fit into 64 bits.
 LARGEST_US = 2**60
+
+by_time = attrgetter("t_us")
+"""Key that sorts whatever has a time."""
 
 Status = Literal["recognised", "tentative", "confirmed", "retracted"]
 

@@ -16,12 +16,11 @@ import json
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
-from operator import attrgetter
 from typing import Any  # Any: checkpoints are plain nested data
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
-from chronicles.events import Event, Occurrence, PartialInstance
+from chronicles.events import Event, Occurrence, PartialInstance, by_time
 from chronicles.execution.engine import Engine
 from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.plain_data import from_plain, to_plain
@@ -40,7 +39,6 @@ class Recogniser:
     ----------
     chronicles : as given by `chronicles.load`.
     lateness_us : how much earlier than the latest time told an event may be.
-    executor : "eager", the live one; "backfill" takes stored events, see `recognise`.
     early : whether what rests on open hypotheses is told at once, as tentative, and taken back if need be. Without
         early answers everything waits until the hypotheses are decided, is told once and stands.
     patience_us : how long after a revision of early answers the next one waits, so that it serves many verdicts and
@@ -73,14 +71,10 @@ class Recogniser:
         chronicles: ChronicleSet,
         lateness_us: int = 0,
         *,
-        executor: str = "eager",
         early: bool = True,
         patience_us: int = 0,
         limits: Limits = USUAL,
     ) -> None:
-        if executor != "eager":
-            stored = "; the other one, 'backfill', is for stored events, in `recognise`"
-            raise ChronicleError(f"recogniser: expected the executor 'eager', got {executor!r}{stored}")
         if type(lateness_us) is not int or lateness_us < 0:
             raise ChronicleError(f"recogniser: expected a lateness >= 0 us, got {lateness_us!r}")
         self.late_count = 0
@@ -88,7 +82,7 @@ class Recogniser:
             "format": 4,
             "chronicles": [[plan.name, plan.version] for plan in chronicles.plans],
             "lateness_us": lateness_us,
-            "executor": executor,
+            "executor": "eager",  # there were others, whose checkpoints have another form
             "early": early,
             "patience_us": patience_us,
             "limits": [limits.most_waiting, limits.most_matches],
@@ -206,7 +200,7 @@ class Recogniser:
         """
         is_sure = not (opened or refuted or confirmed or undecided or any(event.hypotheses for event in events))
         if self._revision is None and is_sure:
-            return [found for event in sorted(events, key=attrgetter("t_us")) for found in self.observe(event)]
+            return [found for event in sorted(events, key=by_time) for found in self.observe(event)]
         revision = self._revising()
         in_time = [event for event in events if event.t_us >= revision.settled_us]
         self.late_count += len(events) - len(in_time)
@@ -321,7 +315,7 @@ def recognise(
             return recognise_columns(chronicles, columns, until_us=until_us, limits=limits)
         events = columns
     recogniser = Recogniser(chronicles, limits=limits)
-    stream = events.events if isinstance(events, EventColumns) else sorted(events, key=attrgetter("t_us"))
+    stream = events.events if isinstance(events, EventColumns) else sorted(events, key=by_time)
     found = [occurrence for event in stream for occurrence in recogniser.observe(event)]
     if until_us is not None:
         found += recogniser.advance(until_us)

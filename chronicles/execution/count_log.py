@@ -1,14 +1,12 @@
 """How many events that a `noevent` or an `occurs` counts lie in an interval?"""
 
 from bisect import bisect_left
-from operator import attrgetter, ne
+from operator import ne
 
 from chronicles.compilation.plan import Count
 from chronicles.compilation.times.network import UNBOUNDED_US
-from chronicles.events import Event
+from chronicles.events import Event, by_time
 from chronicles.execution.event_tests import EventMatcher, Values, event_matcher
-
-_time = attrgetter("t_us")
 
 
 class CountLog:
@@ -49,7 +47,7 @@ class CountLog:
     def fitting(self, values: Values, start_us: int = -UNBOUNDED_US, end_us: int = UNBOUNDED_US) -> list[Event]:
         """Give the events in [start, end) that fit with these values of the slots, in the order of time."""
         events, owns = self._found.get(tuple([values[slot] for slot in self._bound_slots]), ([], []))
-        part = slice(bisect_left(events, start_us, key=_time), bisect_left(events, end_us, key=_time))
+        part = slice(bisect_left(events, start_us, key=by_time), bisect_left(events, end_us, key=by_time))
         if not self._other_slots:
             return events[part]
         others = [values[slot] for slot in self._other_slots]
@@ -66,7 +64,7 @@ class CountLog:
         """Drop the events before a time; return how many are left."""
         kept: dict[Values, tuple[list[Event], list[Values]]] = {}
         for key, (events, owns) in self._found.items():
-            start = bisect_left(events, t_us, key=_time)
+            start = bisect_left(events, t_us, key=by_time)
             if start < len(events):
                 kept[key] = (events[start:], owns[start:])
         self._found, self._own = kept, set(kept)

@@ -8,15 +8,12 @@ instances that overlap it; all of their events count, also those outside.
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.times.network import UNBOUNDED_US
-from chronicles.events import Event
+from chronicles.events import Event, by_time
 from chronicles.execution.event_tests import event_matcher
 from chronicles.explanation.event_log import EventLog
-
-_time = attrgetter("t_us")
 
 Distances = Sequence[Sequence[int]]
 Values = tuple[str | None, ...]
@@ -169,7 +166,7 @@ class AssignmentSearch:
 
 def rows_within(rows: Sequence[Row], window: tuple[int, int]) -> Sequence[Row]:
     """Give the rows, sorted by time, that lie in a closed window."""
-    return rows[bisect_left(rows, window[0], key=_time) : bisect_right(rows, window[1], key=_time)]
+    return rows[bisect_left(rows, window[0], key=by_time) : bisect_right(rows, window[1], key=by_time)]
 
 
 def equal_pairs(plan: Plan, values: Values) -> list[tuple[int, int]]:

@@ -6,16 +6,13 @@
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from itertools import groupby
-from operator import attrgetter
 
 from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Count, EventTest
-from chronicles.events import Event
+from chronicles.events import Event, by_time
 from chronicles.execution.count_log import CountLog
 from chronicles.execution.history import value_after
 from chronicles.explanation.explanations import ValueSpan
-
-_time = attrgetter("t_us")
 
 Args = tuple[str, ...]
 Texts = tuple[str, ...]
@@ -28,7 +25,7 @@ class Timeline:
         self.reported_us: int | None = None
         self._starts: list[int] = []
         self._spans: list[ValueSpan] = [ValueSpan(initial, None, None, None)]
-        for t_us, group in groupby(changes, key=_time):
+        for t_us, group in groupby(changes, key=by_time):
             self._add(t_us, list(group))
 
     def _add(self, t_us: int, changes: list[Event]) -> None:
@@ -60,14 +57,12 @@ class EventLog:
     """
 
     def __init__(self, events: Iterable[Event], defaults: Iterable[tuple[str, str]], until_us: int) -> None:
-        self.events = sorted(events, key=_time)
+        self.events = sorted(events, key=by_time)
         self.until_us = until_us
         self._initial = dict(defaults)
-        self._named: dict[str, list[Event]] = {}
-        self._numbers: dict[str, list[int]] = {}
+        self._numbered: dict[str, list[tuple[int, Event]]] = {}
         for number, event in enumerate(self.events):
-            self._named.setdefault(event.name, []).append(event)
-            self._numbers.setdefault(event.name, []).append(number)
+            self._numbered.setdefault(event.name, []).append((number, event))
         self._counted: dict[tuple[EventTest, tuple[tuple[int, int], ...]], CountLog] = {}
         self._changes: dict[str, dict[Args, list[Event]]] = {}
         self._timelines: dict[tuple[str, Args], Timeline] = {}
@@ -75,13 +70,12 @@ class EventLog:
 
     def named(self, name: str) -> list[Event]:
         """Give all events of a name."""
-        return self._named.get(name, [])
+        return [event for _, event in self._numbered.get(name, [])]
 
     def within(self, name: str, start_us: int, end_us: int) -> list[tuple[int, Event]]:
         """Give the events of a name with a time in [start, end), each with its number."""
-        events = self.named(name)
-        part = slice(bisect_left(events, start_us, key=_time), bisect_left(events, end_us, key=_time))
-        return list(zip(self._numbers.get(name, [])[part], events[part], strict=True))
+        found = self._numbered.get(name, [])
+        return found[bisect_left(found, start_us, key=_time_us) : bisect_left(found, end_us, key=_time_us)]
 
     def counted(self, count: Count) -> CountLog:
         """Give the events that a `noevent` or `occurs` counts."""
@@ -120,6 +114,10 @@ class EventLog:
                 if event.new is not None:
                     found.setdefault(event.args, []).append(event)
         return self._changes[name]
+
+
+def _time_us(numbered: tuple[int, Event]) -> int:
+    return numbered[1].t_us
 
 
 def fields_of(event: Event, test: EventTest) -> Texts | None:

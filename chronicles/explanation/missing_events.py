@@ -3,19 +3,16 @@
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
-from operator import attrgetter
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.plan import EventTest
-from chronicles.events import Event
+from chronicles.events import Event, by_time
 from chronicles.explanation.assignments import Assignment, AssignmentSearch, Row, Values, rows_within
 from chronicles.explanation.case import Case
 from chronicles.explanation.event_log import fields_of
 from chronicles.explanation.explanations import Mismatch, MissingEvent
 from chronicles.language import model
 from chronicles.language.printer import print_pattern
-
-_time = attrgetter("t_us")
 
 
 class MissingEventReader:
@@ -119,8 +116,8 @@ def _field_name(field: int, test: EventTest) -> str:
 
 def _nearest_outside(rows: Sequence[Row], window: tuple[int, int]) -> tuple[Event | None, int]:
     """Give the row nearest to a window, and how far it is after it (negative: before it)."""
-    before = rows[: bisect_left(rows, window[0], key=_time)]
-    after = rows[bisect_right(rows, window[1], key=_time) :]
+    before = rows[: bisect_left(rows, window[0], key=by_time)]
+    after = rows[bisect_right(rows, window[1], key=by_time) :]
     choices = [(before[-1], before[-1].t_us - window[0])] if before else []
     choices += [(after[0], after[0].t_us - window[1])] if after else []
     if not choices:

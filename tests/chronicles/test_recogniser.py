@@ -148,13 +148,6 @@ def test_an_occurrence_never_ends_before_it_starts(executor: str, condition: str
 def test_other_executors_than_the_two_are_refused(executor: str) -> None:
     with pytest.raises(ChronicleError, match=f"expected the executor 'eager' or 'backfill', got '{executor}'"):
         recognise(load(RACE), [], executor=executor)
-    with pytest.raises(ChronicleError, match=f"'eager', got '{executor}'; the other one, 'backfill'"):
-        Recogniser(load(RACE), executor=executor)
-
-
-def test_recogniser_is_live() -> None:
-    with pytest.raises(ChronicleError, match="recogniser: expected the executor 'eager', got 'backfill'"):
-        Recogniser(load(RACE), executor="backfill")
 
 
 @pytest.mark.parametrize("t_us", [1.5, float("nan"), 2**61, "1", None])

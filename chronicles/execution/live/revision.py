@@ -24,7 +24,7 @@ from operator import attrgetter, itemgetter
 from typing import Any, Literal  # Any: states are plain nested data
 
 from chronicles.compilation.times.network import UNBOUNDED_US
-from chronicles.events import Event, Occurrence, OccurrenceKey, Status
+from chronicles.events import Event, Occurrence, OccurrenceKey, Status, by_time
 from chronicles.execution.engine import Engine
 
 DECIDED_KEPT = 10_000
@@ -32,7 +32,6 @@ DECIDED_KEPT = 10_000
 
 Verdict = Literal["confirmed", "refuted", "undecided"]
 
-_time = attrgetter("t_us")
 _clock = attrgetter("clock_us")
 
 _STATE_EVERY = 1000
@@ -104,7 +103,7 @@ class Revision:
             for label in labels:
                 self._decide(label, verdict)
         standing = self._standing(events)
-        late = bisect_left(standing, self._clock_us - self.live.lateness_us, key=_time)
+        late = bisect_left(standing, self._clock_us - self.live.lateness_us, key=by_time)
         self._rewrite(fallen, standing[:late])
         clock_us = max([event.t_us for event in events], default=self._clock_us)
         told = self._take(standing[late:], clock_us) if standing[late:] or clock_us > self._clock_us else []
@@ -124,7 +123,7 @@ class Revision:
 
     def _standing(self, events: Iterable[Event]) -> list[Event]:
         """Sort events by time, open their hypotheses, and leave out what fits nothing or rests on a refuted one."""
-        standing = sorted([event for event in events if event.name in self._names], key=_time)
+        standing = sorted([event for event in events if event.name in self._names], key=by_time)
         labels = _labels(standing)
         refuted = {label for label in labels & self._decided.keys() if self._decided[label] == "refuted"}
         if refuted:
@@ -163,7 +162,7 @@ class Revision:
                 changed.append(number)
         for event in late:
             number = bisect_right(self._journal, event.t_us + self.live.lateness_us, key=_clock)
-            insort(self._journal[number].events, event, key=_time)
+            insort(self._journal[number].events, event, key=by_time)
             self._journal[number].labels.update(event.hypotheses)
             changed.append(number)
         if self._early and changed:

@@ -12,14 +12,14 @@ from dataclasses import replace
 from functools import cached_property, partial
 from heapq import merge
 from itertools import groupby
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 
 import numpy as np
 
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.hierarchy import levels
 from chronicles.compilation.plan import Plan
-from chronicles.events import Event, Occurrence
+from chronicles.events import Event, Occurrence, by_time
 from chronicles.execution.engine import Engine
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance
@@ -88,7 +88,7 @@ def _let_pass(engine: Engine, events: Sequence[Event], stop: int) -> list[Occurr
     """Let the times of the events before place `stop` pass; only those matter by which something is due."""
     found: list[Occurrence] = []
     while stop and engine.due_us <= events[stop - 1].t_us:
-        step = bisect_left(events, engine.due_us, hi=stop, key=attrgetter("t_us"))
+        step = bisect_left(events, engine.due_us, hi=stop, key=by_time)
         found += engine.advance(events[step].t_us)
     return found
 

@@ -10,14 +10,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import EventTest
-from chronicles.events import Event
+from chronicles.events import Event, by_time
 
 Times = NDArray[np.int64]
 Codes = NDArray[np.int32]
@@ -77,7 +76,7 @@ class EventColumns:
     @classmethod
     def from_events(cls, events: Iterable[Event]) -> EventColumns:
         """Make columns of events in any order; simultaneous ones stay in the order given."""
-        return cls(sorted(events, key=attrgetter("t_us")))
+        return cls(sorted(events, key=by_time))
 
     def __len__(self) -> int:
         return len(self.events)

@@ -3,16 +3,13 @@
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
-from operator import attrgetter
 
 from chronicles.compilation.plan import Count
-from chronicles.events import Event
+from chronicles.events import Event, by_time
 from chronicles.explanation.assignments import Values
 from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import CountReading, ObligationKind, Outcome, Shift
 from chronicles.explanation.readings.intervals import Place, Times, Window, least, smallest_first, window_of
-
-_time = attrgetter("t_us")
 
 
 class CountReader:
@@ -33,8 +30,8 @@ class CountReader:
             return self._not_asked
         start_us, end_us = window
         events = self.evidence(values)
-        first = bisect_left(events, start_us, key=_time)
-        last = max(first, bisect_left(events, end_us, key=_time))
+        first = bisect_left(events, start_us, key=by_time)
+        last = max(first, bisect_left(events, end_us, key=by_time))
         before, inside, after = events[:first], events[first:last], events[last:]
         outcome = self._outcome(len(inside), end_us)
         return replace(
@@ -97,7 +94,7 @@ class CountReader:
         start_us, end_us = window
         if end_us > self._until_us or (start_us >= end_us and self._place.is_one_point):
             return False
-        count = bisect_left(events, end_us, key=_time) - bisect_left(events, start_us, key=_time)
+        count = bisect_left(events, end_us, key=by_time) - bisect_left(events, start_us, key=by_time)
         return self._one.least <= max(count, 0) and (self._one.most is None or count <= self._one.most)
 
 
