@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Emission, Plan, ReportPart
+from chronicles.compilation.steps import members, missing_from
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
 from chronicles.execution.conclusions import Solution
 from chronicles.execution.confidence import calibrated, confidence_of
@@ -200,56 +201,47 @@ def _extent(occurrence: Occurrence) -> tuple[int, int]:
     return occurrence.start_us, max(occurrence.end_us, occurrence.start_us + 1)
 
 
-class PartialBuilder:
-    """Describes the instances of one chronicle that are under way."""
+def expecting_instance(plan: Plan, instance: Instance, mask: int, now_us: int) -> PartialInstance:
+    """Describe an instance that misses events; nothing earlier than `now_us` can come any more."""
+    windows = _windows(plan, instance, mask, now_us)
+    missing = [(plan.positions[index], windows[index]) for index in missing_from(plan, mask)]
+    expected = [ExpectedEvent(position.label, position.pattern, *window) for position, window in missing]
+    expected.sort(key=lambda one: (one.earliest_us, one.latest_us, one.label, one.pattern))
+    return _partial(plan, instance, mask, tuple(expected), instance[0])
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._layout = Layout(plan)
 
-    def expecting(self, instance: Instance, mask: int, now_us: int) -> PartialInstance:
-        """Describe an instance that misses events; nothing earlier than `now_us` can come any more."""
-        windows = self._windows(instance, mask, now_us)
-        expected = [
-            ExpectedEvent(position.label, position.pattern, *windows[index])
-            for index, position in enumerate(self._plan.positions)
-            if not mask >> index & 1
-        ]
-        expected.sort(key=lambda one: (one.earliest_us, one.latest_us, one.label, one.pattern))
-        return self._partial(instance, mask, tuple(expected), instance[0])
+def pending_instance(plan: Plan, instance: Instance, closes_us: int) -> PartialInstance:
+    """Describe an instance that has its events and waits for the end of its windows."""
+    return _partial(plan, instance, (1 << len(plan.positions)) - 1, (), closes_us)
 
-    def pending(self, instance: Instance, closes_us: int) -> PartialInstance:
-        """Describe an instance that has its events and waits for the end of its windows."""
-        return self._partial(instance, (1 << len(self._plan.positions)) - 1, (), closes_us)
 
-    def _windows(self, instance: Instance, mask: int, now_us: int) -> list[tuple[int, int]]:
-        """Intersect the windows of missing positions with those that the matched ones and the clock leave."""
-        distance = self._plan.distance_us
-        places = range(len(distance))
-        matched = [index for index in places if mask >> index & 1]
-        earliest = [max(instance[1 + one] - distance[index][one] for one in matched) for index in places]
-        latest = [min(instance[1 + one] + distance[one][index] for one in matched) for index in places]
-        missing = [index for index in places if index not in matched]
-        cut = {index: max(earliest[index], now_us) for index in missing}
-        # The network is minimal, so one round of propagation is enough.
-        pushed = [max([earliest[one], *(cut[m] - distance[one][m] for m in missing)]) for one in places]
-        return list(zip(pushed, latest, strict=True))
+def _windows(plan: Plan, instance: Instance, mask: int, now_us: int) -> list[tuple[int, int]]:
+    """Intersect the windows of missing positions with those that the matched ones and the clock leave."""
+    distance, matched, missing = plan.distance_us, members(mask), missing_from(plan, mask)
+    places = range(len(distance))
+    earliest = [max(instance[1 + one] - distance[index][one] for one in matched) for index in places]
+    latest = [min(instance[1 + one] + distance[one][index] for one in matched) for index in places]
+    cut = {index: max(earliest[index], now_us) for index in missing}
+    # The network is minimal, so one round of propagation is enough.
+    pushed = [max([earliest[one], *(cut[m] - distance[one][m] for m in missing)]) for one in places]
+    return list(zip(pushed, latest, strict=True))
 
-    def _partial(
-        self, instance: Instance, mask: int, expected: tuple[ExpectedEvent, ...], latest_us: int
-    ) -> PartialInstance:
-        layout, plan = self._layout, self._plan
-        records: list[Record] = sorted(one for one in instance[layout.records :] if one is not None)
-        matched = {(instance[1 + index], one.label) for index, one in enumerate(plan.positions) if mask >> index & 1}
-        sub_events = tuple((name, t_us) for t_us, name in sorted(matched))
-        values = tuple(instance[layout.slots : layout.records]) + (None,) * (len(plan.slots) - layout.event_slots)
-        roles = {
-            name: filling.constant if filling.slot < 0 else values[filling.slot]
-            for name, filling in plan.roles
-            if filling.slot < 0 or values[filling.slot] is not None
-        }
-        hypotheses = _hypotheses([record[2] for record in records])
-        return PartialInstance(plan.name, roles, sub_events, expected, latest_us, hypotheses)
+
+def _partial(
+    plan: Plan, instance: Instance, mask: int, expected: tuple[ExpectedEvent, ...], latest_us: int
+) -> PartialInstance:
+    layout = Layout(plan)
+    records: list[Record] = sorted(one for one in instance[layout.records :] if one is not None)
+    matched = sorted({(instance[1 + index], plan.positions[index].label) for index in members(mask)})
+    sub_events = tuple((name, t_us) for t_us, name in matched)
+    values = tuple(instance[layout.slots : layout.records]) + (None,) * (len(plan.slots) - layout.event_slots)
+    roles = {
+        name: filling.constant if filling.slot < 0 else values[filling.slot]
+        for name, filling in plan.roles
+        if filling.slot < 0 or values[filling.slot] is not None
+    }
+    hypotheses = _hypotheses([record[2] for record in records])
+    return PartialInstance(plan.name, roles, sub_events, expected, latest_us, hypotheses)
 
 
 def _hypotheses(events: Iterable[Event], others: Iterable[str] = ()) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from chronicles.execution.conclusions import Conclusions
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Record
 from chronicles.execution.live.eager import Completed, EagerExecutor
-from chronicles.execution.occurrences import Finding, OccurrenceBuilder, PartialBuilder
+from chronicles.execution.occurrences import Finding, OccurrenceBuilder, expecting_instance, pending_instance
 from chronicles.execution.results import Unbuilt, is_told_at_once
 
 _FIRST_SWEEP = 1024
@@ -129,12 +129,12 @@ class Stage:
         for number, matcher in self._matchers.items():
             for mask, instance in self._executor.waiting(number, now_us):
                 if not matcher.conclusions.is_doomed(instance, mask, now_us):
-                    yield matcher.partials.expecting(instance, mask, now_us)
+                    yield expecting_instance(matcher.plan, instance, mask, now_us)
         for closes_us, _, number, instance in self._pending:
             matcher = self._matchers[number]
             full = (1 << len(matcher.plan.positions)) - 1
             if not matcher.conclusions.is_doomed(instance, full, now_us):
-                yield matcher.partials.pending(instance, closes_us)
+                yield pending_instance(matcher.plan, instance, closes_us)
 
     def _feed(self, record: Record, clock_us: int) -> None:
         event = record[2]
@@ -223,4 +223,3 @@ class _Matcher:
         self.is_told_at_once = is_told_at_once(plan)
         self.conclusions = Conclusions(plan, history)
         self.builder = OccurrenceBuilder(plan, rank)
-        self.partials = PartialBuilder(plan)

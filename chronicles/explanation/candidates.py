@@ -157,6 +157,7 @@ class CandidateSearch:
     ) -> None:
         self._case = case
         self._assignments = assignments
+        self._reader = ObligationReader(case.plan, case.text, case.log)
         self._ranking = Ranking(wanted)
         used = {event for one in recognised for event in one.events}
         self._used = frozenset(number for number, event in enumerate(case.log.events) if event in used)
@@ -175,15 +176,14 @@ class CandidateSearch:
 
     def _whole(self, budget: Budget) -> None:
         plan, everything = self._case.plan, range(len(self._case.plan.positions))
-        reader = ObligationReader(plan, self._case.text, self._case.log)
         for assignment in self._assignments.assignments(plan.distance_us, everything, budget):
-            self._try(reader, plan, assignment, base=NO_COST)
+            self._try(self._reader, plan, assignment, base=NO_COST)
         # Pairs that stand in one event are already tested with that event.
         if all(any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
             return
         for assignment in self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True):
             if count := len(equal_pairs(plan, assignment.values)):
-                self._try(reader, plan, assignment, base=(count, count, 0))
+                self._try(self._reader, plan, assignment, base=(count, count, 0))
 
     # ---- one bound broken
 
@@ -231,7 +231,6 @@ class CandidateSearch:
 
     def _with_missing_events(self, budget: Budget) -> None:
         plan = self._case.plan
-        reader = ObligationReader(plan, self._case.text, self._case.log)
         places = range(len(plan.positions))
         for missing_count in range(1, len(places) + 1):
             for missing in combinations(places, missing_count):
@@ -242,7 +241,7 @@ class CandidateSearch:
                     continue
                 members = [place for place in places if place not in missing]
                 for assignment in self._assignments.assignments(plan.distance_us, members, budget):
-                    self._try(reader, plan, assignment, base=base)
+                    self._try(self._reader, plan, assignment, base=base)
 
     def _obligations(self) -> list[tuple[int, int]]:
         asked = [one for one in self._case.plan.obligations if not (isinstance(one, Persistence) and one.is_reading)]

@@ -19,7 +19,6 @@ from typing import Any  # an instance is a heterogeneous list; states are plain 
 from chronicles.compilation.plan import EventTest, Plan
 from chronicles.compilation.steps import deadline_bounds, known_slots, members, steps_from
 from chronicles.compilation.times.network import UNBOUNDED_US
-from chronicles.execution.event_tests import Code
 from chronicles.execution.instances import Instance, Record, no_records, record_builder
 from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.partial_rows import Row, Rows
@@ -116,7 +115,6 @@ class EagerExecutor:
     def __init__(self, plans: Mapping[int, Plan], limits: Limits = USUAL) -> None:
         self._limits = limits
         self.left_out: Counter[str] = Counter()
-        self._codes: list[Code] = []
         self._recent: list[Record] = no_records(_RECENT)
         self._rows: list[Rows] = []
         self._readers: dict[EventTest, _Reader] = {}
@@ -125,11 +123,6 @@ class EagerExecutor:
         for test, reader in self._readers.items():
             self._readers_of.setdefault(test.name, []).append(reader)
         self.names = frozenset(self._readers_of)
-
-    @property
-    def source(self) -> str:
-        """The programs that were written for the chronicles, as far as events have needed them."""
-        return "\n\n".join(code.text for code in self._codes)
 
     def feed(self, record: Record) -> tuple[Completed, int]:
         """Let an event extend every instance that expects it; events come in the order of time.
@@ -248,7 +241,7 @@ class EagerExecutor:
         """Give the reader of a kind of event: slots, which are the chronicle's own, do not matter to it."""
         kind = replace(test, variables=tuple((one, 0) for one, _ in test.variables))
         if kind not in self._readers:
-            reader = _Reader(lambda: self._compiled(read_code(kind)), record_builder(kind, self._recent))
+            reader = _Reader(lambda: read_code(kind).function(), record_builder(kind, self._recent))
             self._readers[kind] = reader
             self._rows.append(reader.firsts)
         return self._readers[kind]
@@ -278,15 +271,11 @@ class EagerExecutor:
         chronicle, plan = state.chronicle, state.chronicle.plan
         for step in steps_from(plan, state.mask):
             find = state.rows.index_by(row_places(plan, state.mask, step.joined)).get
-            extend = self._compiled(extend_code(plan, step, [one.record for one in chronicle.readers]))
+            extend = extend_code(plan, step, [one.record for one in chronicle.readers]).function()
             is_last = step.target == (1 << len(plan.positions)) - 1
             after = None if is_last else self._state(chronicle, step.target)
             own = row_places(plan, 1 << step.position, step.joined)
             chronicle.readers[step.position].extend_at(own, (find, extend, state, after))
-
-    def _compiled(self, code: Code) -> Callable[..., Any]:
-        self._codes.append(code)
-        return code.function()
 
 
 def _no_key(row: Row) -> None:

@@ -54,7 +54,7 @@ def extend_code(plan: Plan, step: Step, records: Sequence[Callable[..., Record]]
     """
     position = plan.positions[step.position]
     own = [f"v{slot}" for _, slot in position.test.variables]
-    lines = [f"# {position.pattern} at {position.label}", f"{_names(['t_us', 'held', *own])} = row"]
+    lines = [f"# {position.pattern} at {position.label}", f"{tuple_text(['t_us', 'held', *own])} = row"]
     is_last = step.target == (1 << len(plan.positions)) - 1
     made = _instance(plan, step) if is_last else tuple_text(_row(plan, step.target, step))
     if not step.source:
@@ -77,7 +77,7 @@ def _loop(plan: Plan, step: Step, made: str) -> list[str]:
     return [
         *lines,
         "made = []",
-        f"for {_names(_row(plan, step.source))} in waiting:",
+        f"for {tuple_text(_row(plan, step.source))} in waiting:",
         f"    if {' and '.join(fits)}:",
         f"        made.append({made})",
         "return made",
@@ -113,7 +113,3 @@ def _record(plan: Plan, position: int, step: Step) -> str:
         return "record"
     values = [_slot(slot, step) for _, slot in plan.positions[position].test.variables]
     return f"record_{position}({', '.join([*_time_and_event(position, step), *values])})"
-
-
-def _names(texts: Sequence[str]) -> str:
-    return texts[0] + "," if len(texts) == 1 else ", ".join(texts)

@@ -18,10 +18,6 @@ class InstanceStore:
         self.state = self._executor.state
         self.restore = self._executor.restore
 
-    @property
-    def source(self) -> str:
-        return self._executor.source
-
     def feed(self, record: Record) -> tuple[list[Instance], int]:
         complete, created = self._executor.feed(record)
         return [instance for _, instances in complete for instance in instances], created

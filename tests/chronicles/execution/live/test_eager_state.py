@@ -5,8 +5,10 @@ import random
 
 from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
+from chronicles.compilation.steps import steps_from
 from chronicles.events import Event
 from chronicles.execution.instances import Record
+from chronicles.execution.live.programs import extend_code
 from tests.chronicles.execution.live.instance_store import InstanceStore
 from tests.chronicles.execution.live.test_eager import case, wanted
 
@@ -68,11 +70,11 @@ def test_events_come_out_as_they_went_in_after_a_restore() -> None:
 
 
 def test_program_has_the_windows_as_constants() -> None:
-    store = InstanceStore(plan_of(PAIR))
-    store.feed(record(1, "a", "k"))
-    assert "if from_0 <= t0 <= to_0:" in store.source
-    assert "from_0 = t_us - 100\n" in store.source
-    compile(store.source, "source", "exec")
+    plan = plan_of(PAIR)
+    [step] = steps_from(plan, 0b1)
+    lines = extend_code(plan, step, ()).lines
+    assert "    if from_0 <= t0 <= to_0:" in lines
+    assert "from_0 = t_us - 100" in lines
 
 
 def test_new_instances_drive_out_dead_ones_without_a_sweep() -> None:
