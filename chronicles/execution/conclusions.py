@@ -5,7 +5,6 @@ windows is known, and `noevent`, `occurs`, `hold` and `assert` are plain questio
 variables their values, so one instance can be concluded several times, or not at all.
 """
 
-from dataclasses import dataclass
 from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Count, Persistence, Plan
@@ -14,15 +13,6 @@ from chronicles.execution.count_log import CountLog
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout
 from chronicles.execution.looks import Look, Values, Way
-
-
-@dataclass(frozen=True, slots=True)
-class Solution:
-    """A way to conclude an instance: the values of all slots, the hypotheses its persistences rest on, the past."""
-
-    values: Values
-    hypotheses: Values
-    past: AttributeHistory
 
 
 class Conclusions:
@@ -59,7 +49,7 @@ class Conclusions:
         closes_us: int = max([instance[index] + offset_us for index, offset_us in self._ends])
         return closes_us + self._plan.settling_us
 
-    def solutions(self, instance: Instance) -> list[Solution]:
+    def solutions(self, instance: Instance) -> list[Way]:
         """List the ways in which every obligation holds, each with other values."""
         slots = self._layout.slots
         bound: Values = tuple(instance[slots : slots + self._layout.event_slots])
@@ -78,7 +68,7 @@ class Conclusions:
             # Where a hold can be true of several things, all of them are evidence.
             found[values] = found.get(values, ()) + labels
         return [
-            Solution(values, self._hypotheses(instance, values, labels), self._history)
+            (values, self._hypotheses(instance, values, labels))
             for values, labels in found.items()
             if self._are_counts_right(instance, values)
         ]

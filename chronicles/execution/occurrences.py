@@ -14,13 +14,10 @@ from typing import Any  # states are plain nested data
 from chronicles.compilation.plan import Anchor, Emission, Plan, ReportPart
 from chronicles.compilation.steps import members, missing_from
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
-from chronicles.execution.conclusions import Solution
 from chronicles.execution.confidence import calibrated, confidence_of
 from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout, Record
-
-Values = tuple[str, ...]
-
+from chronicles.execution.looks import Values, Way
 
 # The watermark at which it became certain, the chronicle's place in its set, values, time points, events' numbers, and
 # the number of the event that a selection looks at (-1 for none).
@@ -32,21 +29,21 @@ class Finding:
     """An occurrence with its place in the order of output, and the values and events that identify it.
 
     What an `assert` action changes depends on the findings before it, so `occurrence` is complete once the builder was
-    asked whether it is new. `past` is what was known then.
+    asked whether it is new.
     """
 
     order: Order
     occurrence: Occurrence
     builder: OccurrenceBuilder
-    past: AttributeHistory
 
 
 class OccurrenceBuilder:
-    """Builds the occurrences of one chronicle and knows which ones were reported already."""
+    """Builds the occurrences of one chronicle and knows which ones were reported already; `past` is what it sets."""
 
-    def __init__(self, plan: Plan, rank: int) -> None:
+    def __init__(self, plan: Plan, rank: int, past: AttributeHistory) -> None:
         self._plan = plan
         self._rank = rank
+        self._past = past
         self._layout = Layout(plan)
         self._selector = Selector(plan)
         self._reported: dict[tuple[Values, frozenset[int]], int] = {}
@@ -54,13 +51,13 @@ class OccurrenceBuilder:
         # Looked up once: thousands of occurrences may be built in one step.
         self._points = [(1 + anchor.position, anchor.offset_us, name) for name, anchor in plan.points]
 
-    def finding(self, instance: Instance, solution: Solution, certain_us: int, clock_us: int) -> Finding:
-        """Build the occurrence of a concluded instance."""
-        plan, values = self._plan, solution.values
+    def finding(self, instance: Instance, way: Way, certain_us: int, clock_us: int) -> Finding:
+        """Build the occurrence of an instance that was concluded in some way."""
+        plan, (values, held_by) = self._plan, way
         records: list[Record] = instance[self._layout.records :]
         records.sort()
         events = tuple([record[2] for record in records])
-        hypotheses = _hypotheses(events, solution.hypotheses)
+        hypotheses = _hypotheses(events, held_by)
         points = [(instance[index] + offset_us, name) for index, offset_us, name in self._points]
         points.sort()
         sub_events = tuple([(name, t_us) for t_us, name in points])
@@ -86,12 +83,12 @@ class OccurrenceBuilder:
         )
         sequence = tuple([record[1] for record in records])
         anchor = instance[self._layout.records + plan.selection.anchor][1] if plan.selection.anchor >= 0 else -1
-        return Finding((certain_us, self._rank, values, sub_events, sequence, anchor), occurrence, self, solution.past)
+        return Finding((certain_us, self._rank, values, sub_events, sequence, anchor), occurrence, self)
 
-    def plain_finding(self, instance: Instance, past: AttributeHistory, certain_us: int, clock_us: int) -> Finding:
+    def plain_finding(self, instance: Instance, certain_us: int, clock_us: int) -> Finding:
         """Build the occurrence of an instance of a chronicle without obligations."""
         values = tuple(instance[self._layout.slots : self._layout.records])
-        return self.finding(instance, Solution(values, (), past), certain_us, clock_us)
+        return self.finding(instance, (values, ()), certain_us, clock_us)
 
     def is_new(self, finding: Finding) -> bool:
         """Say whether a finding is told; asked once for each, in the order of results.
@@ -136,7 +133,7 @@ class OccurrenceBuilder:
     def _asserted(self, finding: Finding) -> tuple[Event, ...]:
         """Give the emitted events with the old values of what is asserted; an assert that changes nothing is none."""
         pairs = zip(finding.occurrence.emitted, self._plan.emissions, strict=True)
-        events = [finding.past.assign(event) if one.is_assertion else event for event, one in pairs]
+        events = [self._past.assign(event) if one.is_assertion else event for event, one in pairs]
         return tuple([event for event in events if event is not None])
 
 

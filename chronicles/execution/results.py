@@ -12,7 +12,6 @@ from typing import overload
 
 from chronicles.compilation.plan import Plan
 from chronicles.events import Occurrence
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance
 from chronicles.execution.occurrences import Finding, OccurrenceBuilder
 
@@ -70,12 +69,11 @@ class Unbuilt:
     instances: Sequence[Instance]
     certain_us: int
     clock_us: int
-    past: AttributeHistory
 
     def findings(self) -> Iterator[Finding]:
         """Build them."""
         for instance in self.instances:
-            yield self.builder.plain_finding(instance, self.past, self.certain_us, self.clock_us)
+            yield self.builder.plain_finding(instance, self.certain_us, self.clock_us)
 
 
 class Results(Told):

@@ -111,7 +111,7 @@ class Stage:
             matcher = self._matchers[number]
             if matcher.is_told_at_once:
                 # They close with this event, and nothing earlier can come any more.
-                self._unbuilt.append(Unbuilt(matcher.builder, instances, t_us + self.delay_us, clock_us, self._history))
+                self._unbuilt.append(Unbuilt(matcher.builder, instances, t_us + self.delay_us, clock_us))
                 continue
             for instance in instances:
                 self._pending_count += 1
@@ -158,8 +158,8 @@ class Stage:
             while pending and pending[0][0] == closes_us:
                 _, _, number, instance = heappop(pending)
                 matcher = self._matchers[number]
-                for solution in matcher.conclusions.solutions(instance):
-                    batch.append(matcher.builder.finding(instance, solution, closes_us + self.delay_us, clock_us))
+                for way in matcher.conclusions.solutions(instance):
+                    batch.append(matcher.builder.finding(instance, way, closes_us + self.delay_us, clock_us))
             batch.sort(key=lambda finding: finding.order)
             findings += [one for one in batch if one.builder.is_new(one)]
         return findings
@@ -222,4 +222,4 @@ class _Matcher:
         self.plan = plan
         self.is_told_at_once = is_told_at_once(plan)
         self.conclusions = Conclusions(plan, history)
-        self.builder = OccurrenceBuilder(plan, rank)
+        self.builder = OccurrenceBuilder(plan, rank, history)

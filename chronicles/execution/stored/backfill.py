@@ -119,7 +119,7 @@ class FoundOccurrences(Told):
 
     def __init__(self, parts: Sequence[Matches]) -> None:
         self._parts = parts
-        self._builders = [OccurrenceBuilder(one.plan, rank) for rank, one in enumerate(parts)]
+        self._builders = [OccurrenceBuilder(one.plan, rank, AttributeHistory((), ())) for rank, one in enumerate(parts)]
 
     def __len__(self) -> int:
         return sum(map(len, self._parts))
@@ -157,14 +157,13 @@ class FoundOccurrences(Told):
 
     def _findings(self, first: int, last: int) -> list[Finding]:
         steps, which, rows = (one[first:last] for one in self._order)
-        past = AttributeHistory((), ())
         found: list[tuple[int, Finding]] = []
         for number, (matches, builder) in enumerate(zip(self._parts, self._builders, strict=True)):
             mine = which == number
             instances = matches.picked(rows[mine]).instances()
             for step, instance in zip(steps[mine].tolist(), instances, strict=True):
                 t_us = matches.columns.events[step].t_us
-                found.append((step, builder.plain_finding(instance, past, t_us, t_us)))
+                found.append((step, builder.plain_finding(instance, t_us, t_us)))
         found.sort(key=lambda pair: (pair[0], pair[1].order))
         return [finding for _, finding in found]
 
