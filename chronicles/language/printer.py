@@ -11,6 +11,7 @@ from typing import Any  # the table of printers maps each class to a function of
 from chronicles.language import model
 from chronicles.language.syntax_errors import ACTION_WORDS, DECLARATION_WORDS, EXAMPLE_WORDS, STATEMENT_WORDS
 from dyknow.language.durations import format_duration
+from dyknow.language.words import quoted
 
 _OTHER_WORDS = ("in", "value", "default", "symbol", "oo", "recognised", "recognized", "at")
 _WORDS = frozenset((*DECLARATION_WORDS, *STATEMENT_WORDS, *ACTION_WORDS, *EXAMPLE_WORDS, *_OTHER_WORDS))
@@ -60,7 +61,7 @@ def print_term(term: model.Term) -> str:
         return "?"
     if not term.quoted and _PLAIN.fullmatch(term.text) and term.text not in _WORDS:
         return term.text
-    return _quoted(term.text)
+    return quoted(term.text)
 
 
 def print_domain(expression: model.DomainExpression) -> str:
@@ -83,10 +84,6 @@ def print_domain(expression: model.DomainExpression) -> str:
 
 def _terms(terms: Iterable[model.Term]) -> str:
     return ", ".join(map(print_term, terms))
-
-
-def _quoted(text: str) -> str:
-    return '"' + re.sub(r'(["\\])', r"\\\1", text) + '"'
 
 
 def print_bound(bound: model.Bound) -> str:
@@ -181,7 +178,7 @@ def _example(declaration: model.Example) -> str:
     if declaration.until_us is not None:
         lines.append(f"until {format_duration(declaration.until_us)}")
     lines += map(_expectation, declaration.expected)
-    return _block(f"example {_quoted(declaration.title)}", lines)
+    return _block(f"example {quoted(declaration.title)}", lines)
 
 
 def _expectation(one: model.ExpectedOccurrence) -> str:
@@ -215,6 +212,6 @@ _PRINTERS: dict[type, Callable[[Any], str]] = {
     model.SelectStatement: _select,
     model.ConfidenceStatement: lambda one: f"confidence >= {one.least:.6g}",
     model.Emit: _emit,
-    model.Report: lambda one: f"report {_quoted(one.text)}",
+    model.Report: lambda one: f"report {quoted(one.text)}",
     model.AssertAction: lambda one: f"assert({print_pattern(one.pattern)}, {_time(one.time)})",
 }

@@ -29,7 +29,6 @@ from dyknow.language.reading import Parts
 from dyknow.language.words import Word
 
 _EXPONENT = re.compile(r"[eE][-+]?[0-9]")
-_ESCAPED = re.compile(r"\\(.)")
 
 # Rules whose parts are those of their node; the others have a method each.
 _PLAIN: Mapping[str, Callable[..., object]] = MappingProxyType(
@@ -268,7 +267,7 @@ class TreeBuilder:
 
     def report(self, parts: Parts, span: Span) -> model.Report:
         """Build `report "text"`."""
-        return model.Report(_unquoted(parts[0]), span=span)
+        return model.Report(parts[0].unquoted, span=span)
 
     # ---- parts of statements
 
@@ -292,7 +291,7 @@ class TreeBuilder:
     def literal(self, parts: Parts, span: Span) -> model.Literal:
         """Build a value; the sign of a negative number is a part of its own."""
         if parts[-1].kind == "STRING":
-            return model.Literal(_unquoted(parts[-1]), True, span=span)
+            return model.Literal(parts[-1].unquoted, True, span=span)
         return model.Literal("".join(word.text for word in parts), False, span=span)
 
     def time(self, parts: Parts, span: Span) -> model.TimeExpression:
@@ -314,7 +313,7 @@ class TreeBuilder:
         """Build `example "title" { ... }`."""
         title, *items = parts
         return model.Example(
-            _unquoted(title),
+            title.unquoted,
             tuple(item for item in items if isinstance(item, model.ExampleEvent)),
             self._once(items, "until"),
             tuple(item for item in items if isinstance(item, model.ExpectedOccurrence)),
@@ -423,7 +422,3 @@ class TreeBuilder:
 def _there(parts: Parts) -> tuple[Any, ...]:
     """Leave out the places of optional parts that do not stand in the text."""
     return tuple(one for one in parts if one is not None)
-
-
-def _unquoted(word: Word) -> str:
-    return _ESCAPED.sub(r"\1", word.text[1:-1])

@@ -3,6 +3,7 @@
 No word goes over the end of a line. Blanks are left out; comments are kept apart for those who want them.
 """
 
+import re
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -35,6 +36,16 @@ class Word(NamedTuple):
     def span(self, file: str) -> Span:
         """Give the place of the word in a file."""
         return Span(file, self.line, self.column, self.line, self.end_column)
+
+    @property
+    def unquoted(self) -> str:
+        """What a text in quotes says."""
+        return re.sub(r"\\(.)", r"\1", self.text[1:-1])
+
+
+def quoted(text: str) -> str:
+    """Write a text in quotes."""
+    return '"' + re.sub(r'(["\\])', r"\\\1", text) + '"'
 
 
 class Strange(NamedTuple):

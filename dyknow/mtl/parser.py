@@ -120,7 +120,7 @@ def _formula(
     tree = _parse(words, "formula", source)
     if tree is None:
         return None
-    formula = TreeBuilder(source, signature).formula(tree, dict.fromkeys(variables, None))
+    formula = TreeBuilder(source, signature).formula(tree, dict.fromkeys(variables, ""))
     check_nesting(formula, tree, source.reporter)
     return formula
 

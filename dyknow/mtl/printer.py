@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from decimal import Decimal
 
 from dyknow.language.durations import format_duration
+from dyknow.language.words import quoted
 from dyknow.mtl import formula as model
 from dyknow.mtl.formula import Formula, Term
 
@@ -100,9 +101,9 @@ def print_term(term: Term | model.Argument) -> str:  # noqa: PLR0911 - one case 
         case model.Object(model.ANY):
             return model.ANY
         case model.Object(name):
-            return name if _PLAIN.fullmatch(name) and name not in _WORDS else _quoted(name)
+            return name if _PLAIN.fullmatch(name) and name not in _WORDS else quoted(name)
         case model.Text(text):
-            return _quoted(text)
+            return quoted(text)
         case model.Feature(name, arguments):
             return f"{name}[{', '.join(map(print_term, arguments))}]" if arguments else name
         case model.Number(amount, unit):
@@ -115,10 +116,6 @@ def print_term(term: Term | model.Argument) -> str:  # noqa: PLR0911 - one case 
 
 def _decimal(value: Decimal) -> str:
     return format(value, "f")
-
-
-def _quoted(text: str) -> str:
-    return '"' + re.sub(r'(["\\])', r"\\\1", text) + '"'
 
 
 def _window(window: model.Window) -> str:

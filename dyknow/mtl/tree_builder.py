@@ -5,7 +5,6 @@ variables bound once, windows in order, durations in whole microseconds, names a
 by `kinds.py` that what is compared goes together.
 """
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from typing import Any, cast  # Any: lark leaves the children of a tree untyped
@@ -20,6 +19,7 @@ from dyknow.mtl.formula import Formula, Quantifier, Term
 from dyknow.mtl.kinds import KindChecker, Signature
 from dyknow.mtl.structure import MOST_CHANGES, free_variables, window_changes
 
+# Variables that are bound, by name: each with its sort, "" if none is said; None if it may stay free or be bound.
 Scope = Mapping[str, "str | None"]
 
 
@@ -99,7 +99,7 @@ class TreeBuilder:
             self._reporter.error("F0207", message, place, hint)
             return None
         every = dict.fromkeys((name[1:] for name in _variables_in(body)), None)
-        formula = self.formula(body, _Lenient(every))
+        formula = self.formula(body, every)
         check_nesting(formula, body, self._reporter)
         free = free_variables(formula)
         if len(free) != 1:
@@ -128,7 +128,7 @@ class TreeBuilder:
     def _quantified(self, parts: list[Any], scope: Scope) -> Formula:
         some = isinstance(parts[0], Word)
         *bindings, body = parts[1:] if some else parts
-        inner = dict(scope) if not isinstance(scope, _Lenient) else _Lenient(scope)
+        inner = dict(scope)
         for binding in bindings:
             variable, sort = binding.parts
             self._check_sort(sort)
@@ -162,7 +162,7 @@ class TreeBuilder:
             case "variable":
                 return self._variable(parts[0], scope)
             case "text":
-                return model.Text(_unquoted(parts[0]))
+                return model.Text(parts[0].unquoted)
             case "number":
                 amount, unit = _quantity(parts[1])
                 return model.Number(-amount if parts[0] is not None else amount, unit)
@@ -183,7 +183,7 @@ class TreeBuilder:
         word = tree.parts[0]
         if tree.rule == "variable":
             return self._variable(word, scope)
-        return model.Object(_unquoted(word) if word.kind == "STRING" else word.text)
+        return model.Object(word.unquoted if word.kind == "STRING" else word.text)
 
     def _variable(self, word: Word, scope: Scope) -> model.Variable:
         name = word.text[1:]
@@ -226,7 +226,7 @@ class TreeBuilder:
 
     def _bind(self, word: Word, scope: dict[str, str | None], sort: str) -> None:
         name = word.text[1:]
-        if name in scope and not (isinstance(scope, _Lenient) and scope[name] is None):
+        if scope.get(name) is not None:
             hint = "variables in each other's reach need different names"
             related = [(self._bound[name], "the first")] if name in self._bound else []
             message = f"expected a new variable, got {word.text!r} again"
@@ -257,10 +257,6 @@ class TreeBuilder:
             self._reporter.error("F0203", f"expected a known sort, got {word.text!r}", word.span(self._file), hint)
 
 
-class _Lenient(dict[str, "str | None"]):
-    """A scope where any variable of the text may stay free, so that the free ones can be counted afterwards."""
-
-
 def _variables_in(tree: Node) -> Iterator[str]:
     for part in tree.parts:
         if isinstance(part, Node):
@@ -272,7 +268,3 @@ def _variables_in(tree: Node) -> Iterator[str]:
 def _quantity(word: Word) -> tuple[Decimal, str]:
     digits, unit = split_quantity(word.text)
     return Decimal(digits), unit
-
-
-def _unquoted(word: Word) -> str:
-    return re.sub(r"\\(.)", r"\1", word.text[1:-1])
