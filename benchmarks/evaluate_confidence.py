@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.whole_runs import process_whole
-from chronicles.execution.confidence import USUAL
+from chronicles.execution.told.confidence import USUAL
 from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
 from data_gen.outputs.trajectories import TrackFaults
 from data_gen.scenarios.catalogue import SCENARIOS

@@ -15,9 +15,9 @@ from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event, Occurrence, PartialInstance
 from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.eager import Completed, EagerExecutor
-from chronicles.execution.occurrences import Finding
-from chronicles.execution.results import Results, Unbuilt
 from chronicles.execution.stage import Stage
+from chronicles.execution.told.occurrences import Finding
+from chronicles.execution.told.results import Results, Unbuilt
 
 BEFORE_ALL_US = -UNBOUNDED_US
 

@@ -13,12 +13,12 @@ from typing import Any  # states are plain nested data
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event, PartialInstance
-from chronicles.execution.conclusions import Conclusions
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Record
 from chronicles.execution.live.eager import Completed, EagerExecutor
-from chronicles.execution.occurrences import Finding, OccurrenceBuilder, expecting_instance, pending_instance
-from chronicles.execution.results import Unbuilt, is_told_at_once
+from chronicles.execution.obligations.conclusions import Conclusions
+from chronicles.execution.obligations.history import AttributeHistory
+from chronicles.execution.told.occurrences import Finding, OccurrenceBuilder, expecting_instance, pending_instance
+from chronicles.execution.told.results import Unbuilt, is_told_at_once
 
 _FIRST_SWEEP = 1024
 

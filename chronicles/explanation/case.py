@@ -11,10 +11,10 @@ from chronicles.compilation.hierarchy import levels
 from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
-from chronicles.explanation.assignments import Assignment, Values
-from chronicles.explanation.chronicle_text import ChronicleText
-from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import ConstraintReading, RoleValue
+from chronicles.explanation.search.assignments import Assignment, Values
+from chronicles.explanation.search.chronicle_text import ChronicleText
+from chronicles.explanation.search.event_log import EventLog
 from chronicles.recogniser import recognise
 
 

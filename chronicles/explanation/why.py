@@ -10,11 +10,11 @@ from collections.abc import Iterable
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
-from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, Values
 from chronicles.explanation.case import Case, constraint_readings, fixed_values, open_case, role_values, tightness
 from chronicles.explanation.explanations import Explanation, MatchedEvent
 from chronicles.explanation.readings.intervals import ANY_COST, NO_COST
 from chronicles.explanation.readings.obligations import ObligationReader, Readings
+from chronicles.explanation.search.assignments import Assignment, AssignmentSearch, Budget, Values
 
 _LARGEST_SEARCH = 1_000_000
 

@@ -13,8 +13,6 @@ from typing import Literal
 from chronicles.chronicle_set import ChronicleSet, load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
-from chronicles.explanation.assignments import WHOLE_LOG, AskedWindow, AssignmentSearch, WindowedSearch, equal_pairs
-from chronicles.explanation.candidates import Candidate, CandidateSearch
 from chronicles.explanation.case import Case, constraint_readings, fixed_values, open_case, role_values, tightness
 from chronicles.explanation.explanations import (
     BoundChange,
@@ -30,8 +28,16 @@ from chronicles.explanation.explanations import (
     SameValue,
     WhyNot,
 )
-from chronicles.explanation.missing_events import MissingEventReader
 from chronicles.explanation.readings.obligations import ObligationReader
+from chronicles.explanation.search.assignments import (
+    WHOLE_LOG,
+    AskedWindow,
+    AssignmentSearch,
+    WindowedSearch,
+    equal_pairs,
+)
+from chronicles.explanation.search.candidates import Candidate, CandidateSearch
+from chronicles.explanation.search.missing_events import MissingEventReader
 from chronicles.language import model
 from chronicles.language.printer import print_statement
 from chronicles.recogniser import recognise

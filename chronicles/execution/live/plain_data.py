@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any  # nested data of any shape
 
 from chronicles.events import Event, Occurrence
-from chronicles.execution.history import FluentHistory
+from chronicles.execution.obligations.history import FluentHistory
 
 _ATOMS = (str, int, float, type(None))  # bool is an int
 

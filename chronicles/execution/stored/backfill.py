@@ -21,15 +21,15 @@ from chronicles.compilation.hierarchy import levels
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event, Occurrence, by_time
 from chronicles.execution.engine import Engine
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance
 from chronicles.execution.limits import USUAL, Limits
 from chronicles.execution.live.eager import Completed
-from chronicles.execution.occurrences import Finding, OccurrenceBuilder
-from chronicles.execution.results import Told, is_told_at_once
+from chronicles.execution.obligations.history import AttributeHistory
 from chronicles.execution.stored.columns import EventColumns, Rows, Times
 from chronicles.execution.stored.joins import MOST_ROWS
 from chronicles.execution.stored.matches import Matches, find_matches
+from chronicles.execution.told.occurrences import Finding, OccurrenceBuilder
+from chronicles.execution.told.results import Told, is_told_at_once
 
 _MATCHES_AT_A_TIME = 1 << 12
 

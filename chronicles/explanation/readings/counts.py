@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from chronicles.compilation.plan import Count
 from chronicles.events import Event, by_time
-from chronicles.explanation.assignments import Values
-from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import CountReading, ObligationKind, Outcome, Shift
 from chronicles.explanation.readings.intervals import Place, Times, Window, least, smallest_first, window_of
+from chronicles.explanation.search.assignments import Values
+from chronicles.explanation.search.event_log import EventLog
 
 
 class CountReader:

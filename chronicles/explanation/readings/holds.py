@@ -9,10 +9,10 @@ from dataclasses import replace
 from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Persistence
 from chronicles.events import Event
-from chronicles.explanation.assignments import Values
-from chronicles.explanation.event_log import Args, EventLog
 from chronicles.explanation.explanations import HoldReading, Outcome, Shift, ValueSpan
 from chronicles.explanation.readings.intervals import Place, Times, Window, cost_of, least, smallest_first, window_of
+from chronicles.explanation.search.assignments import Values
+from chronicles.explanation.search.event_log import Args, EventLog
 
 
 class HoldReader:

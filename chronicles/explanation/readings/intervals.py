@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from chronicles.compilation.plan import Anchor
-from chronicles.explanation.chronicle_text import ChronicleText
 from chronicles.explanation.explanations import ObligationReading, Shift
+from chronicles.explanation.search.chronicle_text import ChronicleText
 
 # Statements not met, those among them that no time would mend, and by how much time the others miss.
 Cost = tuple[int, int, int]

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event
-from chronicles.explanation.assignments import Values
-from chronicles.explanation.chronicle_text import ChronicleText
-from chronicles.explanation.event_log import EventLog
 from chronicles.explanation.explanations import CountReading, HoldReading, ObligationReading
 from chronicles.explanation.readings.counts import CountReader
 from chronicles.explanation.readings.holds import HoldReader
 from chronicles.explanation.readings.intervals import Cost, Place, Times, add, cost_of
+from chronicles.explanation.search.assignments import Values
+from chronicles.explanation.search.chronicle_text import ChronicleText
+from chronicles.explanation.search.event_log import EventLog
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from random import Random
 
 from chronicles.events import Event
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.live.plain_data import to_plain
+from chronicles.execution.obligations.history import AttributeHistory
 
 
 def history(*changes: tuple[str, int, str, str], default: str = "unknown") -> AttributeHistory:

@@ -14,10 +14,10 @@ from typing import Any  # states are plain nested data
 from chronicles.compilation.plan import Anchor, Emission, Plan, ReportPart
 from chronicles.compilation.steps import members, missing_from
 from chronicles.events import Event, ExpectedEvent, Occurrence, PartialInstance
-from chronicles.execution.confidence import calibrated, confidence_of
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout, Record
-from chronicles.execution.looks import Values, Way
+from chronicles.execution.obligations.history import AttributeHistory
+from chronicles.execution.obligations.looks import Values, Way
+from chronicles.execution.told.confidence import calibrated, confidence_of
 
 # The watermark at which it became certain, the chronicle's place in its set, values, time points, events' numbers, and
 # the number of the event that a selection looks at (-1 for none).

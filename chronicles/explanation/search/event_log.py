@@ -10,8 +10,8 @@ from itertools import groupby
 from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Count, EventTest
 from chronicles.events import Event, by_time
-from chronicles.execution.count_log import CountLog
-from chronicles.execution.history import value_after
+from chronicles.execution.obligations.count_log import CountLog
+from chronicles.execution.obligations.history import value_after
 from chronicles.explanation.explanations import ValueSpan
 
 Args = tuple[str, ...]

@@ -9,10 +9,10 @@ from typing import Any  # states are plain nested data
 
 from chronicles.compilation.plan import Anchor, Count, Persistence, Plan
 from chronicles.events import Event
-from chronicles.execution.count_log import CountLog
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance, Layout
-from chronicles.execution.looks import Look, Values, Way
+from chronicles.execution.obligations.count_log import CountLog
+from chronicles.execution.obligations.history import AttributeHistory
+from chronicles.execution.obligations.looks import Look, Values, Way
 
 
 class Conclusions:

@@ -2,7 +2,7 @@
 
 from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Persistence
-from chronicles.execution.history import AttributeHistory
+from chronicles.execution.obligations.history import AttributeHistory
 
 Values = tuple[str, ...]
 Way = tuple[Values, Values]  # the values of all slots, and the hypotheses that they rest on

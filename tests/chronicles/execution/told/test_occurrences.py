@@ -2,10 +2,10 @@
 
 from chronicles.chronicle_set import load
 from chronicles.events import Event
-from chronicles.execution.conclusions import Conclusions
-from chronicles.execution.history import AttributeHistory
 from chronicles.execution.instances import Instance
-from chronicles.execution.occurrences import Finding, OccurrenceBuilder
+from chronicles.execution.obligations.conclusions import Conclusions
+from chronicles.execution.obligations.history import AttributeHistory
+from chronicles.execution.told.occurrences import Finding, OccurrenceBuilder
 
 PAST = AttributeHistory((), ())
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.plan import EventTest
 from chronicles.events import Event, by_time
-from chronicles.explanation.assignments import Assignment, AssignmentSearch, Row, Values, rows_within
 from chronicles.explanation.case import Case
-from chronicles.explanation.event_log import fields_of
 from chronicles.explanation.explanations import Mismatch, MissingEvent
+from chronicles.explanation.search.assignments import Assignment, AssignmentSearch, Row, Values, rows_within
+from chronicles.explanation.search.event_log import fields_of
 from chronicles.language import model
 from chronicles.language.printer import print_pattern
 

@@ -13,7 +13,7 @@ from typing import overload
 from chronicles.compilation.plan import Plan
 from chronicles.events import Occurrence
 from chronicles.execution.instances import Instance
-from chronicles.execution.occurrences import Finding, OccurrenceBuilder
+from chronicles.execution.told.occurrences import Finding, OccurrenceBuilder
 
 
 def is_told_at_once(plan: Plan) -> bool:

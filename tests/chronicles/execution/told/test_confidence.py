@@ -7,7 +7,7 @@ import pytest
 
 from chronicles.chronicle_set import load
 from chronicles.events import Event, Occurrence
-from chronicles.execution.confidence import USUAL, ConfidenceSettings, calibrated, confidence_of
+from chronicles.execution.told.confidence import USUAL, ConfidenceSettings, calibrated, confidence_of
 from chronicles.recogniser import Recogniser, recognise
 
 S = 1_000_000

@@ -13,7 +13,7 @@ from chronicles.compilation.plan import Plan
 from chronicles.compilation.times.network import UNBOUNDED_US
 from chronicles.events import Event, by_time
 from chronicles.execution.event_tests import event_matcher
-from chronicles.explanation.event_log import EventLog
+from chronicles.explanation.search.event_log import EventLog
 
 Distances = Sequence[Sequence[int]]
 Values = tuple[str | None, ...]

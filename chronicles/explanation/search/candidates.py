@@ -22,11 +22,11 @@ from chronicles.compilation.plan import Persistence, Plan
 from chronicles.compilation.times.network import minimise
 from chronicles.errors import ChronicleError
 from chronicles.events import Occurrence
-from chronicles.explanation.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
 from chronicles.explanation.case import Case, role_values
-from chronicles.explanation.chronicle_text import End, WrittenConstraint
 from chronicles.explanation.readings.intervals import ANY_COST, NO_COST, Cost, add
 from chronicles.explanation.readings.obligations import ObligationReader, Readings
+from chronicles.explanation.search.assignments import Assignment, AssignmentSearch, Budget, equal_pairs
+from chronicles.explanation.search.chronicle_text import End, WrittenConstraint
 
 
 @dataclass(frozen=True, slots=True)
