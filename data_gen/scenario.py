@@ -157,19 +157,8 @@ DEMAND = ScenarioOption("demand", "how much traffic there is", ("normal", "low",
 """An option of several scenarios."""
 
 
-@dataclass(frozen=True, slots=True)
-class OptionValues:
-    """The checked options of one scenario, defaults filled in."""
-
-    values: Mapping[str, str]
-
-    def flag(self, name: str) -> bool:
-        """Tell whether a flag is set; the option must exist."""
-        return self.values[name] == "1"
-
-    def choice(self, name: str) -> str:
-        """Give the value of an option; the option must exist."""
-        return self.values[name]
+# The checked options of one scenario by name, defaults filled in; a flag that is set is "1".
+OptionValues = Mapping[str, str]
 
 
 def read_options(scenario: str, known: Sequence[ScenarioOption], given: Mapping[str, str]) -> OptionValues:
@@ -193,8 +182,8 @@ def read_options(scenario: str, known: Sequence[ScenarioOption], given: Mapping[
     Examples
     --------
     >>> lights = ScenarioOption("lights", "program of the traffic light", ("fixed", "actuated"))
-    >>> read_options("junction", [lights], {}).choice("lights")
-    'fixed'
+    >>> read_options("junction", [lights], {})
+    {'lights': 'fixed'}
     >>> read_options("junction", [lights], {"light": "off"})
     Traceback (most recent call last):
     ...
@@ -207,7 +196,7 @@ def read_options(scenario: str, known: Sequence[ScenarioOption], given: Mapping[
         if value not in by_name[name].values:
             expected = " or ".join(by_name[name].values)
             raise DataGenError(f"scenario {scenario!r}, option {name!r}: expected {expected}, got {value!r}")
-    return OptionValues({option.name: given.get(option.name, option.values[0]) for option in known})
+    return {option.name: given.get(option.name, option.values[0]) for option in known}
 
 
 def _known_text(known: Sequence[ScenarioOption]) -> str:

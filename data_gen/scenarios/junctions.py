@@ -58,7 +58,7 @@ def junction(options: OptionValues) -> Scenario:
     -------
     The scenario; the camera covers 180 m around the middle.
     """
-    factor = {"low": 0.5, "normal": 1.0, "high": 1.25}[options.choice("demand")]
+    factor = {"low": 0.5, "normal": 1.0, "high": 1.25}[options["demand"]]
     ways = (
         (1, _LEFT_HZ * factor, mix(_SHARES, _TURNING_DRIVER)),
         (2, _STRAIGHT_HZ * factor, ()),
@@ -74,10 +74,10 @@ def junction(options: OptionValues) -> Scenario:
         warm_up_us=160_000_000,
         simulator_options=("--lanechange.duration", "2.5"),
         solid_line_m=100.0,
-        light_programs=(("centre", options.choice("lights")),),
+        light_programs=(("centre", options["lights"]),),
         parking=tuple(
             ParkingStrip(f"{arm}_out_0", 25.0, 115.0, right_m=2.8, kind=kind_of("car", 1.0), filled=0.7)
-            for arm in (_CLOCKWISE if options.flag("parked") else ())
+            for arm in (_CLOCKWISE if options["parked"] == "1" else ())
         ),
     )
 
@@ -93,7 +93,7 @@ def roundabout(options: OptionValues) -> Scenario:
     -------
     The scenario; the camera covers 160 m around the island.
     """
-    factor = {"low": 0.5, "normal": 1.0, "high": 1.3}[options.choice("demand")]
+    factor = {"low": 0.5, "normal": 1.0, "high": 1.3}[options["demand"]]
     ways = [(onward, rate_hz * factor, ()) for onward, rate_hz in _EXITS_HZ]
     return Scenario(
         name="roundabout",

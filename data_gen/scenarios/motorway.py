@@ -47,8 +47,8 @@ def motorway(options: OptionValues) -> Scenario:
     -------
     The scenario; the camera covers 400 m around the top of the bend.
     """
-    edges = ("eastbound", "westbound") if options.choice("carriageways") == "2" else ("eastbound",)
-    rate_hz, has_jam = _RATES_HZ[options.choice("demand")], options.flag("jam")
+    edges = ("eastbound", "westbound") if options["carriageways"] == "2" else ("eastbound",)
+    rate_hz, has_jam = _RATES_HZ[options["demand"]], options["jam"] == "1"
     return Scenario(
         name="motorway",
         network_file=MOTORWAY_NETWORK,

@@ -64,7 +64,7 @@ def rural_overtaking(options: OptionValues) -> Scenario:
     -------
     The scenario; the camera covers x 200 to 800 m of the 1800 m.
     """
-    aborted = options.flag("aborted")
+    aborted = options["aborted"] == "1"
     return Scenario(
         name="rural_overtaking",
         network_file=RURAL_NETWORK,
@@ -74,7 +74,7 @@ def rural_overtaking(options: OptionValues) -> Scenario:
         # A slow car needs 164 s from end to end.
         warm_up_us=160_000_000,
         simulator_options=("--lanechange.duration", "2.5"),
-        parking=_parking() if options.flag("parked") else (),
+        parking=_parking() if options["parked"] == "1" else (),
         attempts=Attempts(_HESITANT_CAR.name, shift_m=_LANE_M, pause_us=12_000_000) if aborted else None,
     )
 
@@ -88,11 +88,11 @@ def _parking() -> tuple[ParkingStrip, ...]:
 
 
 def _flows(options: OptionValues) -> tuple[Flow, ...]:
-    eastbound = Flow("eastbound", "eastbound", 0.18, platoon=4 if options.flag("platoons") else 1)
-    if options.flag("blocked"):
+    eastbound = Flow("eastbound", "eastbound", 0.18, platoon=4 if options["platoons"] == "1" else 1)
+    if options["blocked"] == "1":
         # A car every 4 s, never much more: nobody finds a gap of the 15 s that an overtake needs.
         return eastbound, Flow("westbound", "westbound", 0.25, kinds=(_PATIENT_CAR,), shortest_gap_s=3.0)
-    return eastbound, Flow("westbound", "westbound", 0.05 if options.flag("aborted") else 0.025)
+    return eastbound, Flow("westbound", "westbound", 0.05 if options["aborted"] == "1" else 0.025)
 
 
 def _kinds(*, aborted: bool) -> tuple[VehicleKind, ...]:

@@ -40,7 +40,7 @@ def urban_grid(options: OptionValues) -> Scenario:
     -------
     The scenario; the camera covers 240 m around the middle.
     """
-    factor = _DEMAND[options.choice("demand")]
+    factor = _DEMAND[options["demand"]]
     return Scenario(
         name="urban_grid",
         network_file=shipped_network("urban_grid"),
@@ -48,7 +48,7 @@ def urban_grid(options: OptionValues) -> Scenario:
         flows=(*_through_flows(factor), *_turning_flows(factor)),
         view=View(centre_m=(0.0, 0.0), width_m=240.0),
         warm_up_us=120_000_000,
-        parking=_parking() if options.flag("parked") else (),
+        parking=_parking() if options["parked"] == "1" else (),
     )
 
 

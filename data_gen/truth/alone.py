@@ -45,7 +45,7 @@ def _wrong_ways(tables: TruthTables, vehicle: int) -> Iterator[TruthEvent]:
     for start, end in stretches(tables.is_against_lane(slice(None), vehicle) & tables.seen[:, vehicle]):
         start_us, last_us = tables.span_us(start, end)
         core_us = start_us, start_us + WRONG_WAY_US
-        core = slice(start, int(np.searchsorted(tables.t_us, core_us[1])))
+        core = tables.steps(*core_us)
         if last_us - start_us < WRONG_WAY_US - _NEARLY_US or tables.speed_mps[core, vehicle].min() <= STANDING_MPS:
             continue
         nearest_m = _least_overlap_m(tables, vehicle, core)

@@ -52,7 +52,7 @@ def _lane_changes(tables: TruthTables, cutter: int) -> Iterator[_Change]:
     lane, road, direction = tables.lane[:, cutter], tables.road[:, cutter], tables.direction[:, cutter]
     changed = (lane[1:] != lane[:-1]) & (lane[1:] >= 0) & (lane[:-1] >= 0) & (road[1:] == road[:-1])
     for step in (np.flatnonzero(changed) + 1).tolist():
-        stays = slice(step, int(np.searchsorted(tables.t_us, tables.t_us[step] + _STAYS_US)))
+        stays = tables.steps(tables.t_us[step], tables.t_us[step] + _STAYS_US)
         if tables.network.lanes[lane[step]].direction == direction[step] and (lane[stays] == lane[step]).all():
             yield _Change(cutter, step, int(lane[step]))
 
@@ -98,7 +98,8 @@ def _event(tables: TruthTables, change: _Change, car: int) -> TruthEvent | None:
 
 def _gap(tables: TruthTables, change: _Change, car: int) -> _Gap | None:
     """Measure from 1 s before to 2 s after the change; None if the two never overlap sideways."""
-    rows = _rows(tables, change, _BEFORE_US, _AFTER_US)
+    at_us = int(tables.t_us[change.step])
+    rows = tables.steps(at_us - _BEFORE_US, at_us + _AFTER_US)
     half_m = (tables.length_m[change.cutter] + tables.length_m[car]) / 2
     apart_m = np.abs(tables.across_m[rows, change.cutter] - tables.across_m[rows, car])
     sideways_m: FloatArray = (tables.width_m[change.cutter] + tables.width_m[car]) / 2 - apart_m
@@ -108,12 +109,6 @@ def _gap(tables: TruthTables, change: _Change, car: int) -> _Gap | None:
         return None
     bumper_m = tables.along_m[rows, change.cutter] - tables.along_m[rows, car] - half_m
     return _Gap(bumper_m[overlap], tables.speed_mps[rows, car][overlap], sideways_m[overlap])
-
-
-def _rows(tables: TruthTables, change: _Change, before_us: int, after_us: int) -> slice:
-    at_us = int(tables.t_us[change.step])
-    first, last = np.searchsorted(tables.t_us, (at_us - before_us, at_us + after_us)).tolist()
-    return slice(first, last)
 
 
 def _unclear(tables: TruthTables, change: _Change, car: int, gap: _Gap) -> list[str]:
@@ -127,7 +122,8 @@ def _unclear(tables: TruthTables, change: _Change, car: int, gap: _Gap) -> list[
         reasons.append("the two hardly overlap sideways")
     if gap.bumper_m.min() < _NEARLY_M:
         reasons.append("the cutter is hardly ahead of the car")
-    rows = _rows(tables, change, _BEFORE_US + _DWELL_US, _STAYS_US + _DWELL_US)
+    at_us = int(tables.t_us[change.step])
+    rows = tables.steps(at_us - _BEFORE_US - _DWELL_US, at_us + _STAYS_US + _DWELL_US)
     if (tables.lane[rows, car] != change.lane).any():
         reasons.append("the car changes lanes as well")
     return reasons

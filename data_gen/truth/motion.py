@@ -35,6 +35,10 @@ class Motion:
         """Give the interval of steps from `start` to before `end`, as far as the clip goes."""
         return int(self.t_us[start]), int(self.t_us[min(end, len(self.t_us) - 1)])
 
+    def steps(self, start_us: int, end_us: int) -> slice:
+        """Give the steps in [start, end)."""
+        return slice(*np.searchsorted(self.t_us, (start_us, end_us)).tolist())
+
     def event(
         self,
         event_type: str,

@@ -48,7 +48,7 @@ def _before_oncoming(tables: TruthTables, event: TruthEvent, pair: tuple[int, in
     step = int(np.searchsorted(tables.t_us, event.end_us))
     if not tables.is_against_lane(slice(step, step + 1), pair[0]).all():
         return
-    around = slice(*np.searchsorted(tables.t_us, (event.end_us - _BEFORE_US, event.end_us + _AFTER_US)).tolist())
+    around = tables.steps(event.end_us - _BEFORE_US, event.end_us + _AFTER_US)
     clearly_wrong = bool(tables.is_against_lane(around, pair[0]).all())
     for danger, meet_s, free_m in _oncoming(tables, step, pair[0]):
         seen = tables.seen_around([danger], (event.start_us, event.end_us))
@@ -82,7 +82,7 @@ def _oncoming(tables: TruthTables, step: int, vehicle: int) -> Iterator[tuple[in
 
 
 def _in_junction(tables: TruthTables, event: TruthEvent, pair: tuple[int, int]) -> Iterator[TruthEvent]:
-    steps = slice(*np.searchsorted(tables.t_us, (event.start_us, event.end_us + 1)).tolist())
+    steps = tables.steps(event.start_us, event.end_us + 1)
     inside = tables.junction[steps, pair[0]]
     inside = inside[inside >= 0]
     lanes = [_last_lane(tables, vehicle, steps.stop) for vehicle in pair]
