@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from gis.errors import GisError
 from gis.polyline import MITRE_LIMIT, FloatArray, GeometryArray, IndexArray, IntArray, ReferenceLines, counter_clockwise
-from gis.roads.lanes import Connection, Junction, Lane, Road, roads_of
+from gis.roads.lanes import Connection, Junction, Lane, roads_of
 
 # Net files round to the centimetre: lanes are widened by as much, so that no point falls between two of them.
 ROUNDING_M = 0.01
@@ -49,15 +49,13 @@ class RoadNetwork:
     Parameters
     ----------
     lanes : at least one.
-    roads : as written by `gis.roads.lanes.roads_of`, which is used when they are left out.
     junctions : may be none.
     connections : the ways on that the map allows; none where it says nothing of them.
 
     Raises
     ------
     GisError
-        If there is no lane, an id comes twice, lanes and roads do not name each other, or a connection names a lane
-        that is not there.
+        If there is no lane, an id comes twice, or a connection names a lane that is not there.
 
     Examples
     --------
@@ -72,20 +70,19 @@ class RoadNetwork:
     def __init__(
         self,
         lanes: Sequence[Lane],
-        roads: Sequence[Road] | None = None,
         junctions: Sequence[Junction] = (),
         connections: Sequence[Connection] = (),
     ) -> None:
         if not lanes:
             raise GisError("road network: expected at least one lane, got none")
         self.lanes = tuple(lanes)
-        self.roads = roads_of(lanes) if roads is None else tuple(roads)
+        self.roads = roads_of(lanes)
         self.junctions = tuple(junctions)
         self.connections = tuple(connections)
         self.lane_index = _index_by_id("lane", [lane.id for lane in self.lanes])
         self._road_index = _index_by_id("road", [road.id for road in self.roads])
         _index_by_id("junction", [junction.id for junction in self.junctions])
-        self._check_membership()
+        self._check_connections()
         self._build_index()
 
     def locate(self, points_m: ArrayLike, *, tolerance_m: float = 0.0) -> RoadPositions:
@@ -131,13 +128,7 @@ class RoadNetwork:
         assert isinstance(closed, shapely.Polygon | shapely.MultiPolygon)
         return closed
 
-    def _check_membership(self) -> None:
-        named = {(road.id, lane_id) for road in self.roads for lane_id in road.lanes}
-        owned = {(lane.road, lane.id) for lane in self.lanes}
-        if named != owned:
-            road_id, lane_id = min(named ^ owned)
-            expected = "lane.road and road.lanes to name each other"
-            raise GisError(f"road {road_id!r}, lane {lane_id!r}: expected {expected}, got only one of the two")
+    def _check_connections(self) -> None:
         for connection in self.connections:
             for lane_id in (connection.from_lane, connection.to_lane):
                 if lane_id not in self.lane_index:

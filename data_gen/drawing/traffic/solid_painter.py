@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from data_gen.drawing.ground.sky import Haze
 from data_gen.drawing.ground.standing import Standing
 from data_gen.drawing.sun import Sun
-from data_gen.drawing.traffic.solids import Mesh, Solid, far_first, hidden_by, place_solid, rows_in_image
+from data_gen.drawing.traffic.solids import Mesh, Solid, far_first, finely_placed, hidden_by, place_solid, rows_in_image
 from data_gen.drawing.traffic.sprites import (
     PENUMBRA_M,
     SHADOW_COLOUR,
@@ -57,13 +57,15 @@ class Meshes:
     def placed(self, states: VehicleStates, view: CameraView) -> list[Solid]:
         """Put the vehicles that may reach into the image where they are, the far ones first."""
         assert view.pose is not None
-        if not self.detailed:
-            distance_m = np.hypot(*(states.centre_m - view.pose.place_m[:2]).T)
+        eye_m = view.pose.place_m[:2]
+        pixel_m: dict[int, float] = {}
+        if self.detailed:
+            rows = far_first(rows_in_image(states, view), states, eye_m)
+        else:
+            distance_m = np.hypot(*(states.centre_m - eye_m).T)
             pixel_m = rows_near_image(states, view)
             rows = sorted(pixel_m, key=lambda row: -float(distance_m[row]))
-            return [place_solid(self.mesh(states, row), row, states, view, pixel_m=pixel_m[row]) for row in rows]
-        rows = far_first(rows_in_image(states, view), states, view.pose.place_m[:2])
-        return [place_solid(self.mesh(states, row), row, states, view) for row in rows]
+        return [place_solid(self.mesh(states, row), row, states, view, pixel_m=pixel_m.get(row)) for row in rows]
 
 
 class SolidPainter:
@@ -121,16 +123,12 @@ class SolidPainter:
             slope = np.array([[cosine, sine], [-sine, cosine]]) @ np.array(sun.shadow_offset_m(1.0))
             outline_m = hull_of(corners_m[:, :2] + corners_m[:, 2:] * slope)
             shapes.append((solid.level_px(outline_m), SHADOW_STRENGTH))
-        kept = [(outline_px, (255 * strength,)) for outline_px, strength in shapes if len(outline_px)]
         across_px = PENUMBRA_M / solid.pixel_m
-        part = (
-            rectangle_around(np.vstack([px for px, _ in kept]), self._size_px, margin_px=2 * across_px + 2)
-            if kept
-            else None
-        )
+        around_px = np.vstack([outline_px for outline_px, _ in shapes])
+        part = rectangle_around(around_px, self._size_px, margin_px=2 * across_px + 2) if len(around_px) else None
         if part is None:
             return
-        dark = _raster(part, kept, 2 if solid.pixel_m > _FINE_PIXEL_M else 1, channels=1)
+        dark = _raster(part, shapes, 2 if solid.pixel_m > _FINE_PIXEL_M else 1)
         # A soft edge on the ground is flat in the picture.
         flat = solid.eye_m[2] / max(1.0, solid.distance_m)
         flat_px = max(0.3, across_px * min(1.0, flat))
@@ -148,7 +146,8 @@ class SolidPainter:
         colours = solid.colours(self._sun)[faces]
         if self._haze is not None:
             colours = self._haze.pale(colours, solid.distance_m)
-        fine = _finer(part, fineness := _fineness(solid), channels=4)
+        fineness = _fineness(solid)
+        fine = np.zeros((*_finer_shape(part, fineness), 4), dtype=np.uint8)
         solid.fill(fine, part, fineness, zip(faces, ((*colour, 255.0) for colour in colours.tolist()), strict=True))
         layer = np.asarray(cv2.resize(fine, part.size_px, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         if self._standing is not None:
@@ -175,26 +174,21 @@ def _shade(canvas: NDArray[np.uint8], solid: Solid, size_px: tuple[int, int], su
     part = rectangle_around(np.vstack(outlines_px), size_px, margin_px=3 * soft_px + 1)
     if part is None:
         return
-    cover = _raster(part, [(outline_px, (255.0,)) for outline_px in outlines_px], _fineness(solid), channels=1)
+    cover = _raster(part, [(outline_px, 1.0) for outline_px in outlines_px], _fineness(solid))
     soft = cv2.GaussianBlur(cover, (0, 0), max(0.3, soft_px))
     alpha = soft.astype(np.float32)[:, :, None] * np.float32(SHADOW_STRENGTH / 255)
     window = canvas[part.window]
     window[:] = np.round(window + alpha * (np.asarray(SHADOW_COLOUR, dtype=np.float32) - window)).astype(np.uint8)
 
 
-def _raster(
-    part: Rectangle, shapes: Sequence[tuple[FloatArray, tuple[float, ...]]], fineness: int, *, channels: int
-) -> NDArray[np.uint8]:
-    """Draw shapes over one another into a rectangle, finely, and average."""
-    fine = _finer(part, fineness, channels=channels)
-    ends = np.cumsum([len(outline_px) for outline_px, _ in shapes])
-    fine_px = (np.concatenate([px for px, _ in shapes]) - (part.left, part.top) + 0.5) * fineness - 0.5
-    whole = np.round(fine_px * 16).astype(np.int32)
-    for (outline_px, value), end in zip(shapes, ends.tolist(), strict=True):
-        cv2.fillConvexPoly(fine, whole[end - len(outline_px) : end], value, shift=4)
+def _raster(part: Rectangle, shapes: Sequence[tuple[FloatArray, float]], fineness: int) -> NDArray[np.uint8]:
+    """Draw outlines of some opacity over one another into a rectangle, finely, and average."""
+    fine = np.zeros(_finer_shape(part, fineness), dtype=np.uint8)
+    for outline_px, opacity in shapes:
+        cv2.fillConvexPoly(fine, finely_placed(outline_px, part, fineness), 255 * opacity, shift=4)
     return np.asarray(cv2.resize(fine, part.size_px, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def _finer(part: Rectangle, fineness: int, *, channels: int) -> NDArray[np.uint8]:
+def _finer_shape(part: Rectangle, fineness: int) -> tuple[int, int]:
     width_px, height_px = part.size_px
-    return np.zeros((height_px * fineness, width_px * fineness, channels)[: 3 if channels > 1 else 2], dtype=np.uint8)
+    return height_px * fineness, width_px * fineness

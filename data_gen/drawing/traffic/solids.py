@@ -162,13 +162,13 @@ class Solid:
         painted : faces in order, and the value of each.
         """
         if self.is_ahead:
-            whole = _shifted(self.corners_px, part, fineness)
+            whole = finely_placed(self.corners_px, part, fineness)
             for face, value in painted:
                 cv2.fillConvexPoly(canvas, whole[self._corners(face)], value, shift=4)
             return
         for face, value in painted:
             cut_px = clipped_px(self.mapped[self._corners(face)])
-            cv2.fillConvexPoly(canvas, _shifted(cut_px, part, fineness), value, shift=4)
+            cv2.fillConvexPoly(canvas, finely_placed(cut_px, part, fineness), value, shift=4)
 
     def _corners(self, face: int) -> slice:
         return slice(self.mesh.ends[face], self.mesh.ends[face + 1])
@@ -191,7 +191,7 @@ class Solid:
         return np.asarray(mesh.colours * light[:, None], dtype=np.float64)
 
 
-def _shifted(points_px: FloatArray, part: Rectangle, fineness: int) -> IndexArray:
+def finely_placed(points_px: FloatArray, part: Rectangle, fineness: int) -> IndexArray:
     """Map pixels of the image to sixteenths of those of a finer picture of a part of it."""
     fine_px = (points_px - (part.left, part.top) + 0.5) * fineness - 0.5
     return np.round(fine_px * 16).astype(np.int32)

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from gis.errors import GisError
-from gis.roads.lanes import Junction, Lane, Road
+from gis.roads.lanes import Junction, Lane
 from gis.roads.road_network import RoadNetwork, plain_rings
 from gis.roads.sumo_net import read_sumo_net
 from tests.gis.support import CROSSING_NET, FloatArray, arc, locate_slowly, straight_lane, two_way_along
@@ -164,12 +164,6 @@ def test_a_network_without_lanes_is_an_error() -> None:
 def test_an_id_that_comes_twice_is_an_error() -> None:
     with pytest.raises(GisError, match="expected every lane id once, got 'a' twice"):
         RoadNetwork([straight_lane("a"), straight_lane("a")])
-
-
-def test_a_road_that_does_not_name_its_lane_is_an_error() -> None:
-    lane = straight_lane("a")
-    with pytest.raises(GisError, match=r"road 'a', lane 'a': expected lane.road and road.lanes to name each other"):
-        RoadNetwork([lane], roads=[Road("a", lane.centre_line_m, ())])
 
 
 @pytest.mark.parametrize("points", [np.zeros(2), np.zeros((3, 3))], ids=["one point", "three columns"])

@@ -75,13 +75,13 @@ def test_turns_are_the_ways_that_the_map_allows() -> None:
 
 def test_turns_of_a_map_without_connections_are_guessed_and_differ_in_u_turns_only() -> None:
     network = read_sumo_net(CROSSING_NET)
-    guessed = turns(RoadNetwork(network.lanes, network.roads, network.junctions))
+    guessed = turns(RoadNetwork(network.lanes, network.junctions))
     assert set(turns(network)) == {turn for turn in guessed if turn.direction != "uturn"}
 
 
 def test_way_over_a_junction_without_an_area_is_no_turn() -> None:
     network = read_sumo_net(CROSSING_NET)
-    assert turns(RoadNetwork(network.lanes, network.roads, connections=network.connections)) == ()
+    assert turns(RoadNetwork(network.lanes, connections=network.connections)) == ()
 
 
 def test_way_back_onto_the_same_road_is_a_u_turn_if_the_map_allows_it() -> None:
