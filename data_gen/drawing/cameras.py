@@ -34,6 +34,12 @@ _JITTER_PX = 0.55
 """Standard deviation in each direction; peaks reach about three times as much."""
 _LEAN_RAD = 0.02
 """A gimbal never hangs quite plumb."""
+# How far a drone strays from its place over the view, in widths of the view, and from its direction, focal length and
+# tilt.
+_DRIFT_SHARE = 0.045
+_YAW_RAD = math.radians(19)
+_ZOOM = 0.1
+_TILT_RAD = 0.004
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,25 +182,15 @@ def _quick(rng: np.random.Generator, deviation: float) -> _Waves:
     return _Waves(strength, omega, rng.uniform(0, math.tau, _JITTER_WAVES))
 
 
-@dataclass(frozen=True, slots=True)
-class _Bounds:
-    """How far a drone strays from its place over the view."""
-
-    drift_m: float
-    yaw_rad: float
-    zoom: float
-    tilt_rad: float
-
-
 def _flight(view: View, size_px: tuple[int, int], t_us: IntArray, rng: np.random.Generator) -> CameraPath:
-    bounds = _Bounds(drift_m=0.045 * view.width_m, yaw_rad=math.radians(19), zoom=0.1, tilt_rad=0.004)
+    drift_m = _DRIFT_SHARE * view.width_m
     focal_px = size_px[0] * _FOCAL_WIDTHS
     hover = CameraPose(
         *view.centre_m, view.width_m * _FOCAL_WIDTHS, math.pi / 2, _LEAN_RAD - math.pi / 2, 0.0, focal_px
     )
-    east, north, climb = (_slow(rng, share * bounds.drift_m) for share in (1.0, 0.7, 0.4))
-    yaw, zoom = _slow(rng, bounds.yaw_rad), _slow(rng, bounds.zoom)
-    tilts = _slow(rng, bounds.tilt_rad), _slow(rng, bounds.tilt_rad)
+    east, north, climb = (_slow(rng, share * drift_m) for share in (1.0, 0.7, 0.4))
+    yaw, zoom = _slow(rng, _YAW_RAD), _slow(rng, _ZOOM)
+    tilts = _slow(rng, _TILT_RAD), _slow(rng, _TILT_RAD)
     shakes = tuple(_quick(rng, _JITTER_PX / focal_px) for _ in tilts)
     ahead_rad, aside_rad = (tilt.at(t_us) + shake.at(t_us) for tilt, shake in zip(tilts, shakes, strict=True))
     # Near the plumb line a tilt to the side is a turn of the line of sight that the roll takes back for the image.
@@ -215,22 +211,22 @@ def _flight(view: View, size_px: tuple[int, int], t_us: IntArray, rng: np.random
         views=views_of(poses, size_px),
         track=CameraTrack(t_us, poses),
         blur_px=moved_px,
-        reach_m=_reach(hover, bounds, size_px),
-        finest_pixel_m=(hover.height_m - bounds.drift_m) / (focal_px * (1 + bounds.zoom)),
+        reach_m=_reach(hover, drift_m, size_px),
+        finest_pixel_m=(hover.height_m - drift_m) / (focal_px * (1 + _ZOOM)),
     )
 
 
-def _reach(hover: CameraPose, bounds: _Bounds, size_px: tuple[int, int]) -> Bounds:
-    widest_px = hover.focal_px * (1 - bounds.zoom)
-    height_m = hover.height_m + bounds.drift_m
+def _reach(hover: CameraPose, drift_m: float, size_px: tuple[int, int]) -> Bounds:
+    widest_px = hover.focal_px * (1 - _ZOOM)
+    height_m = hover.height_m + drift_m
     outlines_m = [
         CameraPose(hover.x_m, hover.y_m, height_m, hover.yaw_rad + turn_rad, hover.pitch_rad, 0.0, widest_px)
         .camera(*size_px)
         .view_outline(*size_px)
-        for turn_rad in np.linspace(-bounds.yaw_rad, bounds.yaw_rad, 7)
+        for turn_rad in np.linspace(-_YAW_RAD, _YAW_RAD, 7)
     ]
     # Tilts move the far corners a little more than the middle; vibration moves all by a few pixels.
-    stray_m = bounds.drift_m + 2 * height_m * bounds.tilt_rad + 5.0
+    stray_m = drift_m + 2 * height_m * _TILT_RAD + 5.0
     return widened(_bounds(outlines_m), stray_m)
 
 

@@ -125,7 +125,7 @@ class SolidPainter:
             shapes.append((solid.level_px(outline_m), SHADOW_STRENGTH))
         across_px = PENUMBRA_M / solid.pixel_m
         around_px = np.vstack([outline_px for outline_px, _ in shapes])
-        part = rectangle_around(around_px, self._size_px, margin_px=2 * across_px + 2) if len(around_px) else None
+        part = rectangle_around(around_px, self._size_px, margin_px=2 * across_px + 2)
         if part is None:
             return
         dark = _raster(part, shapes, 2 if solid.pixel_m > _FINE_PIXEL_M else 1)
