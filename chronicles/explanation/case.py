@@ -12,6 +12,7 @@ from chronicles.compilation.plan import Plan
 from chronicles.errors import ChronicleError
 from chronicles.events import Event, Occurrence
 from chronicles.explanation.explanations import ConstraintReading, RoleValue
+from chronicles.explanation.readings.obligations import ObligationReader
 from chronicles.explanation.search.assignments import Assignment, Values
 from chronicles.explanation.search.chronicle_text import ChronicleText
 from chronicles.explanation.search.event_log import EventLog
@@ -22,13 +23,15 @@ from chronicles.recogniser import recognise
 class Case:
     """One chronicle and the events that it looks at.
 
-    `emitters` gives the occurrence that emitted an event; `occurrences` are those of the chronicle itself. Events,
-    emitted ones included, are known up to `until_us`; an instance that ends by `log.until_us` is concluded by then.
+    `reader` reads its obligations in the log. `emitters` gives the occurrence that emitted an event; `occurrences` are
+    those of the chronicle itself. Events, emitted ones included, are known up to `until_us`; an instance that ends by
+    `log.until_us` is concluded by then.
     """
 
     plan: Plan
     text: ChronicleText
     log: EventLog
+    reader: ObligationReader
     emitters: Mapping[Event, Occurrence]
     occurrences: tuple[Occurrence, ...]
     until_us: int
@@ -63,7 +66,8 @@ def open_case(
     seen = [event for event in (*given, *emitted) if event.name in consumed]
     log = EventLog(seen, chronicles.defaults, known_us - plan.settling_us)
     occurrences = tuple(one for one in found if one.chronicle == name)
-    return Case(plan, ChronicleText(chronicles, name), log, emitters, occurrences, known_us)
+    text = ChronicleText(chronicles, name)
+    return Case(plan, text, log, ObligationReader(plan, text, log), emitters, occurrences, known_us)
 
 
 def looked_at(chronicles: ChronicleSet, name: str) -> frozenset[str]:

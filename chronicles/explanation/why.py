@@ -13,7 +13,7 @@ from chronicles.events import Event, Occurrence
 from chronicles.explanation.case import Case, constraint_readings, fixed_values, open_case, role_values, tightness
 from chronicles.explanation.explanations import Explanation, MatchedEvent
 from chronicles.explanation.readings.intervals import ANY_COST, NO_COST
-from chronicles.explanation.readings.obligations import ObligationReader, Readings
+from chronicles.explanation.readings.obligations import Readings
 from chronicles.explanation.search.assignments import Assignment, AssignmentSearch, Budget, Values
 
 _LARGEST_SEARCH = 1_000_000
@@ -81,12 +81,11 @@ def _check_version(chronicles: ChronicleSet, occurrence: Occurrence) -> None:
 
 def _matched(case: Case, occurrence: Occurrence) -> tuple[Assignment, Readings]:
     """Find which event filled which position, and read the obligations of that instance."""
-    reader = ObligationReader(case.plan, case.text, case.log)
     fixed = fixed_values(case.plan, occurrence.roles)
     best: tuple[Assignment, Readings] | None = None
     for assignment in _candidates(case, occurrence, fixed):
         limit = ANY_COST if best is None else best[1].cost
-        readings = reader.best(assignment.times, assignment.values, base=NO_COST, limit=limit)
+        readings = case.reader.best(assignment.times, assignment.values, base=NO_COST, limit=limit)
         if readings is not None:
             best = assignment, readings
     if best is None:

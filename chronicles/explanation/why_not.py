@@ -28,7 +28,6 @@ from chronicles.explanation.explanations import (
     SameValue,
     WhyNot,
 )
-from chronicles.explanation.readings.obligations import ObligationReader
 from chronicles.explanation.search.assignments import (
     WHOLE_LOG,
     AskedWindow,
@@ -118,12 +117,12 @@ def why_not(
 
 def _near_miss(case: Case, candidate: Candidate, reader: MissingEventReader) -> NearMiss:
     plan, assignment, values = case.plan, candidate.assignment, candidate.readings.values
-    obligations = ObligationReader(candidate.plan, case.text, case.log)
-    candidate = replace(candidate, readings=obligations.with_alternatives(candidate.readings, assignment.times))
+    readings = candidate.reader.with_alternatives(candidate.readings, assignment.times)
+    candidate = replace(candidate, readings=readings)
     pairs = [(row, position) for row, position in zip(assignment.rows, plan.positions, strict=True) if row is not None]
     events = [MatchedEvent(position.label, position.pattern, row.event) for row, position in pairs]
     missing = reader.read(assignment, values)
-    constraints = constraint_readings(candidate.plan, case.text, assignment)
+    constraints = constraint_readings(candidate.reader.plan, case.text, assignment)
     unmet_count, unmendable_count, short_us = candidate.cost
     return NearMiss(
         chronicle=plan.name,
@@ -167,7 +166,7 @@ def _kind_of_missing(one: MissingEvent, until_us: int) -> FailureKind:
 
 def _time_of(one: ConstraintReading, candidate: Candidate) -> int:
     """Give the time of the later of the two points, at which the bound was broken at the latest."""
-    points, times = dict(candidate.plan.points), candidate.assignment.times
+    points, times = dict(candidate.reader.plan.points), candidate.assignment.times
     anchors = [points[label] for label in (one.later, one.earlier)]
     return max([(times[anchor.position] or 0) + anchor.offset_us for anchor in anchors])
 
@@ -248,5 +247,5 @@ def _evidence(case: Case, candidate: Candidate) -> list[Event]:
         chosen = case.log.events
     else:
         chosen = [row.event for row in candidate.assignment.rows if row is not None]
-        chosen += ObligationReader(case.plan, case.text, case.log).evidence(candidate.readings.values)
+        chosen += case.reader.evidence(candidate.readings.values)
     return list({id(event): event for event in chosen if event.t_us <= case.until_us}.values())

@@ -40,6 +40,7 @@ class ObligationReader:
 
     def __init__(self, plan: Plan, text: ChronicleText, log: EventLog) -> None:
         holds = [one for one in plan.persistences if not one.is_reading]
+        self.plan = plan
         slots = plan.event_slot_count
         self._hold_readers = [HoldReader(one, slots, Place.of(one.text, text), log) for one in holds]
         self._count_readers = [CountReader(one, Place.of(one.text, text), log) for one in plan.counts]

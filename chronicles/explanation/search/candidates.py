@@ -31,9 +31,8 @@ from chronicles.explanation.search.chronicle_text import End, WrittenConstraint
 
 @dataclass(frozen=True, slots=True)
 class LoosenedBound:
-    """A bound that may be broken: `plan` is compiled with this one bound far out."""
+    """A bound that may be broken: the plan of `reader` is compiled with this one bound far out."""
 
-    plan: Plan
     constraint: WrittenConstraint
     end: End
     reader: ObligationReader
@@ -45,7 +44,8 @@ class LoosenedBound:
         -------
         None if there can be none.
         """
-        points = dict(self.plan.points)
+        plan = self.reader.plan
+        points = dict(plan.points)
         later, earlier = points[self.constraint.later], points[self.constraint.earlier]
         if later.position == earlier.position:
             return None
@@ -53,7 +53,7 @@ class LoosenedBound:
         low_us, high_us = sorted((bound_us + sign * nearer_us, bound_us + sign * farther_us))
         offset_us = earlier.offset_us - later.offset_us
         places, back = (earlier.position, later.position), (later.position, earlier.position)
-        matrix = np.array(self.plan.distance_us, dtype=np.int64)
+        matrix = np.array(plan.distance_us, dtype=np.int64)
         matrix[places] = min(matrix[places], high_us + offset_us)
         matrix[back] = min(matrix[back], -low_us - offset_us)
         least = minimise(matrix)
@@ -61,7 +61,7 @@ class LoosenedBound:
 
     def broken_by_us(self, assignment: Assignment) -> int:
         """Say by how much an instance breaks the bound."""
-        value_us = self.constraint.value_us(self.plan, assignment.times)
+        value_us = self.constraint.value_us(self.reader.plan, assignment.times)
         assert value_us is not None, "all events of the instance are there"
         return abs(value_us - self.constraint.bound_us(self.end))
 
@@ -88,11 +88,11 @@ class BrokenBound:
 class Candidate:
     """An instance that is not recognised: its events, its obligations as read, and what else is wrong with it.
 
-    `plan` is the one it was found with: where a bound is broken, one in which that bound is looser. `undecided` says
-    what keeps it from being recognised besides its statements.
+    `reader` is of the plan it was found with: where a bound is broken, one in which that bound is looser. `undecided`
+    says what keeps it from being recognised besides its statements.
     """
 
-    plan: Plan
+    reader: ObligationReader
     assignment: Assignment
     readings: Readings
     broken: BrokenBound | None = None
@@ -157,7 +157,6 @@ class CandidateSearch:
     ) -> None:
         self._case = case
         self._assignments = assignments
-        self._reader = ObligationReader(case.plan, case.text, case.log)
         self._ranking = Ranking(wanted)
         used = {event for one in recognised for event in one.events}
         self._used = frozenset(number for number, event in enumerate(case.log.events) if event in used)
@@ -177,13 +176,13 @@ class CandidateSearch:
     def _whole(self, budget: Budget) -> None:
         plan, everything = self._case.plan, range(len(self._case.plan.positions))
         for assignment in self._assignments.assignments(plan.distance_us, everything, budget):
-            self._try(self._reader, plan, assignment, base=NO_COST)
+            self._try(self._case.reader, assignment, base=NO_COST)
         # Pairs that stand in one event are already tested with that event.
         if all(any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
             return
         for assignment in self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True):
             if count := len(equal_pairs(plan, assignment.values)):
-                self._try(self._reader, plan, assignment, base=(count, count, 0))
+                self._try(self._case.reader, assignment, base=(count, count, 0))
 
     # ---- one bound broken
 
@@ -201,10 +200,10 @@ class CandidateSearch:
         distance_us = one.distance_us(*shell_us)
         if distance_us is None:
             return
-        for assignment in self._assignments.assignments(distance_us, range(len(one.plan.positions)), budget):
+        for assignment in self._assignments.assignments(distance_us, range(len(one.reader.plan.positions)), budget):
             by_us = one.broken_by_us(assignment)
             broken = BrokenBound(one.constraint, one.end, by_us)
-            self._try(one.reader, one.plan, assignment, base=(1, 0, by_us), broken=broken)
+            self._try(one.reader, assignment, base=(1, 0, by_us), broken=broken)
 
     def _bounds(self) -> Iterator[LoosenedBound]:
         """Compile the chronicle with each bound far out; where that makes no chronicle, the bound is left alone."""
@@ -217,7 +216,7 @@ class CandidateSearch:
                     loosened = load(changed).plan(plan.name)
                 except ChronicleError:
                     continue  # a free time point hangs on this bound: loosened, nothing would fix the point
-                yield LoosenedBound(loosened, constraint, end, ObligationReader(loosened, text, log))
+                yield LoosenedBound(constraint, end, ObligationReader(loosened, text, log))
 
     def _shells(self) -> list[int]:
         """Give the outer distances of the shells; the last one reaches over the whole log."""
@@ -241,7 +240,7 @@ class CandidateSearch:
                     continue
                 members = [place for place in places if place not in missing]
                 for assignment in self._assignments.assignments(plan.distance_us, members, budget):
-                    self._try(self._reader, plan, assignment, base=base)
+                    self._try(self._case.reader, assignment, base=base)
 
     def _obligations(self) -> list[tuple[int, int]]:
         asked = [one for one in self._case.plan.obligations if not (isinstance(one, Persistence) and one.is_reading)]
@@ -250,26 +249,20 @@ class CandidateSearch:
     # ---- what is common to all
 
     def _try(
-        self,
-        reader: ObligationReader,
-        plan: Plan,
-        assignment: Assignment,
-        *,
-        base: Cost,
-        broken: BrokenBound | None = None,
+        self, reader: ObligationReader, assignment: Assignment, *, base: Cost, broken: BrokenBound | None = None
     ) -> None:
         """Take an instance into the ranking, unless other events or values make a nearer one of it."""
         if self._used and assignment.numbers <= self._used:
             return
-        undecided: Undecided | None = "open" if self._is_open(plan, assignment) else None
+        undecided: Undecided | None = "open" if self._is_open(reader.plan, assignment) else None
         base = add(base, _UNDECIDED) if undecided else base
         readings = reader.best(assignment.times, assignment.values, base=base, limit=self._ranking.limit)
         if readings is None or self._is_exchanged(assignment, readings):
             return
         if readings.cost == NO_COST:
-            assert plan.selection.kind != "all", "what is whole and concluded was recognised"
+            assert reader.plan.selection.kind != "all", "what is whole and concluded was recognised"
             readings, undecided = replace(readings, cost=_UNDECIDED), "not selected"
-        self._ranking.insert(Candidate(plan, assignment, readings, broken, undecided))
+        self._ranking.insert(Candidate(reader, assignment, readings, broken, undecided))
 
     def _is_exchanged(self, assignment: Assignment, readings: Readings) -> bool:
         """Say whether things that were recognised stand in each other's roles, at a time at which they were."""
