@@ -24,6 +24,7 @@ from fractions import Fraction
 from itertools import combinations, product
 from typing import NamedTuple
 
+from chronicles.compilation.grouping import joined
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.steps import members, missing_from, steps_from
 from dyknow.language.diagnostics import Reporter
@@ -218,7 +219,8 @@ def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:
     place : where it is named.
     reporter : receives the warning.
     """
-    groups = [group for group in _joined_groups(plan) if any(plan.positions[one].test.variables for one in group)]
+    slots_of = [{slot for _, slot in position.test.variables} for position in plan.positions]
+    groups = [group for group in joined(slots_of) if any(slots_of[one] for one in group)]
     apart = [pair for group, following in combinations(groups, 2) for pair in product(group, following)]
     spread_us = max((plan.distance_us[one][other] + plan.distance_us[other][one] for one, other in apart), default=0)
     if spread_us >= _WIDE_US:
@@ -227,15 +229,3 @@ def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:
         message = f"expected events that share a variable, got {count} groups without one in common, at {named}"
         hint = f"within {format_duration(spread_us)} every combination is kept: with n things each, n^{count} instances"
         reporter.warning("C1001", message, place, f"{hint}; join them by a variable, or narrow the time between them")
-
-
-def _joined_groups(plan: Plan) -> list[list[int]]:
-    """Group positions that are joined by variables, directly or by way of others."""
-    groups: list[tuple[list[int], set[int]]] = []
-    for index, position in enumerate(plan.positions):
-        members, slots = [index], {slot for _, slot in position.test.variables}
-        touched = [group for group in groups if group[1] & slots]
-        for group in touched:
-            members, slots = group[0] + members, group[1] | slots
-        groups = [group for group in groups if group not in touched] + [(members, slots)]
-    return [members for members, _ in groups]

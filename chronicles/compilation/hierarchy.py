@@ -5,9 +5,10 @@ which value the attribute had: therefore chronicles that set one attribute run t
 it, and see what each other set.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
+from chronicles.compilation.grouping import joined
 from chronicles.compilation.plan import Emission, Plan
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.places import Span
@@ -87,7 +88,10 @@ def _sources(plans: Sequence[Plan]) -> dict[str, list[Source]]:
         for emission in plan.emissions:
             emitted.setdefault(emission.name, []).append((index, emission))
     found: dict[str, list[Source]] = {}
-    for allies in _allies(plans):
+    # Chronicles that set an attribute together run together; most are alone.
+    setters = [plan for plan in plans if plan.asserts]
+    together = [[setters[index] for index in group] for group in joined(plan.asserts for plan in setters)]
+    for allies in [*together, *([plan] for plan in plans if not plan.asserts)]:
         consumed = frozenset[str]().union(*(one.consumes for one in allies))
         asserted = frozenset[str]().union(*(one.asserts for one in allies))
         used: dict[int, list[Emission]] = {}
@@ -98,22 +102,3 @@ def _sources(plans: Sequence[Plan]) -> dict[str, list[Source]]:
         sources = [(plans[index], used[index]) for index in sorted(used)]
         found |= {one.name: sources for one in allies}
     return found
-
-
-def _allies(plans: Sequence[Plan]) -> Iterator[list[Plan]]:
-    """Group chronicles that set an attribute together, directly or by way of others; most are alone."""
-    setters: dict[str, list[Plan]] = {}
-    for plan in plans:
-        for name in plan.asserts:
-            setters.setdefault(name, []).append(plan)
-    placed: set[str] = set()
-    for plan in plans:
-        if plan.name in placed:
-            continue
-        allies = [plan]
-        for one in allies:  # the list grows while it is read
-            placed.add(one.name)
-            others = {other.name: other for name in one.asserts for other in setters.pop(name, ())}
-            allies += [other for other in others.values() if other.name not in placed]
-            placed |= others.keys()
-        yield allies

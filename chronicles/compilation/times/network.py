@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chronicles.compilation.grouping import joined
 from chronicles.language import model
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
@@ -178,20 +179,8 @@ def warn_implied(chronicle: model.Chronicle, points: Sequence[str], edges: Seque
 
 def _is_forest(constraints: Sequence[Sequence[Edge]]) -> bool:
     """Say whether there is one way at most from any point to any other, as in most chronicles: then none is implied."""
-    tree: dict[int, int] = {}
-
-    def root(point: int) -> int:
-        """Give the point that stands for all that are connected with a point."""
-        while point in tree:
-            point = tree[point]
-        return point
-
-    for own in constraints:
-        left, right = root(own[0].source), root(own[0].target)
-        if left == right:
-            return False
-        tree[left] = right
-    return True
+    ends = [{own[0].source, own[0].target} for own in constraints]
+    return len(set[int]().union(*ends)) == len(ends) + len(joined(ends))
 
 
 def _report(one: model.TimeConstraint, points: Sequence[str], reasons: Sequence[Edge], reporter: Reporter) -> None:
